@@ -3,7 +3,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.installed
+# What is installed, a stamp each: what the report needs, with the tutorials, and all that tests and documentation need.
+REPORT := $(VENV)/.report
+TUTORIALS := $(VENV)/.tutorials
+ALL := $(VENV)/.all
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 
 # Each process computes with one thread; parallel work is done by processes.
@@ -13,10 +16,12 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme picture test test-fast search mutants mutants-both processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
+.PHONY: report tutorials figures readme picture test test-fast search mutants mutants-both processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
 
-report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
+report: $(REPORT) ## recompute what changed, write figures/ and report/index.html (the default)
 	$(BIN)/python -m replication run
+
+tutorials: report $(TUTORIALS) ## the tutorials to which the report links, executed, as pages in report/notebooks
 	$(BIN)/python -m replication notebooks
 
 figures: report ## the same: figures/ is written with the report
@@ -24,71 +29,71 @@ figures: report ## the same: figures/ is written with the report
 readme: report ## write the results of the run and an example into README.md, with badges
 	$(BIN)/python -m replication.audit.publish.readme
 
-picture: report ## take the picture of the README from the report (needs Chromium, and sources that are committed)
+picture: report $(ALL) ## take the picture of the README from the report (needs Chromium, and sources that are committed)
 	$(BIN)/python -m replication.audit.publish.picture
 
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile --no-loadscope-reorder
 
-test-fast: $(STAMP) ## the tests that take about a second at most and need no browser
+test-fast: $(ALL) ## the tests that take about a second at most and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser" --numprocesses=auto --dist=loadfile
 
-search: $(STAMP) ## new random examples for every generated test; what is found becomes a fixed case
+search: $(ALL) ## new random examples for every generated test; what is found becomes a fixed case
 	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest -m "not browser" $$(grep -rl "from hypothesis import given" tests)
 
-mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
+mutants: $(ALL) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
-mutants-both: $(STAMP) ## every small change of either verifier, told by the other (about an hour)
+mutants-both: $(ALL) ## every small change of either verifier, told by the other (about an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py tests/recheck/test_settled.py
 
-processors: $(STAMP) ## a fresh run on four types of processor; `make test` runs two papers on each (six minutes)
+processors: $(ALL) ## a fresh run on four types of processor; `make test` runs two papers on each (six minutes)
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
-rebuild: $(STAMP) ## the archive, unpacked beside nothing but Python and make, builds itself again (five minutes, needs the network)
+rebuild: $(ALL) ## the archive, unpacked beside nothing but Python and make, builds itself again (five minutes, needs the network)
 	REBUILD=all $(BIN)/python -m pytest tests/papers/test_rebuild.py --numprocesses=0
 
-docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
+docs: $(ALL) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet
 
-access: $(STAMP) ## every page of documentation and tutorials for everyone, of which `make test` looks at some
+access: $(ALL) ## every page of documentation and tutorials for everyone, of which `make test` looks at some
 	PAGES=all $(BIN)/python -m pytest tests/audit/test_site.py
 
-certificates: $(STAMP) ## make the certificates that are wanted and not there, or no longer proved
+certificates: $(REPORT) ## make the certificates that are wanted and not there, or no longer proved
 	$(BIN)/python -m replication certify
 
-verify: $(STAMP) ## check all certificates in exact and ball arithmetic
+verify: $(REPORT) ## check all certificates in exact and ball arithmetic
 	$(BIN)/python verify.py
 
-coq: $(STAMP) ## Coq checks the theorems on multi-rate levels (needs coq and libcoq-mathcomp-algebra)
+coq: $(REPORT) ## Coq checks the theorems on multi-rate levels (needs coq and libcoq-mathcomp-algebra)
 	$(BIN)/python -m replication coq
 
-verify-both: $(STAMP) ## the same by both verifiers, which share no code and must agree
+verify-both: $(REPORT) ## the same by both verifiers, which share no code and must agree
 	$(BIN)/python verify.py --both
 
 artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/
 	$(BIN)/python -m replication artifact
 
-bench: $(STAMP) ## the benchmarks, benchmarks/results.md from their times, and what got slower than on that page
+bench: $(ALL) ## the benchmarks, benchmarks/results.md from their times, and what got slower than on that page
 	mkdir -p .benchmarks
 	$(BIN)/python -m pytest benchmarks/bench_*.py --benchmark-only --benchmark-json=.benchmarks/latest.json
 	$(BIN)/python benchmarks/table.py .benchmarks/latest.json .benchmarks/results.md
 	-$(BIN)/python benchmarks/slower.py benchmarks/results.md .benchmarks/results.md
 	cp .benchmarks/results.md benchmarks/results.md
 
-bench-report: report ## how fast the report is in Chromium, as it is and with ten times the claims
+bench-report: report $(ALL) ## how fast the report is in Chromium, as it is and with ten times the claims
 	$(BIN)/python benchmarks/report_page.py
 
-lint: $(STAMP) ## style and types
+lint: $(ALL) ## style and types
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-format: $(STAMP) ## put the sources into the common form
+format: $(ALL) ## put the sources into the common form
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
-lock: $(STAMP) ## write requirements.lock anew from pyproject.toml (needs the network)
+lock: $(ALL) ## write requirements.lock anew from pyproject.toml (needs the network)
 	$(BIN)/uv pip compile pyproject.toml --extra estimation --extra proofs --extra dev --extra dask --extra docs --extra notebooks --universal --fork-strategy fewest --generate-hashes \
 	  --no-emit-index-url --no-header --quiet -o requirements.lock
 
@@ -99,11 +104,16 @@ clean: ## remove the environment, caches and all that is built; figures/ and res
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-# Exact versions with hashes first; then the project itself, without the network, from the folder in which it lies.
-$(STAMP): requirements.lock pyproject.toml
+$(REPORT): EXTRAS := estimation proofs
+$(TUTORIALS): EXTRAS := estimation proofs notebooks
+$(ALL): EXTRAS := estimation proofs notebooks docs dask dev
+
+# First the part of the lock that is needed, with versions and hashes; then the project itself, from its own folder.
+$(REPORT) $(TUTORIALS) $(ALL): requirements.lock pyproject.toml replication/locked.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo \
 	  "Python 3.11 or later is needed, $(PYTHON) is $$($(PYTHON) --version 2>&1); try: make PYTHON=python3.12" >&2; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) install --quiet --require-hashes -r requirements.lock
+	$(BIN)/python -m replication.locked $(EXTRAS) > $@.lock
+	$(PIP) install --quiet --require-hashes -r $@.lock
 	$(PIP) install --quiet --no-build-isolation --no-deps --config-settings editable_mode=compat --editable .
 	touch $@

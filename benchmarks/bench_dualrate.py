@@ -50,7 +50,7 @@ def stepped_table() -> np.ndarray:
 
 
 def _stepped_maximum(loop: DualRateLoop) -> float:
-    rows, harmonic, n = output_rows(loop, SUBSTEPS), reference(loop), loop.plant.size
+    rows, harmonic, n = output_rows(loop, SUBSTEPS), reference(loop), loop.plant.order
     z, largest = start_state(loop, START, 0 * START), 0.0
     for k in range(PERIODS * DESIGN.ratio):
         step, time = loop.steps[k % DESIGN.ratio], k * DESIGN.period
@@ -72,7 +72,7 @@ def lifted_simulated_table() -> np.ndarray:
 
 
 def _lifted_maximum(loop: DualRateLoop) -> float:
-    rows, harmonic, n, N = output_rows(loop, SUBSTEPS), reference(loop), loop.plant.size, DESIGN.ratio
+    rows, harmonic, n, N = output_rows(loop, SUBSTEPS), reference(loop), loop.plant.order, DESIGN.ratio
     amplitude = np.atleast_1d(harmonic.amplitude)
     time = DESIGN.period * np.arange(PERIODS * N)
     commands = np.imag(amplitude * np.exp(harmonic.exponent * time)[:, None]).reshape(PERIODS, -1)

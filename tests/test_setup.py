@@ -9,13 +9,15 @@ import pytest
 from packaging.requirements import Requirement
 
 import replication
+from replication.locked import declared, part
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = [text for extra in PROJECT["optional-dependencies"].values() for text in extra]
 DECLARED = [Requirement(text) for text in (*PROJECT["dependencies"], *EXTRAS)]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-PINS = dict(re.findall(r"^([a-z0-9._-]+)==([^\s;\\]+)", LOCK, re.MULTILINE))
+PIN = r"^([a-z0-9._-]+)==([^\s;\\]+)"
+PINS = dict(re.findall(PIN, LOCK, re.MULTILINE))
 
 
 def make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -36,6 +38,41 @@ def test_every_pin_has_its_hash() -> None:
     assert [block.split()[0] for block in blocks if "--hash=sha256:" not in block] == []
 
 
+TOY = """\
+a==1.0 ; sys_platform == 'linux' \\
+    --hash=sha256:aa
+    # via slow (pyproject.toml)
+b==2.0 \\
+    --hash=sha256:bb
+    # via
+    #   a
+    #   c
+c==3.0 \\
+    --hash=sha256:cc
+    # via b
+d==4.0 \\
+    --hash=sha256:dd
+    # via slow (pyproject.toml)
+"""
+
+
+def test_a_part_of_the_lock_has_what_is_wanted_at_any_depth_and_no_more() -> None:
+    assert re.findall(r"^\w", part(TOY, ["A>=1"]), re.MULTILINE) == ["a", "b", "c"]
+    assert part(TOY, ["d"]) == TOY[TOY.index("d==") :]
+    with pytest.raises(KeyError, match="e-missing"):
+        part(TOY, ["e_missing"])
+
+
+def test_the_report_installs_a_third_of_the_packages() -> None:
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    report = set(re.findall(PIN, part(LOCK, declared(project, ["estimation", "proofs"])), re.MULTILINE))
+    assert {("control", PINS["control"]), ("pyparsing", PINS["pyparsing"])} <= report
+    assert not {"selenium", "mkdocs", "nbconvert", "mypy"} & {name for name, _ in report}
+    assert len(report) <= 45
+    whole = re.findall(PIN, part(LOCK, declared(project, PROJECT["optional-dependencies"])), re.MULTILINE)
+    assert set(whole) == set(PINS.items())
+
+
 def test_version_is_the_same_everywhere() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert replication.__version__ == PROJECT["version"]
@@ -52,8 +89,9 @@ def test_help_lists_every_target() -> None:
 
 
 def test_too_old_a_python_is_named_before_anything_is_installed(tmp_path: Path) -> None:
-    for name in ("Makefile", "requirements.lock", "pyproject.toml"):
-        shutil.copy(ROOT / name, tmp_path)
+    (tmp_path / "replication").mkdir()
+    for name in ("Makefile", "requirements.lock", "pyproject.toml", "replication/locked.py"):
+        shutil.copy(ROOT / name, tmp_path / name)
     old = tmp_path / "python2.7"
     old.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "Python 2.7.18" && exit 0\nexit 1\n', encoding="utf-8")
     old.chmod(0o755)

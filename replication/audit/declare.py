@@ -21,6 +21,7 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
+from replication.audit.judge.policies import repeated
 from replication.audit.judge.printed import number as number
 from replication.audit.judge.printed import parse
 from replication.audit.model import Claim, Experiment, Kind, Verdict
@@ -121,7 +122,7 @@ class Part:
         tolerance_reason: str = "",
         reading: str = "",
         optimum: bool = False,
-        repeats: str = "",
+        ours: bool = False,
         consequence: Consequence | str | None = None,
         says: Said | Iterable[Said] = (),
     ) -> Callable[[Answer], Answer]:
@@ -158,7 +159,7 @@ class Part:
                     meant=_plain(meant),
                     reading=reading or self.reading,
                     optimum=optimum,
-                    repeats=repeats,
+                    ours=ours,
                     consequence=Consequence(consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
@@ -192,6 +193,47 @@ def declared(place: tuple[str, int] | None, answer: partial[Evidence]) -> partia
 
 def _not_checkable(reason: str, results: Results) -> Evidence:
     return Evidence(method="", not_checkable=reason)
+
+
+Prove = Callable[[Results], Proof]
+ROUNDING = 1e-10
+"""Residuals of an identity below this are rounding: the data are of size one."""
+
+
+class Errata(list[Erratum]):
+    """The misprints of a paper, each declared on the function that proves its correction."""
+
+    def misprint(
+        self,
+        name: str,
+        place: str,
+        printed: str,
+        meant: str,
+        *uses: str,
+        inference: bool = False,
+        scan: bool = False,
+    ) -> Callable[[Prove], Prove]:
+        """A decorator, as `Part.claim`; uses: the experiments whose results the proof receives."""
+
+        def declare(prove: Prove) -> Prove:
+            self.append(Erratum(name, place, printed, meant, prove, uses, inference, scan))
+            return prove
+
+        return declare
+
+
+def contrast(
+    text: str,
+    corrected: Mapping[str, float],
+    printed: Mapping[str, float],
+    *,
+    zero: float = ROUNDING,
+    wrong: float | None = None,
+) -> Proof:
+    """A proof by residuals: at most `zero` where corrected, and as printed at least `wrong`, or more than `zero`."""
+    vanish = all(value <= zero for value in corrected.values())
+    remain = all(value > zero if wrong is None else value >= wrong for value in printed.values())
+    return Proof(holds=vanish and remain, text=text, quantities={**corrected, **printed})
 
 
 def positive(margin: float, **told: Any) -> Evidence:
@@ -329,8 +371,7 @@ def paper(
                 erratum=None if claim.erratum is None else one(claim.erratum),
                 repeats=claim.repeats and one(claim.repeats),
             )
-            for part in parts
-            for claim in part.claims
+            for claim in repeated(claim for part in parts for claim in part.claims)
         ),
         scope=tuple(
             ScopeItem(

@@ -49,6 +49,20 @@ class Verdict(StrEnum):
     ERROR = "error"
 
 
+class Policy(StrEnum):
+    """A rule that like cases share, over all papers; `judge.policies` says each and applies it."""
+
+    SOLVER = "level that a solver found"
+    CONSTANT = "constant that a theorem leaves open"
+    RULED_OUT = "reading that the text rules out"
+    FACT = "one fact, one count"
+    OWN = "own plants and own draws"
+    ERRATUM = "agrees once corrected"
+    SCAN = "slip of the text at hand"
+    INPUTS = "rounding of printed inputs"
+    REMARK = "remark of ours"
+
+
 class SolverRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a numerical solver said of itself: never an answer, always shown beside one."""
 
@@ -64,13 +78,18 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """What is assumed where the text leaves a choice: a norm, a start, a degree rule, a class of estimators.
 
     name: by which claims refer to it. place: where the text leaves the choice. text: the assumption in plain words.
-    inference: whether it was chosen with the printed numbers in view.
+    inference: whether it was chosen with the printed numbers in view. policy: why it is one, where a policy says what
+    follows: a plant, filter or draw of ours, a constant that a theorem leaves open, a level where a solver stopped, or
+    a reading that the text rules out, which is told and not counted. accuracy: of such a solver, relative, of the
+    square of the level, which is what the inequalities are linear in.
     """
 
     name: str
     place: str
     text: str
     inference: bool = False
+    policy: Policy | None = None
+    accuracy: float | None = None
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -151,7 +170,7 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
     intervals: ends of what each printed number stands for, as exact fractions; none beside a relation.
     proved: whether a theorem says what the claim says. supported: else, if there are theorems beside it, what they do
-    not say. unproved: why there is none.
+    not say. unproved: why there is none. policies: those that touched the claim.
     """
 
     verdict: Verdict
@@ -161,6 +180,7 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     proved: bool = False
     supported: str = ""
     unproved: str = ""
+    policies: tuple[Policy, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,7 +210,8 @@ class Claim:
     meant: what must be printed instead, if that erratum corrects the printed result and not what it follows from.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     optimum: whether the printed number is the least level that any design reaches.
-    repeats: id of the claim whose number or statement this one prints again; totals count it once.
+    repeats: id of the claim that says the same as data, filled in by `declare.paper`; totals count the fact once.
+    ours: whether the text does not say it, but we do beside it; totals leave it out.
     consequence: what falls with it, where kind and place do not tell.
     says: the same statement as data, all of which must be so; a theorem proves the claim only if it says that.
     unit, remark: of the print, the unit and the note of the file of printed data.
@@ -211,6 +232,7 @@ class Claim:
     reading: str = ""
     optimum: bool = False
     repeats: str = ""
+    ours: bool = False
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
     unit: str = ""
@@ -225,9 +247,12 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     quantities: dict[str, float] = {}
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Erratum:
-    """A misprint: what is printed, what must be meant, and the computation that proves or suggests it."""
+    """A misprint: what is printed, what must be meant, and the computation that proves or suggests it.
+
+    scan: whether the slip may be of the text at hand and not of the paper; what rests on it alone is not charged.
+    """
 
     id: str
     place: str
@@ -236,3 +261,4 @@ class Erratum:
     prove: Callable[[Results], Proof]
     uses: tuple[str, ...] = ()
     inference: bool = False
+    scan: bool = False

@@ -102,8 +102,8 @@ def _around(value: float) -> dict[str, str]:
 
 def _weights(loop: DualRateLoop) -> list[str]:
     """Powers of two for (x, u, w), between which x' = A x + B u and w' = σ w are balanced."""
-    n, plant = loop.plant.size, loop.plant
+    n, plant = loop.plant.order, loop.plant
     motion = np.zeros((n + 2, n + 2))
-    motion[:n, :n], motion[:n, n], motion[-1, -1] = plant.state, plant.input[:, 0], reference(loop).frequency
+    motion[:n, :n], motion[:n, n], motion[-1, -1] = plant.A, plant.B_u[:, 0], reference(loop).frequency
     weights = scipy.linalg.matrix_balance(motion, permute=False, separate=True)[1][0]
     return [str(fmpq(*float(weight).as_integer_ratio())) for weight in weights]

@@ -194,14 +194,14 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
     problem = result.loop.design
     model = problem.model
     reasons = (
-        (model.input.shape[1] == len(model.output) == 1, "one input and one output"),
+        (model.B_u.shape[1] == len(model.C) == 1, "one input and one output"),
         (result.observer_name in CARRIED_OUT, f"one of the observers {', '.join(CARRIED_OUT)}"),
         (not result.discrete_gain, "a gain in the differential equation of the observer"),
     )
     for fits, what in reasons:
         if not fits:
             raise InvalidInputError(f"no certificate: dualrate.stable is a statement on loops with {what}")
-    given = _finite(A=model.state, B=model.input, C=model.output)
+    given = _finite(A=model.A, B=model.B_u, C=model.C)
     times = _finite(T=problem.period)
     gains = _finite(K=problem.feedback, L=problem.injection)
     theorem = _theorem(

@@ -131,7 +131,7 @@ def _nonuniform(values: Values, **options: Any) -> GainResult:
             raise InvalidInputError(
                 f"{', '.join(sorted(unused))}: for a filter that takes no time stamps; leave either out"
             )
-        return nonuniform.design_stamped(nonuniform.StampedPlant(**plant), known=values.get("B_u"), **options)
+        return nonuniform.design_stamped(nonuniform.StampedPlant(**plant), B_u=values.get("B_u"), **options)
     if unused := [*{"B_u", "cells"} & {*values, *options}]:
         raise InvalidInputError(
             f"{', '.join(sorted(unused))}: for a filter that takes time stamps; leave either out, or write stamps = "

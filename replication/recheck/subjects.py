@@ -191,12 +191,13 @@ def shao(data: Mapping[str, Any], _: Path) -> dict[str, Plant]:
     }
     rates = {"T": decimal(data["period"]), "M": decimal(data["ratio"])}
     loop = {**matrices, "K": [[decimal(text) for text in data["feedback"]]], "L": column(data["injection"]), **rates}
-    scalar = {"A": [[one]], "B": [[one]], "C": [[one]], "K": [[-2 * one]], "L": [[2 * one]]}
+    scalar = {"A": [[one]], "B": [[one]], "C": [[one]], "K": [[-2 * one]], "L": [[2 * one]], "T": Fraction(1, 1000)}
     return {
         "parameters": {**dict(zip(("R", "Psi", "Lq", "p", "Bw", "J", "KT"), values, strict=True)), **matrices},
         "motor": loop,
         "motor-from-start": {**loop, "start": column(data["start"])},
-        "scalar": {**scalar, "T": Fraction(1, 1000), "M": Fraction(5)},
+        "scalar": {**scalar, "M": Fraction(5)},
+        **{f"scalar-{ratio}": {**scalar, "M": Fraction(ratio)} for ratio in (1005, 1006)},
     }
 
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from sample import claim
 
 from replication.audit.judge.agreement import Target
-from replication.audit.model import Evidence, Kind, Outcome, Proof, Verdict
+from replication.audit.model import Evidence, Kind, Outcome, Policy, Proof, Verdict
 from replication.audit.parts import Table
 from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
@@ -125,14 +125,17 @@ def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
         ("1.14", 1.134687, (0.466, "% below the print")),
         ("42.03", 58.40, (38.95, "% above the print")),
         ("16.73", 12.25, (26.78, "% below the print")),
-        ("2.0", 5.0, (2.5, "times the print")),
-        ("25.92", 15.85, (0.6115, "times the print")),
+        ("2.0", 5.0, (150.0, "% above the print")),
+        ("25.92", 15.85, (38.85, "% below the print")),
+        ("0.1", 2.0, (20.0, "times the print")),
     ],
 )
 def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value: float, off: tuple[float, str]) -> None:
     record = claim("case", Kind.VALUE, Verdict.DIFFERS, printed, Evidence(method="Evaluated directly", value=value))
     (view,) = views([record], targets([record]))
     assert view.off == (pytest.approx(off[0], rel=1e-3), off[1])
+    whole = claim("whole", Kind.VALUE, Verdict.DIFFERS, "1", Evidence(method="Counted", value=7.0))
+    assert views([whole], targets([whole]))[0].off is None, "a count is its own measure"
     unsettled = judged(record, Verdict.UNDETERMINED)
     assert views([unsettled], targets([unsettled]))[0].off is None
 
@@ -175,10 +178,11 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
     records = [
         judged(claim(f"case-{n}", Kind.ORDER, verdict, "", tried), verdict) for n, verdict in enumerate(verdicts)
     ]
+    records[2] = replace(records[2], judgement=replace(records[2].judgement, policies=(Policy.ERRATUM,)))
     known = {view.record.id: view for view in views(records, {})}
     rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
-    assert (made.agree, made.corrected, made.judged, made.chosen, made.unsettled) == (3, 1, 7, 1, 1)
+    assert (made.agree, made.corrected, made.judged, made.chosen, made.unsettled) == (2, 2, 7, 0, 1)
     assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
     assert {row[2].text for row in made.rows} == {"N/A"}
 

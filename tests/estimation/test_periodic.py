@@ -9,8 +9,7 @@ import pytest
 
 from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InvalidInputError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, frequency_response
-from replication.estimation.multirate.simulation import simulate
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, frequency_response, simulate
 from tests.tolerances import ROUNDING
 
 

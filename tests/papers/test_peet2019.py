@@ -78,8 +78,6 @@ def test_cited_claims_are_never_counted_as_reproduced() -> None:
     open_choices = {
         f"peet2019.{name}"
         for name in (
-            "ex2.not-conservative",
-            "ex3.not-conservative",
             "ex4.unstable",
             "observer.lumped-states",
             "table1.function-of-product",

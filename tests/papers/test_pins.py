@@ -8,7 +8,7 @@ import pytest
 import papers
 from papers import KEYS
 from replication.audit.judge.recording import rejudge
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Kind, Policy, Verdict
 from replication.audit.run.runner import Outcome
 
 PAPERS = {paper.key: paper for paper in papers.load()}
@@ -26,11 +26,11 @@ def test_every_claim_has_its_pinned_verdict(key: str, fresh_run: Outcome) -> Non
     assert fresh_run.failures == ()
 
 
-@pytest.mark.parametrize("key", FLIPPED)
-def test_no_number_differs_that_is_computed_from_printed_results(key: str) -> None:
+def test_no_number_differs_that_is_computed_from_printed_results() -> None:
     """Where gains or a filter went in as printed, the evidence would have to hold the range over their rounding."""
-    inputs = {experiment.name: set(experiment.inputs) for experiment in PAPERS[key].experiments}
-    differing = [claim for claim in PAPERS[key].claims if claim.expected is Verdict.DIFFERS]
+    papers_ = [PAPERS[key] for key in FLIPPED]
+    inputs = {experiment.name: set(experiment.inputs) for paper in papers_ for experiment in paper.experiments}
+    differing = [claim for paper in papers_ for claim in paper.claims if claim.expected is Verdict.DIFFERS]
     assert differing
     for claim in differing:
         used = set().union(*(inputs[name] for name in claim.uses))
@@ -58,6 +58,8 @@ def test_one_unit_in_the_last_place_flips_the_verdict(key: str, fresh_run: Outco
             other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
             reprinted = msgspec.structs.replace(record.claim, printed=other)
             moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata, readings=PAPERS[key].readings)
-            assert moved.verdict is Verdict.DIFFERS, (record.id, other, moved.reason)
-            flipped += 1
+            # One unit more of an optimum may be where a solver stopped; that is no agreement as printed.
+            by_solver = sign > 0 and Policy.SOLVER in moved.policies
+            assert moved.verdict is (Verdict.COMPATIBLE if by_solver else Verdict.DIFFERS), (record.id, moved.reason)
+            flipped += not by_solver
     assert flipped >= FLIPPED[key]

@@ -36,7 +36,7 @@ def exact(values: Any) -> fmpq_mat:
 
 def loop_of(design: DualRateDesign) -> Loop:
     model = design.model
-    matrices = {"A": model.state, "B": model.input, "C": model.output, "K": design.feedback, "L": design.injection}
+    matrices = {"A": model.A, "B": model.B_u, "C": model.C, "K": design.feedback, "L": design.injection}
     period = fmpq(*Fraction(design.period).as_integer_ratio())
     return Loop(**{name: exact(value) for name, value in matrices.items()}, T=period, M=design.ratio)
 
@@ -161,7 +161,7 @@ def test_an_indefinite_solution_of_the_lyapunov_equation_is_refused() -> None:
 
 def test_joint_matrix_has_the_blocks_of_the_manuscript() -> None:
     design = random_design(3, 2)
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection
     expected = np.block([[A + B @ K, -B @ K], [np.zeros((2, 2)), A - L @ C]])
     np.testing.assert_allclose(floats(arb_mat(dualrate_lyapunov.joint_matrix(loop_of(design)))), expected)

@@ -22,7 +22,6 @@ from papers.okajima2023.experiments.declared import (
     all_periods,
     case,
     pair,
-    table_claim,
     times,
 )
 from papers.okajima2023.printed import DATA, TABLE_1
@@ -35,28 +34,19 @@ BLOG = Part("Blog post: levels, tables, reasons", reading=NO_READING)
 SCHEDULES = tuple(f"schedule.case-{n}" for n in (1, 2, 3))
 
 
-def _repeated(name: str, printed: str, experiment: str, what: str, original: str, reading: str = NO_READING) -> None:
+def _again(name: str, printed: str, experiment: str, what: str, reading: str = NO_READING) -> None:
     level(
-        BLOG,
-        f"blog.{name}",
-        printed,
-        experiment,
-        f"The blog's level for {what}, as in the paper.",
-        repeats=original,
-        reading=reading,
-    )
+        BLOG, f"blog.{name}", printed, experiment, f"The blog's level for {what}, as in the paper.", reading=reading
+    )  # fmt: skip
 
 
-_repeated("proposed", DATA["blog-methods"]["Proposed"], case("proposed"), "the proposed observer", "gamma.proposed")
+_again("proposed", DATA["blog-methods"]["Proposed"], case("proposed"), "the proposed observer")
 for _case in "ABC":
-    _id, _printed = f"case-{_case.lower()}", DATA["blog-methods"][f"Case {_case}"]
-    _repeated(_id, _printed, case(_case), f"Case {_case}", f"gamma.{_id}", PREDICTORS)
+    _again(f"case-{_case.lower()}", DATA["blog-methods"][f"Case {_case}"], case(_case), f"Case {_case}", PREDICTORS)
 for _n in (1, 3):
-    _printed = DATA["blog-periods"][f"{_n},{_n}"]
-    _repeated(f"n{_n}{_n}", _printed, pair((_n, _n)), f"N₁ = N₂ = {_n}", table_claim((_n, _n)))
+    _again(f"n{_n}{_n}", DATA["blog-periods"][f"{_n},{_n}"], pair((_n, _n)), f"N₁ = N₂ = {_n}")
 for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=True):
-    _original = table_claim((3, 3)) if _timing == TIMINGS[0] else f"timing.case-{_n}"
-    _repeated(f"timing-{_n}", _printed, _timing, f"Case {_n} of the timing", _original)
+    _again(f"timing-{_n}", _printed, _timing, f"Case {_n} of the timing")
 
 
 @BLOG.order(

@@ -119,7 +119,7 @@ def below_others(smaller: str, *larger: str) -> list[Predicate]:
 
 
 def level(part: Part, name: str, printed: str, experiment: str, statement: str, **told: Any) -> None:
-    """Declare the claim on the optimal level of one design; told: reading, repeats, pinned, where they are needed."""
+    """Declare the claim on the optimal level of one design; told: reading and pinned, where they are needed."""
     declared = part.value(
         name, printed, statement=statement, uses=experiment, says=optimum(experiment), optimum=True, **told
     )
@@ -235,8 +235,7 @@ for _periods, _printed in TABLE_1.items():
         _printed,
         pair(_periods),
         f"The smallest level for N₁ = {_periods[0]} and N₂ = {_periods[1]}, both sensors at instant 0.",
-        pinned="differs" if _periods == (2, 1) else "",
-        repeats="gamma.proposed" if _periods == (2, 3) else "",
+        pinned="compatible" if _periods == (2, 1) else "",
     )
 
 

@@ -20,7 +20,6 @@ for _theta, (_case, _printed) in enumerate(DATA["level-of-timing"].items()):
         _printed,
         TIMINGS[_theta],
         f"The smallest level for N₁ = N₂ = 3 and θ₁ = 0, θ₂ = {_theta}.",
-        repeats="" if _theta else "table1.n33",
     )
     achieved(TIMING, str(38 + _theta), _printed)
 

@@ -12,12 +12,11 @@ from papers.okajima2023.method.lmi import cyclic_size, lmi_analysis, lmi_design,
 from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.audit.judge.perturb import Parameters, spread
 from replication.errors import InfeasibleError
-from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.multirate.timing import search_timing
 
 INACCURATE = ("optimal", "optimal_inaccurate")

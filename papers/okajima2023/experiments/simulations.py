@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from papers.okajima2023.experiments.problem import Json, Matrix, build
-from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
+from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.multirate.optimum import optimal_design
-from replication.estimation.multirate.simulation import simulate, white_noise_variance, worst_case_response
 
 DENOMINATORS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
 """What eq. (34) may mean: the first is the print, the second takes the sensors as noiseless, the others count w."""

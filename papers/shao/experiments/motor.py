@@ -53,18 +53,9 @@ def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
     return {"periods": list(periods), "moduli": moduli}
 
 
-def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
-    """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
-    names, counts = (PMI, APO, RESTARTED), list(range(1, largest_ratio + 1))
-    return {
-        "ratios": list(ratios),
-        "intervals": {
-            name: [[list(ends) for ends in stable_periods(replace(DESIGN, ratio=M), name, periods)] for M in ratios]
-            for name in names
-        },
-        "counts": counts,
-        "radii": {name: [radius(DESIGN, name, ratio=M) for M in counts] for name in names},
-    }
+def stable_sets(periods: Sequence[float]) -> dict[str, Any]:
+    """Intervals of T (s) in which DRC-APO keeps the motor stable at the printed M."""
+    return {"intervals": [list(ends) for ends in stable_periods(DESIGN, APO, periods)]}
 
 
 def radius(design: DualRateDesign, observer: str, **changes: Any) -> float:
@@ -114,7 +105,7 @@ def _physical(s: complex) -> complex:
 def _position(s: complex) -> complex:
     """θ/u_q from the printed A, B and C."""
     model = DESIGN.model
-    return complex((model.output @ np.linalg.solve(s * np.eye(3) - model.state, model.input))[0, 0])
+    return complex((model.C @ np.linalg.solve(s * np.eye(3) - model.A, model.B_u))[0, 0])
 
 
 def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
@@ -122,7 +113,7 @@ def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
 
     measured: Case 2, with y(t_k) for ȳ(t_k) in (9), and (10) without its last term.
     """
-    A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
+    A, B, C = DESIGN.model.A, DESIGN.model.B_u, DESIGN.model.C
     K, L = DESIGN.feedback, DESIGN.injection
     x, xi, held = (rng.normal(size=3) for _ in range(3))
     measured_output, predicted = rng.normal(size=1), rng.normal(size=1)

@@ -1,4 +1,4 @@
-"""Experiments on the stability theorem: its condition, its counter-example, and the inequalities of its proof."""
+"""Experiments on the stability result of Sec. IV: its condition, counter-examples, and the steps of its proof."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ from papers.shao.method.lyapunov import (
 )
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
 from replication.errors import InfeasibleError
+from replication.estimation.dualrate.loop import close_loop
+from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
+from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import held
 from replication.estimation.validation import Array
 
@@ -85,6 +88,47 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
     return {"periods": list(periods), "rates": rates}
 
 
+def longer_ratios(stable: int, unstable: int, beyond: Sequence[int]) -> dict[str, Any]:
+    """The counter-example with the restarted predictor: the least M between two ratios at which it is unstable.
+
+    Found by bisection, which needs a stable and an unstable end; radius: at that M and at the one below. beyond: ratios
+    from there on, with their radii. (18) has no M: its left side is that of the printed predictor. Raises
+    InfeasibleError if the ends do not part.
+    """
+
+    def at(ratio: int) -> float:
+        return radius(COUNTEREXAMPLE, RESTARTED, ratio=ratio)
+
+    if not at(stable) < 1.0 < at(unstable):
+        raise InfeasibleError(f"the loop must be stable at M = {stable} and unstable at M = {unstable}")
+    while unstable - stable > 1:
+        middle = (stable + unstable) // 2
+        stable, unstable = (middle, unstable) if at(middle) < 1.0 else (stable, middle)
+    return {"ratio": unstable, "radius": [at(stable), at(unstable)], "beyond": {str(M): at(M) for M in beyond}}
+
+
+def divergence(ratio: int, length: float, points: int) -> dict[str, Any]:
+    """x of the counter-example over `length` s from x(0) = 1 and ζ(0) = 0, at about as many points.
+
+    printed, restarted, fast: by predictor at the M of the counter-example. longer: restarted and fast at `ratio`.
+    """
+    fast_periods = round(length / COUNTEREXAMPLE.period)
+    step = fast_periods // points
+
+    def response(name: str, design: DualRateDesign) -> list[float]:
+        loop = close_loop(design, OBSERVERS[name])
+        found = time_response(loop, [1.0], [0.0], slow_periods=fast_periods // design.ratio + 1, substeps=1)
+        return [float(x) for x in found.output[: fast_periods + 1 : step]]
+
+    longer = replace(COUNTEREXAMPLE, ratio=ratio)
+    return {
+        "time": [COUNTEREXAMPLE.period * k for k in range(0, fast_periods + 1, step)],
+        "ratio": ratio,
+        "own": {name: response(name, COUNTEREXAMPLE) for name in COMPARED},
+        "longer": {name: response(name, longer) for name in (RESTARTED, FAST)},
+    }
+
+
 def step_bounds(trials: int, seed: int) -> dict[str, Any]:
     """Largest left over right side of (12), (13), (14) over `trials` random loops with Hurwitz A + B K and A − L C.
 
@@ -129,8 +173,8 @@ def _random_loop(rng: np.random.Generator) -> tuple[DualRateDesign, TheoremConst
 
 def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
     """What stands with ‖χ‖ V_m in (16), by ‖χ‖ ≤ √V/√λ_min, over α₄ of (17)."""
-    B, K, L = design.model.input, design.feedback, design.injection
-    n = design.model.size
+    B, K, L = design.model.B_u, design.feedback, design.injection
+    n = design.model.order
     PB, PL = norm(constants.P[:, :n] @ B), norm(constants.P[:, n:] @ L)
     alpha1, alpha2, alpha3, alpha4 = constants.alpha
     total = alpha2 * PB + alpha1 * PL + alpha3 * PB * norm(K @ L) + alpha3 * PL
@@ -140,7 +184,7 @@ def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
 def _ratios(design: DualRateDesign, constants: TheoremConstants, start: Array, error: Array) -> dict[str, float]:
     """Left over right side, the largest over the times of one fast period, from (x, ζ) at t_k and e_p(t_k)."""
     P, alpha = constants.P, constants.alpha
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection
     n = len(A)
     zero = np.zeros_like(A)

@@ -1,6 +1,6 @@
-"""The sufficient condition (18) of the stability theorem, the inequality (15) it rests on, and the true slow rates.
+"""The sufficient condition (18) of the stability result, the inequality (15) it rests on, and the true slow rates.
 
-The theorem says that the loop with the virtual measurement (6) converges if A + B K and A − L C are Hurwitz and
+Sec. IV says that the loop with the virtual measurement (6) converges if A + B K and A − L C are Hurwitz and
 α₄ λ_max(P) T < 1, whatever the ratio M.
 """
 
@@ -31,7 +31,7 @@ class TheoremConstants:
 def hurwitz_margins(design: DualRateDesign) -> tuple[float, float]:
     """Largest real parts of the eigenvalues of A + B K and of A − L C, 1/s; negative means Hurwitz."""
     model = design.model
-    return _growth(model.state + model.input @ design.feedback), _growth(model.state - design.injection @ model.output)
+    return _growth(model.A + model.B_u @ design.feedback), _growth(model.A - design.injection @ model.C)
 
 
 def theorem_constants(design: DualRateDesign) -> TheoremConstants:
@@ -39,9 +39,9 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     margins = hurwitz_margins(design)
     if max(margins) >= 0.0:
         raise InfeasibleError(
-            f"the theorem needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
+            f"Sec. IV needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
         )
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection
     guided = A - L @ C
     joint = np.block([[A + B @ K, -B @ K], [np.zeros_like(A), guided]])
@@ -66,8 +66,8 @@ def prediction_gap(design: DualRateDesign, *, restarted: bool = False) -> tuple[
     is −C (e^{AT} − I) ξ(t_{k−1}). Here V(χ(t_{k−1})) = 1, and ξ is the worst one.
     """
     constants = theorem_constants(design)
-    change = scipy.linalg.expm(design.model.state * design.period) - np.eye(design.model.size) * restarted
-    predicted = design.model.output @ change
+    change = scipy.linalg.expm(design.model.A * design.period) - np.eye(design.model.order) * restarted
+    predicted = design.model.C @ change
     row = np.hstack([np.zeros_like(predicted), predicted])
     worst = np.sqrt(np.max(np.diag(row @ np.linalg.solve(constants.P, row.T))))
     return float(worst), float(constants.alpha[2] * design.period)
@@ -90,7 +90,7 @@ def rate_gap(design: DualRateDesign, *, measured: bool) -> float:
 
 
 def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool) -> float:
-    A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
+    A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     (n, m), p, T = B.shape, len(C), design.period
     # Over one period: ζ by (3), the model's ζ_p by (6), and the integral of C A ζ + C B u, from held u and ȳ.
     flow = np.zeros((2 * n + p + m + p,) * 2)
@@ -120,7 +120,7 @@ def _expm1(matrix: Array) -> Array:
 def slow_eigenvalues(design: DualRateDesign, observer: str) -> ComplexArray:
     """The 2n largest eigenvalues of the monodromy matrix, of plant and observer; moduli decrease."""
     eigenvalues = np.linalg.eigvals(monodromy(close_loop(design, OBSERVERS[observer]))).astype(complex)
-    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]])
+    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.order]])
 
 
 def slow_rates(design: DualRateDesign, observer: str) -> ComplexArray:
@@ -140,8 +140,8 @@ def slow_rate_gap(design: DualRateDesign, observer: str, *, period: float, share
     rates = slow_rates(replace(design, period=period), observer)
     limits = np.concatenate(
         [
-            np.linalg.eigvals(model.state + model.input @ design.feedback),
-            np.linalg.eigvals(model.state - share * design.injection @ model.output),
+            np.linalg.eigvals(model.A + model.B_u @ design.feedback),
+            np.linalg.eigvals(model.A - share * design.injection @ model.C),
         ]
     )
     distances = np.abs(rates[:, None] - limits[None, :])

@@ -162,12 +162,12 @@ def first_estimate(start: Start, x: Array, output: Array) -> Array:
 
 def _start(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
     x = np.array(space.start)
-    return start_state(loop, x, first_estimate(start, x, loop.plant.output[0]))
+    return start_state(loop, x, first_estimate(start, x, loop.plant.C[0]))
 
 
 def _peaks(space: ReadingSpace, loop: DualRateLoop, starts: Array) -> Array:
     """Largest |y − y_d| in each slow period, shape (points, periods, starts)."""
-    harmonic, design, n = reference(loop), loop.design, loop.plant.size
+    harmonic, design, n = reference(loop), loop.design, loop.plant.order
     rows = output_rows(loop, space.substeps)
     z = slow_states(loop, starts, space.horizon)
     slow = design.slow_period * np.arange(space.horizon)

@@ -61,23 +61,23 @@ def simulate(
         raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED}, held r")
     positive_integer("number of slow periods", slow_periods)
     positive_integer("number of sub-steps", substeps)
-    A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
+    A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     plant = design.model if plant is None else as_plant(plant)
     check_fit(design.model, plant, harmonic)
-    if observer == "state_feedback" and plant.size != design.model.size:
-        raise InvalidInputError(f"state feedback needs the {design.model.size} states of the model, got {plant.size}")
-    row = plant.output[row_of_output(plant, output)]
+    if observer == "state_feedback" and plant.order != design.model.order:
+        raise InvalidInputError(f"state feedback needs the {design.model.order} states of the model, got {plant.order}")
+    row = plant.C[row_of_output(plant, output)]
     width = design.period / substeps
     free, model_drive = _hold(A, B, width)
-    true_free, plant_drive = _hold(plant.state, plant.input, width)
+    true_free, plant_drive = _hold(plant.A, plant.B_u, width)
     guided, observer_drive = _hold(A - L @ C, np.hstack([B, L]), width)
-    x, zeta, model = finite_vector("x(0)", start, plant.size), *(finite_vector("ζ(0)", estimate, len(A)),) * 2
+    x, zeta, model = finite_vector("x(0)", start, plant.order), *(finite_vector("ζ(0)", estimate, len(A)),) * 2
     used, predicted, u = np.zeros(len(C)), np.zeros(len(C)), np.zeros(B.shape[1])
     outputs, estimates, inputs = [], [], []
     for k in range(slow_periods * design.ratio):
         slow_instant = k % design.ratio == 0
         if slow_instant or observer == "fast_sensor":
-            used = plant.output @ x
+            used = plant.C @ x
         elif observer in ("alternating_predictive", "running_prediction"):
             used = predicted
         if slow_instant:

@@ -25,8 +25,8 @@ def estimation_lag(loop: DualRateLoop) -> float:
 
     Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
     """
-    steady, n = steady_state(loop), loop.plant.size
-    outputs = steady.states[:-1, :n] @ loop.plant.output[0]
+    steady, n = steady_state(loop), loop.plant.order
+    outputs = steady.states[:-1, :n] @ loop.plant.C[0]
     return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
 
 
@@ -58,9 +58,9 @@ def bandwidth(
 
 def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
     """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
-    steady, n = steady_state(loop), loop.plant.size
+    steady, n = steady_state(loop), loop.plant.order
     estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
-    return np.asarray(steady.states[:-1, :n] @ loop.plant.output[0] - estimates @ loop.design.model.output[0])
+    return np.asarray(steady.states[:-1, :n] @ loop.plant.C[0] - estimates @ loop.design.model.C[0])
 
 
 def transient_energy(loop: DualRateLoop, offset: Array) -> tuple[float, float]:
@@ -71,7 +71,7 @@ def transient_energy(loop: DualRateLoop, offset: Array) -> tuple[float, float]:
     Raises InfeasibleError if the loop is unstable.
     """
     require_stable(loop, "the energy of its transient is infinite")
-    free, n, size = replace(loop, harmonic=None), loop.plant.size, loop.size
+    free, n, size = replace(loop, harmonic=None), loop.plant.order, loop.size
     within, reached, period = _held_energy(loop.plant, loop.design.period), np.eye(size), np.zeros((size, size))
     for step in free.steps:
         joint = np.vstack([np.eye(size)[:n], step.input_state]) @ reached
@@ -87,9 +87,9 @@ def transient_energy(loop: DualRateLoop, offset: Array) -> tuple[float, float]:
 
 def _held_energy(plant: Plant, time: float) -> Array:
     """∫₀^T y² dt as a form in (x, u) with u held, by the exponential of a block matrix (Van Loan 1978)."""
-    n, m = plant.input.shape
-    flow, row = np.zeros((n + m, n + m)), np.hstack([plant.output[0], np.zeros(m)])
-    flow[:n] = np.hstack([plant.state, plant.input])
+    n, m = plant.B_u.shape
+    flow, row = np.zeros((n + m, n + m)), np.hstack([plant.C[0], np.zeros(m)])
+    flow[:n] = np.hstack([plant.A, plant.B_u])
     blocks = np.block([[-flow.T, np.outer(row, row)], [np.zeros_like(flow), flow]])
     power = scipy.linalg.expm(blocks * time)
     return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])

@@ -11,10 +11,11 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
 from replication.audit.judge.recording import rejudge
 from replication.audit.judge.validate import unused_readings
-from replication.audit.model import Experiment, Reading, Verdict
+from replication.audit.model import Experiment, Judgement, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.worker import function_name
 from replication.audit.store.jsonvalues import encode
@@ -76,8 +77,12 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     """
     problems = [*_schema(results), *_repeated(results)]
     errata = {erratum.id: erratum for erratum in results.errata}
+    derived = {
+        record.id: rejudge(record, errata, readings=results.readings.get(record.paper, ())) for record in results.claims
+    }
     for record in results.claims:
-        problems.extend(_verdict(record, errata, results.readings.get(record.paper, ())))
+        own = msgspec.structs.replace(record, judgement=derived[record.id])
+        problems.extend(_verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement))
     problems.extend(_errors(results))
     problems.extend(_readings(results))
     problems.extend(_proofs(results, root))
@@ -98,8 +103,8 @@ def _repeated(results: ResultsFile) -> Iterator[Problem]:
             yield Problem(where=name, cause=Cause.SET, message=f"the {sort} stands {count} times in the file")
 
 
-def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord], readings: Sequence[Reading]) -> Iterator[Problem]:
-    found, derived = record.judgement, rejudge(record, errata, readings=readings)
+def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
+    found = record.judgement
     for name in type(found).__struct_fields__:
         # The reason of an error may be a failure that left no number to derive it from.
         if name == "reason" and Verdict.ERROR in (found.verdict, derived.verdict):
@@ -128,7 +133,7 @@ def _errors(results: ResultsFile) -> Iterator[Problem]:
 def _readings(results: ResultsFile) -> Iterator[Problem]:
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
-        for name in unused_readings([reading.name for reading in paper.readings], claims):
+        for name in unused_readings(paper.readings, claims):
             yield Problem(where=paper.key, cause=Cause.TEXT, message=f"no claim rests on the reading {name!r}")
 
 

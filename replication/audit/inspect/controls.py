@@ -13,7 +13,7 @@ from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
 from replication.audit.judge.recording import rejudge
 from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Kind, Policy, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 
 EXPECTED = {
@@ -56,7 +56,8 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
                 target if record.claim is claim.claim else None,
                 readings=readings.get(claim.paper, ()),
             )
-            noticed[altered].append((judged.verdict in AGREES) is (EXPECTED[altered] == "agreement"))
+            agrees = judged.verdict in AGREES and Policy.SOLVER not in judged.policies
+            noticed[altered].append(agrees is (EXPECTED[altered] == "agreement"))
             if not noticed[altered][-1]:
                 missed[altered][claim.id] = claim
     return tuple(
@@ -78,9 +79,10 @@ def _alterations(
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
     if record.verdict in AGREES:
-        # Agreement under one reading of several, over rounded inputs, or within a printed uncertainty is wider than the
-        # rounding of the print.
-        wide = evidence.outcomes or evidence.over_inputs or (printed and any(entry.spread for entry in printed.entries))
+        # Agreement under one reading of several, over rounded inputs, within a printed uncertainty, or within what a
+        # solver leaves open is wider than the rounding of the print.
+        spread = printed is not None and any(entry.spread for entry in printed.entries)
+        wide = evidence.outcomes or evidence.over_inputs or spread or Policy.SOLVER in record.judgement.policies
         if not wide and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
             if claim.meant and record.verdict in CORRECTED:
                 # What is meant was compared; the print was found wrong and would be so with another digit.

@@ -67,7 +67,8 @@ class Caveat:
 class Headline:
     """What leads the report.
 
-    total: claims, without those that repeat a number. unexpected: claims whose verdict is not the pinned one.
+    total: claims, without those that repeat a fact and remarks of ours. unexpected: claims whose verdict is not the
+    pinned one.
     counted: numbers in words.
     """
 
@@ -90,7 +91,7 @@ def headline(results: ResultsFile) -> Headline:
     return Headline(
         sentence=sentence(results.claims),
         total=len(claims),
-        repeated=len(results.claims) - len(claims),
+        repeated=sum(bool(claim.claim.repeats) for claim in results.claims),
         counts=counts(claims),
         proved=sum(claim.judgement.proved for claim in claims),
         supported=sum(bool(claim.judgement.supported) for claim in claims),

@@ -80,8 +80,8 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
     words = {True: "says", False: "denies"}
     ways = {holds: [name for name, found in by_reading.items() if found is holds] for holds in words}
     decided = [f"A theorem {words[holds]} it under {', '.join(names)}. " for holds, names in ways.items() if names]
-    more = f"; and {len(missing) - 1} more" if len(missing) > 1 else ""
-    return f"{''.join(decided)}{missing[0][:1].upper()}{missing[0][1:]}{more}."
+    told = "; ".join(missing)
+    return f"{''.join(decided)}{told[:1].upper()}{told[1:]}."
 
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:

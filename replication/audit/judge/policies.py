@@ -1,45 +1,66 @@
-"""Policies that hold for all papers alike: excess of a printed optimum, rounding of printed inputs, repeats."""
+"""Policies that hold for all papers alike: each rule in words, and the function that applies it.
+
+A policy that spares one paper spares all. A judgement names those that touched it, and the report lists them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
-from replication.audit.judge.numerals import short
-from replication.audit.model import Evidence, Judgement, Kind, OverInputs, Verdict
+from replication.audit.judge.numerals import of_decimals, short
+from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, Verdict
 from replication.audit.store.records import ClaimRecord, StatedClaim
 from replication.errors import AuditError
 
-EXCESS = 0.01
-"""By this much, relatively, a printed optimum may be too high because a solver stopped early."""
-EXCESS_REASON = (
-    "Solvers of matrix inequalities stop once the level is near the optimum; one in common use, mincx, does so by"
-    " default within 1 per cent"
+RULES: Mapping[Policy, str] = {
+    Policy.SOLVER: "A text that obtains a least level with a numerical solver prints where the solver stopped. A print "
+    "above the optimum by no more than the solver's accuracy is compatible; the reason says what the optimum rounds "
+    "to, and by how much the print exceeds it at least.",
+    Policy.CONSTANT: "A constant that a theorem leaves open, such as a small positive one, is a reading: its limit is "
+    "one, a value of it is another.",
+    Policy.RULED_OUT: "A reading that the text rules out is none: its outcome is told and does not count.",
+    Policy.FACT: "Claims of a paper with the same predicates are one fact: it has one verdict and is counted once.",
+    Policy.OWN: "What rests on a plant, a filter or draws of ours is never reproduced: a statement is consistent at "
+    "best, and a number, or what needs a correction too, compatible.",
+    Policy.ERRATUM: "A correction never improves a verdict: what agrees only once corrected says so, whether it is a "
+    "number or a statement; a correction that is an inference makes it compatible.",
+    Policy.SCAN: "A slip that the conversion of the text may have made is corrected and named, and not charged to the "
+    "authors: the verdict is that of the corrected text.",
+    Policy.INPUTS: "Results that a text prints, and from which another is computed, were rounded for the print: what "
+    "this rounding may explain is compatible. Parameters that it chooses are exact.",
+    Policy.REMARK: "What we say beside the text, such as that a condition is tight, is judged as a claim is, and no "
+    "total counts it.",
+}
+OF_READINGS = (Policy.SOLVER, Policy.CONSTANT, Policy.RULED_OUT, Policy.OWN)
+"""Policies that a reading brings with it."""
+FROM_BEST = (
+    (Verdict.REPRODUCED, Verdict.CONSISTENT),
+    (Verdict.REPRODUCED_AFTER_ERRATUM,),
+    (Verdict.COMPATIBLE,),
+    (Verdict.UNDETERMINED,),
+    (Verdict.DIFFERS, Verdict.REFUTED, Verdict.ERROR),
 )
+"""The verdicts in ranks. Whether agreement is called reproduced or consistent is a matter of what the claim says."""
 
 
-CHOSEN = "The parameters are the text's own choice and count as exact: no rounding of theirs is taken to explain it."
-"""Of the inputs of an optimum: a plant and a schedule are what a text computes with, not results that it rounds."""
+def rank(verdict: Verdict) -> int:
+    """How far from the best a verdict is: 0 for agreement with the text as it stands."""
+    return next(place for place, verdicts in enumerate(FROM_BEST) if verdict in verdicts)
 
 
-@dataclass(frozen=True)
-class Excess:
-    """How far the least number that rounds to the print lies above the optimum, relative to it, and at most so far."""
-
-    relative: Fraction
-
-    @property
-    def explained(self) -> bool:
-        """Whether a solver that stops early may end there."""
-        return self.relative <= Fraction(str(EXCESS))
+def touched(judgement: Judgement, *policies: Policy) -> Judgement:
+    """The judgement with the names of policies that touched it."""
+    return msgspec.structs.replace(judgement, policies=tuple(dict.fromkeys((*judgement.policies, *policies))))
 
 
-def excess(target: Target, evidence: Evidence) -> Excess | None:
-    """The excess of a printed least level over the true one; None if it is not too high.
+def excess(target: Target, evidence: Evidence) -> Fraction | None:
+    """How far the least number that rounds to a printed level lies above the optimum, relative to it; None if below.
 
     Where the optimum is known by a bracket, its lower end counts.
     """
@@ -49,30 +70,42 @@ def excess(target: Target, evidence: Evidence) -> Excess | None:
     low, high = number.bracket.low, number.bracket.high
     if low is None or high is None or low <= 0 or high >= least:
         return None
-    return Excess((least - low) / low)
+    return (least - low) / low
 
 
-def with_excess(claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement) -> Judgement:
-    """The judgement on a claim that prints an optimum; if the print is too high, its reason says by how much.
+def with_excess(
+    claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement, solver: Reading | None
+) -> Judgement:
+    """The judgement on a claim that prints a least level; `compatible` if it is too high by what a solver leaves open.
 
-    The verdict stays `differs`: the text calls the number an optimum, and that is what its digits are compared with.
+    solver: the reading of the paper that its levels are where a solver stopped; None if it obtains them otherwise.
     Raises AuditError if the claim does not print one real number.
     """
     if not claim.optimum:
         return judgement
     if claim.kind is not Kind.VALUE or len(target.printed.entries) != 1:
         raise AuditError(f"an optimum is one printed number, a claim of kind value; got {claim.printed!r}")
-    found = excess(target, evidence) if judgement.verdict is Verdict.DIFFERS else None
-    if found is None:
+    relative = excess(target, evidence) if judgement.verdict is Verdict.DIFFERS else None
+    if relative is None:
         return judgement
-    share = f"{short(float(100 * found.relative), 3)} %"
-    words = f"The least number that rounds to the print is {share} above the optimum"
-    if found.explained:
-        words = f"{words}. {EXCESS_REASON}; the print is still not the optimum that the text speaks of."
-    else:
-        words = f"{words}, more than a solver that stops early explains ({short(100 * EXCESS)} %)."
-    chosen = f" {CHOSEN}" if evidence.over_inputs is None else ""
-    return msgspec.structs.replace(judgement, reason=f"{judgement.reason} {words}{chosen}")
+    (number,) = measure(target, evidence)
+    rounded = of_decimals(round(number.value / number.entry.unit) * number.entry.unit)
+    words = (
+        f"{judgement.reason} The optimum rounds to {rounded}. The least number that rounds to the print is "
+        f"{_percent(relative)} above the optimum"
+    )
+    if solver is None or solver.accuracy is None:
+        return msgspec.structs.replace(judgement, reason=f"{words}, and the text names no means that would explain it.")
+    within = (1 + relative) ** 2 - 1 <= Fraction(str(solver.accuracy))
+    allowed = f"a solver that stops within {_percent(Fraction(str(solver.accuracy)))} of the square of the level"
+    if not within:
+        return msgspec.structs.replace(judgement, reason=f"{words}, more than {allowed} explains.")
+    reason = f"{words}, no more than {allowed} explains; so under the reading {solver.name} it agrees."
+    return touched(msgspec.structs.replace(judgement, verdict=Verdict.COMPATIBLE, reason=reason), Policy.SOLVER)
+
+
+def _percent(share: Fraction) -> str:
+    return f"{short(float(100 * share), 2)} %"
 
 
 def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement) -> Judgement:
@@ -97,13 +130,80 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
     meets = ranged.verdict is not Verdict.DIFFERS
     said = f"Over all inputs that round to their prints ({over.how}): {ranged.reason}"
     reason = f"{judgement.reason} {said}{' So the rounding of the inputs may explain the print.' if meets else ''}"
-    return msgspec.structs.replace(judgement, verdict=Verdict.COMPATIBLE if meets else judgement.verdict, reason=reason)
+    verdict = Verdict.COMPATIBLE if meets else judgement.verdict
+    return touched(msgspec.structs.replace(judgement, verdict=verdict, reason=reason), Policy.INPUTS)
 
 
 def _as_bracket(evidence: Evidence, over: OverInputs) -> Evidence:
     return Evidence(method=evidence.method, value=evidence.value, lower=over.lower, upper=over.upper)
 
 
+def once_corrected(verdict: Verdict) -> Verdict:
+    """The verdict on what agrees only once a misprint is corrected, from that on the corrected text: never a better."""
+    after = Verdict.REPRODUCED_AFTER_ERRATUM
+    return after if rank(verdict) < rank(after) else verdict
+
+
+def slipped(erratum: str, corrected: Judgement) -> Judgement:
+    """The judgement on what rests on a slip that may be of the text at hand alone: that on the corrected text."""
+    reason = f"{corrected.reason} Read with {erratum}, a slip that may be of the text at hand."
+    return touched(msgspec.structs.replace(corrected, reason=reason), Policy.SCAN)
+
+
+def with_own(claim: StatedClaim, readings: Sequence[Reading], judgement: Judgement) -> Judgement:
+    """The judgement with what its readings and its kind bring: nothing of ours is reproduced.
+
+    readings: those that the verdict rests on.
+    """
+    brought = {reading.policy for reading in readings} - {Policy.SOLVER}
+    judgement = touched(judgement, *(policy for policy in Policy if policy in brought))
+    if claim.ours:
+        judgement = touched(judgement, Policy.REMARK)
+    best = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
+    if brought - {Policy.RULED_OUT} != {Policy.OWN} or judgement.verdict not in best:
+        return judgement
+    reason = f"{judgement.reason} It rests on what is ours, so it is not reproduced."
+    return msgspec.structs.replace(judgement, verdict=Verdict.COMPATIBLE, reason=reason)
+
+
+def repeated(claims: Iterable[Claim]) -> list[Claim]:
+    """The claims of a paper, each that says the same as an earlier one linked to the first that does."""
+    first: dict[str, str] = {}
+    linked = []
+    for claim in claims:
+        fact = json.dumps(sorted(json.dumps(said, sort_keys=True) for said in msgspec.to_builtins(claim.says)))
+        original = first.setdefault(fact, claim.id) if claim.says and not claim.ours else claim.id
+        linked.append(replace(claim, repeats="" if original == claim.id else original))
+    return linked
+
+
+def same_fact(record: ClaimRecord, first: Judgement | None) -> ClaimRecord:
+    """The record with the verdict of the claim that says the same; an error if the two contradict each other.
+
+    first: the judgement on that claim; None if there is none.
+    """
+    own = record.judgement
+    if first is None or Verdict.ERROR in (own.verdict, first.verdict):
+        return record
+    wrong = {verdict in (Verdict.DIFFERS, Verdict.REFUTED) for verdict in (own.verdict, first.verdict)}
+    told = f"It says the same as {record.claim.repeats}, which is {first.verdict}"
+    if len(wrong) > 1:
+        reason = f"{told}; on its own evidence it would be {own.verdict}: one of the two is wrong. {own.reason}"
+        verdict = Verdict.ERROR
+    else:
+        reason, verdict = f"{told}. {own.reason}", first.verdict
+    judgement = touched(msgspec.structs.replace(own, verdict=verdict, reason=reason), Policy.FACT)
+    return msgspec.structs.replace(record, judgement=judgement)
+
+
 def once(claims: Iterable[ClaimRecord]) -> tuple[ClaimRecord, ...]:
-    """The claims that totals count: a number that a text repeats counts where it is answered first."""
-    return tuple(claim for claim in claims if not claim.claim.repeats)
+    """The claims that totals count: a fact that a text says twice counts where it is first, and remarks of ours not."""
+    return tuple(claim for claim in claims if claim.counted)
+
+
+def by_policy(claims: Sequence[ClaimRecord]) -> tuple[tuple[Policy, str, tuple[ClaimRecord, ...]], ...]:
+    """Each policy with its rule and the claims that it touched."""
+    return tuple(
+        (policy, rule, tuple(claim for claim in claims if policy in claim.judgement.policies))
+        for policy, rule in RULES.items()
+    )

@@ -29,6 +29,7 @@ def make_record(
     proof: Proof | None = None,
     *,
     inferred: bool = False,
+    scanned: bool = False,
     readings: Iterable[Reading] = (),
     code: str = "",
     seconds: float = 0.0,
@@ -40,7 +41,8 @@ def make_record(
     """The record of `claim` with its verdict; never raises.
 
     evidence: what the claim answered, None after a failure. proof: that of the claim's erratum, None without one or
-    when it failed. inferred: whether the erratum is an inference. readings: those of the paper. code: file:line of the
+    when it failed. inferred, scanned: whether the erratum is an inference, or may be of the text at
+    hand. readings: those of the paper. code: file:line of the
     answer. seconds: of its experiments. error: the failure, or empty.
     certificates: those that support the claim; what they prove takes the place of what was computed.
     unproved: why no theorem is possible. untraced: what its experiments did that nothing can follow.
@@ -57,7 +59,8 @@ def make_record(
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
-    judgement = judge(stated, usable, None if proof is None else proof.holds, inferred=inferred, readings=readings)
+    holds = None if proof is None else proof.holds
+    judgement = judge(stated, usable, holds, inferred=inferred, scanned=scanned, readings=readings)
     judgement = _with_untraced(judgement, usable)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
@@ -80,8 +83,8 @@ def rejudge(
     """
     erratum = errata.get(record.claim.erratum) if record.claim.erratum is not None else None
     holds = erratum.holds if erratum is not None and not erratum.error else None
-    inferred = erratum is not None and erratum.inference
-    judgement = judge(record.claim, record.evidence, holds, target, inferred=inferred, readings=readings)
+    sort = {"inferred": erratum is not None and erratum.inference, "scanned": erratum is not None and erratum.scan}
+    judgement = judge(record.claim, record.evidence, holds, target, readings=readings, **sort)
     kept = record.judgement
     told = {name: getattr(kept, name) for name in ("proved", "supported", "unproved")}
     return msgspec.structs.replace(_with_untraced(judgement, record.evidence), **told)

@@ -7,8 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 
+from replication.audit.judge.policies import OF_READINGS, repeated
 from replication.audit.judge.proofs import BY_KIND
-from replication.audit.model import NO_READING, Claim, Kind, Verdict
+from replication.audit.model import NO_READING, Claim, Kind, Policy, Reading, Verdict
 from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord
@@ -95,14 +96,22 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
     for claim in paper.claims:
         if claim.erratum is not None:
             yield from _missing(f"claim {claim.id!r}", "names erratum", (claim.erratum,), errata, at)
-    first = {claim.id for claim in paper.claims if not claim.repeats}
+    known = {claim.id: claim for claim in repeated(paper.claims)}
     for claim in paper.claims:
-        if claim.repeats in claims - first:
-            yield f"claim {claim.id!r} repeats {claim.repeats!r}, which repeats another; name the first one"
-        elif claim.repeats:
-            yield from _missing(f"claim {claim.id!r}", "repeats claim", (claim.repeats,), claims, at)
+        if claim.repeats != known[claim.id].repeats:
+            yield (
+                f"claim {claim.id!r} is said to repeat {claim.repeats!r}; by the predicates it repeats "
+                f"{known[claim.id].repeats or 'none'!r}; leave repeats to `paper`, which fills it in"
+            )
+        elif claim.repeats and claim.expected is not known[claim.repeats].expected:
+            yield (
+                f"claim {claim.id!r} pins {str(claim.expected)!r} and says the same as {claim.repeats!r}, which pins "
+                f"{str(known[claim.repeats].expected)!r}; one fact has one verdict"
+            )
     for table in paper.tables:
-        cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
+        cells = [
+            cell.removeprefix(_CELL).partition("|")[0] for row in table.rows for cell in row if cell.startswith(_CELL)
+        ]
         yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims, at)
 
 
@@ -158,6 +167,12 @@ def _readings(paper: Paper, at: At) -> Iterator[str]:
             yield f"a reading of {paper.key} is called {reading.name!r}, which says that there is none; rename it"
         if not reading.place or not reading.text:
             yield f"reading {reading.name!r} of {paper.key} needs the place that leaves the choice, and its text"
+        if (reading.accuracy is None) == (reading.policy is Policy.SOLVER):
+            yield f"reading {reading.name!r} of {paper.key}: an accuracy belongs to a solver's level, and only to one"
+        if reading.policy not in (None, *OF_READINGS):
+            yield f"reading {reading.name!r} of {paper.key} has the policy {str(reading.policy)!r}, of no reading"
+    if sum(reading.policy is Policy.SOLVER for reading in paper.readings) > 1:
+        yield f"{paper.key} has two readings of the level that a solver found; give one, with one accuracy"
     known = {reading.name for reading in paper.readings} | {NO_READING}
     for claim in paper.claims:
         if claim.reading:
@@ -223,8 +238,8 @@ def validate_theorems(papers: Sequence[Paper], named: Collection[str], excused: 
     _require("the claims and the theorems do not fit", mistakes)
 
 
-def unused_readings(readings: Iterable[str], claims: Sequence[ClaimRecord]) -> tuple[str, ...]:
-    """Of the names of a paper's readings, those under which none of its claims was answered.
+def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) -> tuple[str, ...]:
+    """Of a paper's readings, the names of those under which none of its claims was answered.
 
     While a claim is an error nobody knows under which it would be, and none is named.
     """
@@ -232,7 +247,8 @@ def unused_readings(readings: Iterable[str], claims: Sequence[ClaimRecord]) -> t
         return ()
     used = {claim.claim.reading for claim in claims}
     used |= {outcome.reading for claim in claims for evidence in claim.answers for outcome in evidence.outcomes}
-    return tuple(name for name in readings if name not in used)
+    by_solver = any(Policy.SOLVER in claim.judgement.policies for claim in claims)
+    return tuple(one.name for one in readings if one.name not in used and not (by_solver and one.accuracy))
 
 
 def _missing(user: str, verb: str, names: Iterable[str], known: set[str], at: At = nowhere) -> Iterator[str]:

@@ -11,10 +11,10 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value
-from replication.audit.judge.numerals import apart, digits
-from replication.audit.judge.policies import with_excess, with_inputs
+from replication.audit.judge.numerals import apart, digits, short
+from replication.audit.judge.policies import once_corrected, slipped, touched, with_excess, with_inputs, with_own
 from replication.audit.judge.proofs import NUMERIC
-from replication.audit.model import NO_READING, Evidence, Judgement, Kind, Outcome, Reading, Verdict
+from replication.audit.model import NO_READING, Evidence, Judgement, Kind, Outcome, Policy, Reading, Verdict
 from replication.audit.store.records import StatedClaim
 from replication.errors import AuditError
 
@@ -32,7 +32,8 @@ DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
 class Case:
     """All that a verdict depends on.
 
-    proof_holds: of the claim's erratum, None if its proof could not be run. inferred: whether that is an inference.
+    proof_holds: of the claim's erratum, None if its proof could not be run. inferred, scanned: whether that is an
+    inference, or a slip that may be of the text at hand.
     readings: those of the paper. target: the printed value, if the claim has one; or why it cannot be read.
     printed: whether the evidence is for the text as printed, without the correction of the erratum.
     """
@@ -41,6 +42,7 @@ class Case:
     evidence: Evidence
     proof_holds: bool | None
     inferred: bool
+    scanned: bool
     readings: Mapping[str, Reading]
     target: Target | AuditError | None
     printed: bool = False
@@ -51,6 +53,12 @@ class Case:
             raise AuditError(f"the reading {name!r} is not one of the paper's, which are {list(self.readings)}")
         return self.readings[name]
 
+    @property
+    def rested(self) -> tuple[Reading, ...]:
+        """The readings that the verdict may rest on: that of the claim, and those of its outcomes."""
+        names = [self.claim.reading, *(outcome.reading for outcome in self.evidence.outcomes)]
+        return tuple(self.readings[name] for name in dict.fromkeys(names) if name in self.readings)
+
 
 def judge(
     claim: StatedClaim,
@@ -59,18 +67,19 @@ def judge(
     target: Target | None = None,
     *,
     inferred: bool = False,
+    scanned: bool = False,
     readings: Iterable[Reading] = (),
 ) -> Judgement:
     """The verdict on `claim`, with its reason, deviation and rounding intervals; never raises.
 
     Evidence that cannot be compared (no number, wrong layout, not finite, contradictory) gives `Verdict.ERROR`.
     proof_holds: of the claim's erratum, None if its proof could not be run. target: the printed value, if it was read.
-    inferred: whether the erratum is an inference. readings: those of the paper.
+    inferred, scanned: whether the erratum is an inference, or may be of the text at hand. readings: those of the paper.
     """
     known = {reading.name: reading for reading in readings}
-    case = Case(claim, evidence, proof_holds, inferred, known, target or _target(claim))
+    case = Case(claim, evidence, proof_holds, inferred, scanned, known, target or _target(claim))
     try:
-        judgement = _judge(case)
+        judgement = with_own(claim, case.rested, _judge(case))
     except AuditError as error:
         judgement = Judgement(verdict=Verdict.ERROR, reason=str(error))
     if isinstance(case.target, Target):
@@ -103,8 +112,13 @@ def _judge(case: Case) -> Judgement:
 
 
 def _with_erratum(case: Case, erratum: str) -> Judgement:
-    """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
+    """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds.
+
+    What rests on a slip of the text at hand alone is judged as the paper must have it.
+    """
     evidence, meant = case.evidence, case.claim.meant
+    if case.scanned and not case.inferred and case.proof_holds:
+        return slipped(erratum, _found(_corrected(case) if meant else case))
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if meant and evidence.as_printed is not None:
         raise AuditError(f"one answer is compared with the print and with {meant!r}; leave out as_printed")
@@ -131,8 +145,9 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     elif case.inferred:
         verdict, reason = Verdict.COMPATIBLE, f"{reason} The erratum is an inference."
     else:
-        chosen = corrected.verdict is Verdict.COMPATIBLE
-        verdict = Verdict.COMPATIBLE if chosen else Verdict.REPRODUCED_AFTER_ERRATUM
+        verdict = once_corrected(corrected.verdict)
+    if case.proof_holds:
+        corrected = touched(corrected, Policy.ERRATUM)
     return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
 
 
@@ -177,20 +192,28 @@ def _family(case: Case) -> Judgement:
     found = {
         outcome.reading: _compare(replace(case, evidence=_under(evidence, outcome))) for outcome in evidence.outcomes
     }
-    verdicts = [judgement.verdict for judgement in found.values()]
+    ruled_out = [reading.name for reading in readings if reading.policy is Policy.RULED_OUT]
+    verdicts = [judgement.verdict for name, judgement in found.items() if name not in ruled_out]
+    if not verdicts:
+        raise AuditError(f"the text rules out every reading of the family, {ruled_out}; one at least must be left")
     agreeing, numbers = sum(verdict in AGREES for verdict in verdicts), _compares_numbers(case.claim)
-    if agreeing == len(found):
-        chosen = numbers and (case.claim.kind is Kind.STATISTICAL or all(reading.inference for reading in readings))
+    if agreeing == len(verdicts):
+        left = [reading for reading in readings if reading.name not in ruled_out]
+        chosen = numbers and (case.claim.kind is Kind.STATISTICAL or all(reading.inference for reading in left))
         verdict = Verdict.COMPATIBLE if chosen else verdicts[0]
     elif all(verdict in DISAGREES for verdict in verdicts):
         verdict = Verdict.DIFFERS if numbers else Verdict.REFUTED
     else:
         verdict = Verdict.COMPATIBLE if agreeing and numbers else Verdict.UNDETERMINED
     said = "; ".join(f"{name}: {judgement.reason.rstrip('.')}" for name, judgement in found.items())
-    reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(found)} readings of the text. {said}."
+    reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings of the text. {said}."
+    if ruled_out:
+        reason = f"{reason} The text rules out and the verdict leaves out: {', '.join(ruled_out)}."
     shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
-    return Judgement(verdict=verdict, reason=reason, deviation_ulp=min(deviations, key=abs, default=None))
+    applied = tuple(dict.fromkeys(policy for judgement in found.values() for policy in judgement.policies))
+    nearest = min(deviations, key=abs, default=None)
+    return Judgement(verdict=verdict, reason=reason, deviation_ulp=nearest, policies=applied)
 
 
 def _under(evidence: Evidence, outcome: Outcome) -> Evidence:
@@ -223,7 +246,8 @@ def _compare(case: Case) -> Judgement:
     if claim.tolerance is not None:
         reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
         judgement = msgspec.structs.replace(judgement, reason=reason)
-    judgement = with_excess(claim, case.target, case.evidence, judgement)
+    solver = next((reading for reading in case.readings.values() if reading.policy is Policy.SOLVER), None)
+    judgement = with_excess(claim, case.target, case.evidence, judgement, solver)
     return with_inputs(claim, case.target, case.evidence, judgement)
 
 
@@ -251,11 +275,13 @@ def _statement(case: Case) -> Judgement:
     if margin is not None:
         if margin != 0 and holds != (margin > 0):
             raise AuditError(f"the evidence contradicts itself: holds is {holds} and the margin is {margin!r}")
-        by = f", by a margin of {digits(Fraction(margin), Fraction(0))}"
+        by = f", by a margin of {short(margin, 3)}"
     if margin is not None and case.evidence.threshold is not None:
         allowed = Fraction(case.evidence.threshold)
         by = ". Residual {}, allowed {}".format(*apart(allowed - Fraction(margin), allowed, least=3))
     words = "The statement holds" if holds else "The statement does not hold"
+    if case.claim.kind is Kind.STATISTICAL and case.claim.printed and case.evidence.probability is None:
+        words = f"A draw as extreme has probability {'at least' if holds else 'under'} {SMALLEST_PROBABILITY}"
     return Judgement(verdict=Verdict.CONSISTENT if holds else Verdict.REFUTED, reason=f"{words}{by}.")
 
 
@@ -269,7 +295,9 @@ def _statistical(case: Case) -> Judgement:
     if not 0 <= probability <= 1:
         raise AuditError(f"a probability lies between 0 and 1, got {probability!r}")
     probable = probability >= SMALLEST_PROBABILITY
-    told = digits(Fraction(probability), Fraction(str(SMALLEST_PROBABILITY)))
+    # A rank among draws carries one digit, far from the least probability.
+    clear = probability >= 2 * SMALLEST_PROBABILITY
+    told = f"about {short(probability, 1)}" if clear else digits(Fraction(probability), Fraction("0.01"))
     draws = case.evidence.draws
     if draws is not None and probability <= least_rank(draws):
         told = f"at most {told}, the least that a rank among {draws} draws can show"

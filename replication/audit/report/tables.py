@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Verdict
+from replication.audit.model import Policy, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import ClaimView
-from replication.audit.report.templates import CLAIM_CELL
+from replication.audit.report.templates import CLAIM_CELL, claim_of
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")
 """A heading that says nothing without the name of what is counted."""
@@ -21,9 +21,14 @@ _NUMBERS = re.compile(r"[\d\s.,()]+")
 
 @dataclass(frozen=True, kw_only=True)
 class CellView:
-    """A text, or a claim with the headings of its row and its column; a row of a table begins with its heading."""
+    """A text, or a claim with the headings of its row and its column; a row of a table begins with its heading.
+
+    printed, ours: what stands in the paper, and what that means if it holds, where a claim prints no number.
+    """
 
     text: str = ""
+    printed: str = ""
+    ours: str = ""
     claim: ClaimView | None = None
     headings: tuple[str, ...] = ()
 
@@ -32,8 +37,8 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    judged: how many entries have a verdict that settles them. agree: how many of these agree with the print, `chosen`
-    of them under a choice that the text leaves; `corrected` more agree after an erratum. unsettled: the other entries.
+    judged: how many entries have a verdict that settles them. agree: how many of these agree with the text as printed,
+    `chosen` of them under a choice that it leaves; `corrected` more agree once an erratum is. unsettled: the others.
     """
 
     record: Table
@@ -48,15 +53,22 @@ class TableView:
 def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     """The table; claims: those of its paper, by id."""
     rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
-    verdicts = [cell.claim.record.verdict for row in rows for cell in row if cell.claim is not None]
+    records = [cell.claim.record for row in rows for cell in row if cell.claim is not None]
+    verdicts = [record.verdict for record in records]
     unsettled = verdicts.count(Verdict.UNDETERMINED)
+    agree = [record for record in records if record.verdict in AGREES]
+    corrected = [
+        record
+        for record in agree
+        if Policy.ERRATUM in record.judgement.policies or record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM
+    ]
     return TableView(
         record=table,
         rows=rows,
         judged=len(verdicts) - unsettled,
-        agree=sum(verdict in AGREES and verdict is not Verdict.REPRODUCED_AFTER_ERRATUM for verdict in verdicts),
-        chosen=verdicts.count(Verdict.COMPATIBLE),
-        corrected=verdicts.count(Verdict.REPRODUCED_AFTER_ERRATUM),
+        agree=len(agree) - len(corrected),
+        chosen=sum(record.verdict is Verdict.COMPATIBLE for record in agree if record not in corrected),
+        corrected=len(corrected),
         unsettled=unsettled,
     )
 
@@ -67,8 +79,9 @@ def _cells(header: tuple[str, ...], row: tuple[str, ...], claims: Mapping[str, C
         if cell.startswith(CLAIM_CELL):
             beside = () if row[0].startswith(CLAIM_CELL) else (named(down, row[0]),)
             above = (named(across, header[place]),) if place else ()
-            claim = claims[cell.removeprefix(CLAIM_CELL)]
-            yield CellView(claim=claim, headings=tuple(filter(None, (*beside, *above))))
+            _, printed, ours = (*cell.split("|"), "", "")[:3]
+            headings = tuple(filter(None, (*beside, *above)))
+            yield CellView(claim=claims[claim_of(cell)], headings=headings, printed=printed, ours=ours)
         else:
             yield CellView(text=cell)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from replication.audit.inspect.sentences import require_short
+from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.recording import make_record
 from replication.audit.judge.validate import unused_readings
@@ -111,10 +112,12 @@ def assemble(
     for paper in papers:
         proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
         answered = [_claim(state, claim, paper.readings, proofs) for claim in paper.claims]
+        first = {record.id: record.judgement for record in answered}
+        answered = [same_fact(record, first.get(record.claim.repeats)) for record in answered]
         claims.extend(answered)
-        names = [reading.name for reading in paper.readings]
         failures.extend(
-            f"reading {name!r} of {paper.key}: no claim rests on it" for name in unused_readings(names, answered)
+            f"reading {name!r} of {paper.key}: no claim rests on it"
+            for name in unused_readings(paper.readings, answered)
         )
         errata.extend(record for record, _ in proofs.values())
         experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
@@ -186,6 +189,7 @@ def _claim(
         evidence,
         proof,
         inferred=erratum is not None and erratum.inference,
+        scanned=erratum is not None and erratum.scan,
         readings=readings,
         code=state.sources.location(claim.answer),
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),

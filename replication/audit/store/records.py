@@ -50,6 +50,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    ours: bool = False
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
     meant: str = ""
@@ -76,6 +77,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     def paper(self) -> str:
         """The key of its paper, with which the id begins."""
         return self.id.partition(".")[0]
+
+    @property
+    def counted(self) -> bool:
+        """Whether totals count it: it says what no other claim does, and the text says it."""
+        return not (self.claim.repeats or self.claim.ours)
 
     @property
     def answers(self) -> tuple[Evidence, ...]:
@@ -108,6 +114,7 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     quantities: dict[str, float]
     code: str
     error: str
+    scan: bool = False
 
 
 class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -128,6 +128,41 @@ class GainResult(Shown):
         return self.bracket.upper
 
     @abstractmethod
+    def observer(self, *settings: Any, **named: Any) -> Any:
+        """The observer, to run in a loop.
+
+        Parameters
+        ----------
+        settings : object
+            None, but for methods in continuous time: the step `dt` (s) at which it runs.
+        named : object
+            The same by name.
+
+        Returns
+        -------
+        RunningObserver
+            Its `step` gives the estimate.
+        """
+
+    def estimator(self, *settings: Any, **named: Any) -> control.StateSpace:
+        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
+
+        Parameters
+        ----------
+        settings : object
+            As in `observer`.
+        named : object
+            As in `observer`.
+
+        Returns
+        -------
+        control.StateSpace
+            It is what `observer()` does; `@k` is added to the names for instant k if there are several.
+        """
+        system: control.StateSpace = self.observer(*settings, **named).to_statespace()
+        return system
+
+    @abstractmethod
     def to_statespace(self) -> control.StateSpace:
         """The estimator (or, where it says so, its error) with the names of the plant.
 

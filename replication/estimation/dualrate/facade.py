@@ -15,11 +15,10 @@ import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.baselines import LITTLE
-from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
-from replication.estimation.api.shown import frozen
+from replication.estimation.api.results import Evidence
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.api.tradeoff import Goal
-from replication.estimation.dualrate.gains import Weights, checked_weights, continuous_gains
+from replication.estimation.dualrate.gains import Weights, checked_weights
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     close_loop,
@@ -30,14 +29,12 @@ from replication.estimation.dualrate.loop import (
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.result import DualRateResult, noise_to_output
-from replication.estimation.dualrate.slow.design import require_level, slow_design
+from replication.estimation.dualrate.result import DualRateResult
 from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
 from replication.estimation.dualrate.slow.loop import gain, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import SlowRateResult
+from replication.estimation.dualrate.slow.result import SlowRateResult, require_level, slow_design
 from replication.estimation.dualrate.slow.simulation import closed_loop_signals, simulate_slow
-from replication.estimation.linear.norms import l2_gain
 from replication.estimation.validation import one_of
 
 if TYPE_CHECKING:
@@ -151,8 +148,8 @@ def design(
         raise InvalidInputError(
             'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'
         )
-    K, L = continuous_gains(model, weights)
-    result = analyse(plant, feedback=K, injection=L, period=period, ratio=ratio, observer=observer)  # type: ignore[arg-type]
+    gains = DualRateResult.solve(model, weights).gains
+    result = analyse(plant, feedback=gains["K"], injection=gains["L"], period=period, ratio=ratio, observer=observer)  # type: ignore[arg-type]
     return replace(result, evidence=(*result.evidence, *_levels(result, weights)))
 
 
@@ -221,7 +218,6 @@ def analyse(
     loop = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
     if stability_radius(loop) >= 1.0 - MARGINAL:
         require_stable(loop, _advice(problem, discrete_gain))
-    gain = l2_gain(noise_to_output(loop))
     evidence = (
         Evidence("monodromy radius", stability_radius(loop), "largest eigenvalue over one slow period; stable below 1"),
         Evidence("noise to output", noise_gain(loop), "standard deviations, white noise, periodic Lyapunov equation"),
@@ -229,11 +225,10 @@ def analyse(
         Evidence("fast period T", problem.period, "as given", "s"),
         Evidence("ratio M", problem.ratio, "as given"),
     )
-    return DualRateResult(
-        bracket=Bracket(gain.lower, gain.upper, EXACT_GAIN),
-        gains=frozen({"K": problem.feedback, "L": problem.injection}),
-        evidence=evidence,
-        signals=signals_of(plant, problem.period),
+    return DualRateResult.analysed(
+        signals_of(plant, problem.period),
+        {"K": problem.feedback, "L": problem.injection},
+        facts=lambda *_: evidence,
         loop=loop,
         observer_name=observer,
         discrete_gain=discrete_gain,
@@ -291,10 +286,10 @@ def simulate(
         A start of another length, or no such output.
     """
     if isinstance(result, SlowRateResult):
-        rest = np.zeros(result.problem.plant.size) if estimate is None else estimate
+        rest = np.zeros(result.problem.plant.order) if estimate is None else estimate
         return simulate_slow(result, start, periods=slow_periods, estimate=rest, output=output, substeps=SUBSTEPS)
     DualRateResult.require(result)
-    first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
+    first = np.zeros(result.loop.design.model.order) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
     error = (response.state - response.estimate)[held]

@@ -26,7 +26,7 @@ class Weights(NamedTuple):
 
 def checked_weights(plant: Plant, *, state: Any, input: Any, process: Any, sensor: Any) -> Weights:
     """The given weights, or C'C, the identity, BB' and the identity; raises InvalidInputError."""
-    B, C = plant.input, plant.output
+    B, C = plant.B_u, plant.C
     return Weights(
         _weight("state_weight", state, C.T @ C),
         _weight("input_weight", input, np.eye(B.shape[1]), definite=True),
@@ -37,7 +37,7 @@ def checked_weights(plant: Plant, *, state: Any, input: Any, process: Any, senso
 
 def continuous_gains(plant: Plant, weights: Weights) -> tuple[Array, Array]:
     """The linear-quadratic K (m, n) and the stationary Kalman gain L (n, p); raises InfeasibleError."""
-    A, B, C = plant.state, plant.input, plant.output
+    A, B, C = plant.A, plant.B_u, plant.C
     Q, R, W, V = weights
     K = -np.linalg.solve(R, B.T @ _riccati(A, B, Q, R, "state_weight, input_weight"))
     L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T

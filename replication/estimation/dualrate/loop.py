@@ -76,12 +76,13 @@ def close_loop(
     check_fit(design.model, true_plant, harmonic)
     model = sampled_model(design, harmonic, discrete_gain=discrete_gain)
     observer = builder(model)
-    if observer.full_state and true_plant.size != design.model.size:
+    if observer.full_state and true_plant.order != design.model.order:
         raise InvalidInputError(
-            f"state feedback needs a true plant with the {design.model.size} states of the model, got {true_plant.size}"
+            f"state feedback needs a true plant with the {design.model.order} states of the model, got "
+            f"{true_plant.order}"
         )
     sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
-    sensed = np.eye(true_plant.size) if observer.full_state else true_plant.output
+    sensed = np.eye(true_plant.order) if observer.full_state else true_plant.C
     steps = []
     for phase in range(design.ratio):
         computes = phase == 0 or not observer.slow_command
@@ -145,8 +146,8 @@ def require_stable(loop: DualRateLoop, consequence: str) -> None:
 
 def noise_system(loop: DualRateLoop, weight: float = 1.0) -> PeriodicSystem:
     """The loop from the sensor noise to the plant outputs times `weight` at all M phases."""
-    rows = len(loop.plant.output)
-    output = weight * np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
+    rows = len(loop.plant.C)
+    output = weight * np.hstack([loop.plant.C, np.zeros((rows, loop.size - loop.plant.order))])
     return PeriodicSystem(
         tuple(Stage(step.state, step.noise, output, np.zeros((rows, step.noise.shape[1]))) for step in loop.steps)
     )
@@ -170,7 +171,7 @@ def noise_gain(loop: DualRateLoop) -> float:
     covariance = scipy.linalg.solve_discrete_lyapunov(monodromy(loop), added)
     variances = []
     for step in loop.steps:
-        output = covariance[: loop.plant.size, : loop.plant.size]
-        variances.append(np.max(np.diag(loop.plant.output @ output @ loop.plant.output.T)))
+        output = covariance[: loop.plant.order, : loop.plant.order]
+        variances.append(np.max(np.diag(loop.plant.C @ output @ loop.plant.C.T)))
         covariance = step.state @ covariance @ step.state.T + step.noise @ step.noise.T
     return float(np.sqrt(max(variances)))

@@ -5,13 +5,15 @@ The input is held over the period T; the sensor delivers y = C x every M T. Time
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.plants import LinearPlant, parts_of
 from replication.estimation.api.signals import Signals, is_statespace, numbered
 from replication.estimation.validation import (
     Array,
@@ -30,27 +32,32 @@ MAX_RATIO = 100_000
 
 
 @dataclass(frozen=True, eq=False)
-class Plant:
-    """x' = state x + input u, y = output x.
+class Plant(LinearPlant):
+    """x' = A x + B_u u, y = C x.
 
     Attributes
     ----------
-    state : array (n, n)
-        A, in 1/s.
-    input : array (n, m)
-        B.
-    output : array (p, n)
-        C.
+    A : array (n, n)
+        In 1/s.
+    B_u : array (n, m)
+        Effect of the inputs.
+    C : array (p, n)
+        Sensors.
     """
 
-    state: Array
-    input: Array
-    output: Array
+    SHAPES: ClassVar[Mapping[str, str]] = {"A": "nn", "B_u": "nm", "C": "pn"}
+    NEEDED: ClassVar[Mapping[str, str]] = {}
 
-    @property
-    def size(self) -> int:
-        """Number of states n."""
-        return len(self.state)
+    A: Array
+    B_u: Array
+    C: Array
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError: an entry is not finite, shapes do not fit, or there is no state, input or output."""
+        sizes = self.check(A="state matrix A", B_u="input matrix B", C="output matrix C")
+        if 0 in sizes.values():
+            n, m, p = sizes.values()
+            raise InvalidInputError(f"a plant needs a state, an input and an output, got {n}, {m} and {p} of them")
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +77,7 @@ class DualRateDesign:
         """Raise InvalidInputError: K or L of wrong shape, T not positive, M not a positive integer or above
         MAX_RATIO."""
         model = as_plant(self.model)
-        n, inputs, outputs = model.size, model.input.shape[1], model.output.shape[0]
+        n, inputs, outputs = model.order, model.B_u.shape[1], model.C.shape[0]
         ratio = positive_integer("rate ratio M", self.ratio)
         if ratio > MAX_RATIO:
             raise InvalidInputError(
@@ -92,17 +99,17 @@ class DualRateDesign:
         return self.ratio * self.period
 
 
-def make_plant(state: Any, input: Any, output: Any) -> Plant:
-    """A plant of arrays: x' = state x + input u, y = output x.
+def make_plant(A: Any, B: Any, C: Any) -> Plant:
+    """A plant of arrays: x' = A x + B u, y = C x.
 
     Parameters
     ----------
-    state : array (n, n)
-        A, in 1/s.
-    input : array (n, m)
-        B.
-    output : array (p, n)
-        C.
+    A : array (n, n)
+        In 1/s.
+    B : array (n, m)
+        Effect of the inputs, which are all known.
+    C : array (p, n)
+        Sensors.
 
     Returns
     -------
@@ -114,15 +121,7 @@ def make_plant(state: Any, input: Any, output: Any) -> Plant:
     InvalidInputError
         An entry is not finite, the shapes do not fit, or there is no state, input or output.
     """
-    a = as_matrix("state matrix A", state)
-    a = as_matrix("state matrix A", a, columns=a.shape[0])
-    b = as_matrix("input matrix B", input, rows=a.shape[0])
-    c = as_matrix("output matrix C", output, columns=a.shape[0])
-    if 0 in (len(a), b.shape[1], len(c)):
-        raise InvalidInputError(
-            f"a plant needs a state, an input and an output, got {len(a)}, {b.shape[1]} and {len(c)} of them"
-        )
-    return Plant(a, b, c)
+    return Plant(A, B, C)
 
 
 def plant_of(system: control.StateSpace) -> Plant:
@@ -131,11 +130,10 @@ def plant_of(system: control.StateSpace) -> Plant:
         raise InvalidInputError(
             f"a plant must be a control.StateSpace or made by make_plant(A, B, C), got {type(system).__name__}"
         )
-    if system.dt != 0:
-        raise InvalidInputError(f"the plant must be continuous in time (dt = 0), got dt = {system.dt!r}")
-    if np.any(system.D != 0):
-        raise InvalidInputError(f"the plant must be strictly proper (D = 0), got D = {system.D.tolist()}")
-    return make_plant(system.A, system.B, system.C)
+    parts = parts_of(system, continuous=True, disturbances=())
+    if np.any(parts.D_u != 0):
+        raise InvalidInputError(f"the plant must be strictly proper (D = 0), got D = {parts.D_u.tolist()}")
+    return Plant(parts.A, parts.B_u, parts.C)
 
 
 def as_plant(system: control.StateSpace | Plant) -> Plant:
@@ -146,16 +144,16 @@ def as_plant(system: control.StateSpace | Plant) -> Plant:
 def signals_of(plant: control.StateSpace | Plant, period: float) -> Signals:
     """Names of the signals of a plant that is sampled every `period` seconds; what is estimated are its states."""
     if isinstance(plant, Plant):
-        states, inputs = numbered("x", plant.size), numbered("u", plant.input.shape[1])
-        return Signals(states, inputs, numbered("y", len(plant.output)), states, period)
+        states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
+        return Signals(states, inputs, numbered("y", len(plant.C)), states, period)
     states = tuple(plant.state_labels)
     return Signals(states, tuple(plant.input_labels), tuple(plant.output_labels), states, period)
 
 
 def row_of_output(plant: Plant, output: int) -> int:
     """`output` if the plant has an output of that number, counted from 0; raises InvalidInputError."""
-    if output not in range(len(plant.output)):
-        raise InvalidInputError(f"output must be a number from 0 to {len(plant.output) - 1}, got {output!r}")
+    if output not in range(len(plant.C)):
+        raise InvalidInputError(f"output must be a number from 0 to {len(plant.C) - 1}, got {output!r}")
     return output
 
 
@@ -168,7 +166,7 @@ def dual_rate_design(
     that the input loses by holding over T, or the sensor by sampling at M T.
     """
     design = DualRateDesign(as_plant(plant), feedback, injection, period, ratio)
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     if (mode := undetectable_mode(A.T, B.T, discrete=False)) is not None:
         raise InvalidInputError(f"(A, B) is not stabilisable: no input moves the unstable mode {mode:.6g}")
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:

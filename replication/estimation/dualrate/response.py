@@ -45,7 +45,7 @@ def time_response(
     the plant, from 0. Raises InvalidInputError if there is no such output, a start has the wrong length or is not
     finite, or a count is not a positive integer.
     """
-    harmonic, design, n = command(loop), loop.design, loop.plant.size
+    harmonic, design, n = command(loop), loop.design, loop.plant.order
     positive_integer("number of slow periods", slow_periods)
     rows = output_rows(loop, substeps, row_of_output(loop.plant, output))
     starts = slow_states(loop, start_state(loop, start, estimate)[None, :], slow_periods)[:, 0]
@@ -76,9 +76,9 @@ def time_response(
 
 def start_state(loop: DualRateLoop, start: Any, estimate: Any) -> Array:
     """z(0) of the loop from x(0) and ζ(0), of the orders of the plant and of the model; raises InvalidInputError."""
-    n, order = loop.plant.size, loop.design.model.size
+    n, order = loop.plant.order, loop.design.model.order
     z = np.zeros(loop.size)
-    has_observer = loop.size > n + loop.plant.input.shape[1]
+    has_observer = loop.size > n + loop.plant.B_u.shape[1]
     z[:n] = finite_vector("x(0)", start, n)
     zeta = finite_vector("ζ(0)", estimate, order)
     if has_observer:

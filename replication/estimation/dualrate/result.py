@@ -4,34 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from replication.drawing.panel import Panel
-from replication.estimation.api.phase import Phase
-from replication.estimation.api.results import GainResult
-from replication.estimation.api.running import PeriodicObserver
+from replication.estimation.api.design import Design, Solution
+from replication.estimation.api.phase import Phase, Recursion
 from replication.estimation.api.signals import each_instant
+from replication.estimation.dualrate.gains import Weights, continuous_gains
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     lifted_system,
     noise_system,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.sampled import sampled_model
-from replication.estimation.linear.norms import gain_curve
 from replication.estimation.linear.periodic import PeriodicSystem
 
 if TYPE_CHECKING:
     import control
 
 
-QUANTITY = "root-mean-square gain of the closed loop from sensor noise to the plant output at the fast instants"
-
-
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class DualRateResult(GainResult):
+class DualRateResult(Design):
     """Gains K (input, state) and L (state, output) in a closed loop with one observer.
 
     Attributes
@@ -49,28 +45,37 @@ class DualRateResult(GainResult):
         "root-mean-square gain of the closed loop from sensor noise to the plant output at the fast instants"
     )
     axes: Mapping[str, str] = field(default_factory=lambda: {"K": "(input, state)", "L": "(state, output)"})
+    repeats: ClassVar[str] = "the slow period"
+    target: ClassVar[str] = "the output"
     loop: DualRateLoop
     observer_name: str
     discrete_gain: bool
 
-    def observer(self) -> PeriodicObserver:
-        """The observer at the fast instants, to run in a loop with u(k) = K x^(k).
+    @classmethod
+    def solve(cls, model: Plant, weights: Weights) -> Solution:
+        """The linear-quadratic K and the stationary Kalman gain L, in continuous time."""
+        K, L = continuous_gains(model, weights)
+        return Solution({"K": K, "L": L})
 
-        Returns
-        -------
-        PeriodicObserver
-            Its `step` looks at the measurement at every M-th instant only.
-        """
+    def error_system(self) -> PeriodicSystem:
+        """From the noise of the readings to the plant output."""
+        return noise_to_output(self.loop)
+
+    def phases(self) -> Recursion:
+        """The observer at the fast instants, to run with u(k) = K x^(k); it looks at every M-th measurement."""
         problem = self.loop.design
-        built = OBSERVERS[self.observer_name](sampled_model(problem, discrete_gain=self.discrete_gain))
-        every = self.observer_name == "fast_sensor"
-        count = len(problem.model.output)
+        steps = OBSERVERS[self.observer_name](sampled_model(problem, discrete_gain=self.discrete_gain)).steps
+        every, count = self.observer_name == "fast_sensor", len(problem.model.C)
+        due = [np.full(count, every or k == 0) for k in range(len(steps))]
         phases = [
-            Phase(s.transition, s.input, s.injection, s.readout, np.full(count, every or k == 0))
-            for k, s in enumerate(built.steps)
+            Phase(step.transition, step.input, step.injection, step.readout, now)
+            for step, now in zip(steps, due, strict=True)
         ]
-        expected = [problem.model.output @ phase.readout for phase in phases]
-        return PeriodicObserver(phases, expected).named(self.signals)
+        return Recursion(phases, len(steps[0].readout), [problem.model.C @ phase.readout for phase in phases])
+
+    def disturbances(self) -> tuple[str, ...]:
+        """The noise of each reading."""
+        return tuple(f"noise of {name}" for name in self.signals.measurements)
 
     def to_statespace(self) -> control.StateSpace:
         """The closed loop over one slow period M T.
@@ -81,26 +86,10 @@ class DualRateResult(GainResult):
             Inputs are the sensor noises, outputs the plant outputs at the M fast instants, `@k` for instant k.
         """
         lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
-        noise = [f"noise of {name}" for name in self.signals.measurements]
-        lifted.set_inputs(noise if lifted.ninputs == len(noise) else each_instant(noise, ratio))
+        noise = self.disturbances()
+        lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))
         lifted.set_outputs(each_instant(self.signals.measurements, ratio))
         return lifted
-
-    def estimator(self) -> control.StateSpace:
-        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
-
-        Returns
-        -------
-        control.StateSpace
-            Sampling period N dt; `@k` is added to the names for instant k if N > 1. It is what `observer()` does.
-        """
-        return self.observer().to_statespace()
-
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain from noise to output over the frequency, with its supremum."""
-        frequencies, gains = gain_curve(noise_to_output(self.loop), self.loop.design.slow_period)
-        label = "frequency (rad/s, folded at the slow period)"
-        return self._panel(frequencies, label, "largest gain to the output", {"gain": gains})
 
 
 def noise_to_output(loop: DualRateLoop) -> PeriodicSystem:

@@ -77,24 +77,24 @@ def held(state: Array, inputs: Array, time: float, forced: ComplexArray | None =
 def over_time(plant: Plant, time: float, harmonic: Harmonic | None) -> Held:
     """`held` of a plant, with the forcing of the harmonic's command on its first inputs if that acts continuously."""
     if harmonic is None or not harmonic.continuous:
-        return held(plant.state, plant.input, time)
-    return held(plant.state, plant.input, time, forced(plant, harmonic), harmonic.exponent)
+        return held(plant.A, plant.B_u, time)
+    return held(plant.A, plant.B_u, time, forced(plant, harmonic), harmonic.exponent)
 
 
 def forced(plant: Plant, harmonic: Harmonic | None) -> ComplexArray:
     """What the command, with w = 1, adds to x' (n,); zero unless it acts continuously."""
     if harmonic is None or not harmonic.continuous:
-        return np.zeros(plant.size, dtype=complex)
-    return np.asarray(plant.input[:, : len(harmonic.amplitude)] @ harmonic.amplitude)
+        return np.zeros(plant.order, dtype=complex)
+    return np.asarray(plant.B_u[:, : len(harmonic.amplitude)] @ harmonic.amplitude)
 
 
 def check_fit(model: Plant, plant: Plant, harmonic: Harmonic | None) -> None:
     """Raise InvalidInputError unless the true plant and the command have the inputs and outputs of the model."""
-    inputs, outputs = model.input.shape[1], len(model.output)
-    if plant.input.shape[1] != inputs or len(plant.output) != outputs:
+    inputs, outputs = model.B_u.shape[1], len(model.C)
+    if plant.B_u.shape[1] != inputs or len(plant.C) != outputs:
         raise InvalidInputError(
             f"the true plant must have the {inputs} inputs and {outputs} outputs of the model, got "
-            f"{plant.input.shape[1]} and {len(plant.output)}"
+            f"{plant.B_u.shape[1]} and {len(plant.C)}"
         )
     if harmonic is not None and len(harmonic.amplitude) != inputs:
         raise InvalidInputError(
@@ -125,13 +125,13 @@ def sampled_model(
     model, gain = design.model, design.injection
     predictor = over_time(model, design.period, harmonic)
     if discrete_gain:
-        F, G, H, forcing = predictor.state - gain @ model.output, predictor.input, gain, predictor.forcing
+        F, G, H, forcing = predictor.state - gain @ model.C, predictor.input, gain, predictor.forcing
     else:
-        guided = Plant(model.state - gain @ model.output, np.hstack([model.input, gain]), model.output)
-        inputs = model.input.shape[1]
+        guided = Plant(model.A - gain @ model.C, np.hstack([model.B_u, gain]), model.C)
+        inputs = model.B_u.shape[1]
         observer = over_time(guided, design.period, harmonic)
         F, G, H, forcing = observer.state, observer.input[:, :inputs], observer.input[:, inputs:], observer.forcing
-    return SampledModel(predictor, F, G, H, forcing, model.output, design.ratio)
+    return SampledModel(predictor, F, G, H, forcing, model.C, design.ratio)
 
 
 @lru_cache(maxsize=256)

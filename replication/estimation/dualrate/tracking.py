@@ -59,8 +59,8 @@ class SteadyState:
 
 def reference(loop: DualRateLoop) -> Harmonic:
     """The reference of the loop; raises InvalidInputError if it has none or the plant has several outputs."""
-    if loop.plant.output.shape[0] != 1:
-        raise InvalidInputError(f"tracking is defined for one output, the plant has {loop.plant.output.shape[0]}")
+    if loop.plant.C.shape[0] != 1:
+        raise InvalidInputError(f"tracking is defined for one output, the plant has {loop.plant.C.shape[0]}")
     if loop.harmonic is None:
         raise InvalidInputError("the loop has no reference; close it with a `harmonic`")
     return loop.harmonic
@@ -68,7 +68,7 @@ def reference(loop: DualRateLoop) -> Harmonic:
 
 def command(loop: DualRateLoop) -> Harmonic:
     """What drives the loop: its reference, or the command zero if it has none."""
-    return loop.harmonic or Harmonic(0.0, np.zeros(loop.plant.input.shape[1], complex))
+    return loop.harmonic or Harmonic(0.0, np.zeros(loop.plant.B_u.shape[1], complex))
 
 
 def output_rows(loop: DualRateLoop, substeps: int, output: int = 0) -> OutputRows:
@@ -76,14 +76,14 @@ def output_rows(loop: DualRateLoop, substeps: int, output: int = 0) -> OutputRow
     positive_integer("number of sub-steps", substeps)
     width, plant = loop.design.period / substeps, loop.plant
     s, step = command(loop).exponent, over_time(plant, width, loop.harmonic)
-    n, m = plant.input.shape
+    n, m = plant.B_u.shape
     joint = np.eye(n + m + 1, dtype=complex)  # x, the held input and w = exp(st) over one sub-step
     joint[:n] = np.hstack([step.state, step.input, step.forcing[:, None]])
     joint[-1, -1] = np.exp(s * width)
     powers = np.eye(n + m + 1, dtype=complex)[None]
     while len(powers) < substeps:
         powers = np.concatenate([powers, powers @ np.linalg.matrix_power(joint, len(powers))])
-    rows = np.tensordot(powers[:substeps, :n], plant.output[output], axes=(1, 0))
+    rows = np.tensordot(powers[:substeps, :n], plant.C[output], axes=(1, 0))
     offsets = np.arange(substeps, dtype=float) * width
     return OutputRows(offsets, rows[:, :n].real, rows[:, n : n + m].real, rows[:, -1])
 
@@ -138,7 +138,7 @@ def tracking_error_peak(loop: DualRateLoop) -> tuple[float, float]:
 
 def _substeps(loop: DualRateLoop) -> int:
     """Enough for the fastest oscillation in the error: of the plant, or of the reference."""
-    fastest = max(float(np.max(np.abs(np.linalg.eigvals(loop.plant.state).imag))), abs(reference(loop).frequency))
+    fastest = max(float(np.max(np.abs(np.linalg.eigvals(loop.plant.A).imag))), abs(reference(loop).frequency))
     return max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
 
 
@@ -162,7 +162,7 @@ def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float)
 
 def _errors(loop: DualRateLoop, steady: SteadyState, rows: OutputRows) -> ComplexArray:
     """Complex amplitudes of y − y_d, shape (M, q), turned back to the phase of t = 0."""
-    s, n = reference(loop).exponent, loop.plant.size
+    s, n = reference(loop).exponent, loop.plant.order
     starts = np.exp(s * loop.design.period * np.arange(loop.design.ratio))
     output = steady.states[:-1, :n] @ rows.state.T + steady.inputs @ rows.input.T + np.outer(starts, rows.forcing)
     return np.asarray(output - np.outer(starts, np.exp(s * rows.offsets)))
@@ -175,8 +175,8 @@ def _error_at(loop: DualRateLoop, steady: SteadyState, time: float) -> tuple[com
     s, after = reference(loop).exponent, time - phase * loop.design.period
     part, u, w = over_time(plant, after, loop.harmonic), steady.inputs[phase], np.exp(s * phase * loop.design.period)
     drive = forced(plant, loop.harmonic) * w * np.exp(s * after)
-    x = part.state @ steady.states[phase, : plant.size] + part.input @ u + part.forcing * w
-    rate = plant.state @ x + plant.input @ u + drive
-    bend = plant.state @ rate + s * drive
-    row, wanted = plant.output[0], np.exp(s * time)
+    x = part.state @ steady.states[phase, : plant.order] + part.input @ u + part.forcing * w
+    rate = plant.A @ x + plant.B_u @ u + drive
+    bend = plant.A @ rate + s * drive
+    row, wanted = plant.C[0], np.exp(s * time)
     return tuple(complex(row @ part - s**k * wanted) for k, part in enumerate((x, rate, bend)))  # type: ignore[return-value]

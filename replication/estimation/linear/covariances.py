@@ -28,8 +28,8 @@ def noise_factors(Q: Any, R: Any, S: Any, *, disturbances: int, sensors: int) ->
     ----------
     Q : array (m, m)
         Covariance of the disturbances, positive semidefinite.
-    R : array (q, q)
-        Covariance of the sensor noise, positive definite.
+    R : array (q, q) or (q,)
+        Covariance of the sensor noise, positive definite; a vector holds variances.
     S : array (m, q), optional
         Covariance of both; None stands for zero.
     disturbances, sensors : int
@@ -64,8 +64,12 @@ def noise_factors(Q: Any, R: Any, S: Any, *, disturbances: int, sensors: int) ->
 
 
 def covariance(name: str, value: Any, size: int) -> Array:
-    """`value` as a covariance matrix (size, size); raises InvalidInputError unless it is symmetric and semidefinite."""
-    given = as_matrix(name, value, rows=size, columns=size)
+    """`value`, a matrix or a vector of variances, as a covariance matrix (size, size), read-only.
+
+    Raises InvalidInputError unless it is symmetric and semidefinite.
+    """
+    matrix = np.diag(value) if np.ndim(value) == 1 else value
+    given = as_matrix(name, matrix, rows=size, columns=size)
     scale = np.sqrt(np.abs(np.outer(np.diag(given), np.diag(given))))
     if np.any(np.diag(given) < 0):
         where = int(np.argmin(np.diag(given)))
@@ -79,7 +83,7 @@ def covariance(name: str, value: Any, size: int) -> Array:
             f"{name} must be positive semidefinite, as every covariance is; its covariances are too large for its "
             "variances"
         )
-    return np.asarray((given + given.T) / 2)
+    return as_matrix(name, (given + given.T) / 2)
 
 
 def _least_eigenvalue(matrix: Array, variances: Array) -> float:

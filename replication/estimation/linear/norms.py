@@ -13,12 +13,13 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.lifted import LiftedResponse, compressed, largest_singular_value
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point, stacked
-from replication.estimation.validation import Array, ComplexArray, as_matrix
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response, simulate
+from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point, settled, stacked
+from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer
 
 UPPER_MARGIN = 1e-9
 """Relative distance from the attained lower bound to the level at which the pencil is tested for the upper bound."""
@@ -208,3 +209,50 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
 def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
     gramian = fixed_point(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
     return np.ones(len(stages[0][0])) if gramian is None else np.diag(gramian)
+
+
+def white_noise_variance(system: PeriodicSystem) -> float:
+    """Mean over one period of the stationary output variance, summed over channels, for white inputs of unit intensity.
+
+    Raises InfeasibleError if the system is not stable.
+    """
+    stages = stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in system.stages)
+    covariances = settled(stages) if system.spectral_radius() < 1 else None
+    if covariances is None:
+        raise InfeasibleError(
+            "the system is not stable, so its outputs have no stationary variance; stabilise it first"
+        )
+    total = 0.0
+    for stage, covariance in zip(system.stages, covariances, strict=True):
+        total += float(np.trace(stage.C @ covariance @ stage.C.T + stage.D @ stage.D.T))
+    return total / system.period
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """inputs (T, m), outputs (T, p), and `ratio`, the l2 norm of the outputs over that of the inputs."""
+
+    inputs: Array
+    outputs: Array
+    ratio: float
+
+
+def worst_case_response(system: PeriodicSystem, horizon: int) -> Response:
+    """The input of unit norm over `horizon` instants, from rest, whose output over them is largest, and that output.
+
+    Its ratio is a lower bound of the l2-induced norm and tends to it as the horizon grows. Leading singular vector of
+    the horizon's input-output matrix, formed in full: cost grows with the cube of the horizon. Raises InvalidInputError
+    for a horizon below one, or stages of unequal input width.
+    """
+    horizon = positive_integer("horizon", horizon)
+    m = system.stages[0].B.shape[1]
+    if any(stage.B.shape[1] != m for stage in system.stages):
+        raise InvalidInputError("all stages must have the same number of inputs")
+    repeated = PeriodicSystem(tuple(system.stages[k % system.period] for k in range(horizon)))
+    operator = repeated.lift().D
+    last = horizon * m - 1
+    _, vectors = scipy.linalg.eigh(operator.T @ operator, subset_by_index=[last, last])
+    v = vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0])
+    inputs = v.reshape(horizon, m)
+    outputs = simulate(system, inputs)
+    return Response(inputs, outputs, float(np.linalg.norm(outputs) / np.linalg.norm(inputs)))

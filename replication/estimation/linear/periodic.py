@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_scalar
+from replication.estimation.validation import Array, ComplexArray, as_array, as_matrix, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -120,3 +120,23 @@ def lifted_statespace(system: PeriodicSystem, *, dt: float = 1.0) -> control.Sta
 
     A, B, C, D = system.lift()
     return control.StateSpace(A, B, C, D, positive_scalar("dt", dt, unit="seconds") * system.period)
+
+
+def simulate(system: PeriodicSystem, inputs: Array, initial_state: Array | None = None) -> Array:
+    """Outputs (T, p) for inputs (T, m) from `initial_state` (n,), zero unless given; phase 0 is the first row.
+
+    Raises InvalidInputError unless all stages have the width of the inputs.
+    """
+    v = as_matrix("inputs", inputs)
+    if any(stage.B.shape[1] != v.shape[1] for stage in system.stages):
+        widths = sorted({stage.B.shape[1] for stage in system.stages})
+        raise InvalidInputError(f"inputs must have as many columns as every stage has inputs ({widths}), got {v.shape}")
+    x = np.zeros(system.order)
+    if initial_state is not None:
+        x = as_array("initial_state", initial_state, (system.order,))
+    outputs = np.zeros((len(v), system.stages[0].C.shape[0]))
+    for k, v_k in enumerate(v):
+        stage = system.stages[k % system.period]
+        outputs[k] = stage.C @ x + stage.D @ v_k
+        x = stage.A @ x + stage.B @ v_k
+    return outputs

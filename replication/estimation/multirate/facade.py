@@ -13,27 +13,25 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.api.plants import PlantReader
+from replication.errors import InvalidInputError
+from replication.estimation.api.design import Solution
+from replication.estimation.api.plants import PlantReader, parts_of
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import ADDED, Signals, numbered
-from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.api.simulation import Simulation
 from replication.estimation.api.tradeoff import Goal
 from replication.estimation.linear.covariances import covariance
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.multirate.h2.result import kalman_result, mean_error_facts
-from replication.estimation.multirate.h2.tradeoff import balanced
+from replication.estimation.multirate.h2.result import KalmanResult
 from replication.estimation.multirate.latency.continuous import ContinuousPlant, is_continuous, sampled_statespace
 from replication.estimation.multirate.latency.delivered import delivered
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, kalman_design, optimum, riccati_design
+from replication.estimation.multirate.optimum import Optimum, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.result import MultirateResult, result_of
+from replication.estimation.multirate.result import MultirateResult, facts
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.multirate.simulation import disturbances, worst_case_response
-from replication.estimation.multirate.simulation import simulate as simulate_system
 from replication.estimation.multirate.timing import least_error_offsets, search_timing
-from replication.estimation.validation import Array, as_array, one_of, positive_integer, positive_scalar
+from replication.estimation.validation import Array, as_array, one_of, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -77,10 +75,8 @@ class MultirateReader(PlantReader[MultiratePlant]):
             kept: dict[str, Any] = {"W": plant.W, "B_u": plant.B_u, "dt": plant.dt}
             noise = {"D": D, "R": R, "Q": given["Q"], "S": given["S"]}
             plant = MultiratePlant.from_covariances(A=plant.A, B_d=plant.B_d, C=plant.C, **noise, **kept)
-        labels = list(system.input_labels)
-        noisy = set(range(len(labels))) if disturbances is None else {*disturbances}
-        inputs = tuple(name for i, name in enumerate(labels) if i not in noisy and name not in noisy)
-        return plant, self._signals(plant, tuple(system.state_labels), inputs, tuple(system.output_labels))
+        read = parts_of(system, continuous=False, disturbances=disturbances).signals
+        return plant, self._signals(plant, read.states, read.inputs, read.measurements)
 
     def _signals(
         self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
@@ -137,8 +133,8 @@ def design(
         W of z = W e; the identity unless given.
     Q : array (m_d, m_d), optional
         Covariance of the disturbances; the identity unless given.
-    R : array (q, q), optional
-        Covariance of the sensor noise, in place of `noise`.
+    R : array (q, q) or (q,), optional
+        Covariance of the sensor noise, or variances, in place of `noise`.
     S : array (m_d, q), optional
         Covariance of disturbances and sensor noise; zero unless given.
     P0 : array (n, n), optional
@@ -187,23 +183,13 @@ def design(
     problem, signals = _problem(plant, periods, offsets, goal, latency, dt, **given)
     if P0 is not None and problem.plant.under_way:
         raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
-    if P0 is not None:
-        covariance("P0", P0, problem.plant.order)
+    start = None if P0 is None else covariance("P0", P0, problem.plant.order)
     best = optimum(problem)
-    if level is not None and positive_scalar("level", level) <= best.lower:
-        raise InfeasibleError(f"no observer has a gain below {level!r}: the least is {best.value:.6g}; ask for more")
-    if goal is Goal.HINF:
-        found = riccati_design(problem, best.upper * (1 + DESIGN_MARGIN) if level is None else level)
-        return result_of(problem, signals, found.gains, best)
-    if goal is Goal.MIXED:
-        found = balanced(problem, best) if level is None else riccati_design(problem, level)
-        asked = Evidence(
-            "level of the design", found.level if np.isfinite(found.level) else "infinite", "least entropy"
-        )
-        return result_of(problem, signals, found.gains, best, (asked, *mean_error_facts(problem, found.gains)))
-    kalman = kalman_design(problem)
-    base = result_of(problem, signals, kalman.gains, best, mean_error_facts(problem, kalman.gains))
-    return kalman_result(base, kalman.X, P0)
+    if goal is Goal.H2:
+        return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
+    wanted = None if level is None else positive_scalar("level", level)
+    solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
+    return _analysed(MultirateResult, problem, signals, best, solution)
 
 
 def analyse(
@@ -241,7 +227,7 @@ def analyse(
         As in `design`.
     Q : array (m_d, m_d), optional
         As in `design`.
-    R : array (q, q), optional
+    R : array (q, q) or (q,), optional
         As in `design`.
     S : array (m_d, q), optional
         As in `design`.
@@ -264,7 +250,8 @@ def analyse(
     """
     given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
     problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **given)
-    return result_of(problem, signals, gains, optimum(problem))
+    solution = Solution({"L": problem.checked(gains)})
+    return _analysed(MultirateResult, problem, signals, optimum(problem), solution)
 
 
 def simulate(
@@ -302,37 +289,26 @@ def simulate(
         Another shape or word, or "white" without `rng`.
     """
     MultirateResult.require(result)
-    count = positive_integer("steps", steps)
-    error = result.problem.error_system(result.gains["L"])
-    inputs = _drawn(disturbance, error, count, rng) if isinstance(disturbance, str) else np.asarray(disturbance)
-    late = result.problem.plant.under_way
-    if late and initial_error is not None:
-        start = as_array("initial_error", initial_error, (error.order - late,))
-        initial_error = np.append(start, np.zeros(late))
-    outputs = simulate_system(error, inputs, initial_error)
-    if len(outputs) != count:
-        raise InvalidInputError(f"disturbance must have {count} rows, got {len(outputs)}")
-    size, names = float(np.linalg.norm(inputs)), result.signals
-    return simulated(
-        result.method,
-        np.arange(count, dtype=float) * result.problem.plant.dt,
-        {"error": (outputs, names.called(names.outputs)), "disturbance": (inputs, disturbances(result.problem.plant))},
-        ratio=float(np.linalg.norm(outputs)) / size if size and initial_error is None else None,
-    )
+    late, start = result.problem.plant.under_way, initial_error
+    if late and start is not None:
+        start = np.append(as_array("initial_error", start, (result.problem.plant.order - late,)), np.zeros(late))
+    return result.simulate(steps, disturbance=disturbance, initial_error=start, rng=rng)
 
 
-def _drawn(kind: str, error: PeriodicSystem, steps: int, rng: np.random.Generator | None) -> Array:
-    """The disturbance that a word stands for, (steps, m_d + q_w)."""
-    shape = (steps, error.stages[0].B.shape[1])
-    if kind == "none":
-        return np.zeros(shape)
-    if kind == "white":
-        if not isinstance(rng, np.random.Generator):
-            raise InvalidInputError('disturbance="white" needs `rng`, for example numpy.random.default_rng(1)')
-        return rng.standard_normal(shape)
-    if kind == "worst":
-        return worst_case_response(error, steps).inputs
-    raise InvalidInputError(f'disturbance must be "none", "white", "worst" or an array, got {kind!r}')
+def _analysed(
+    kind: type[MultirateResult],
+    problem: MultirateProblem,
+    signals: Signals,
+    best: Optimum,
+    solution: Solution,
+    **own: Any,
+) -> MultirateResult:
+    """The gains of a solution, analysed beside the optimum."""
+
+    def known(result: MultirateResult, error: PeriodicSystem) -> tuple[Evidence, ...]:
+        return (*facts(result, error, best, alone=not solution.evidence), *solution.evidence)
+
+    return kind.analysed(signals, solution.gains, facts=known, problem=problem, **own)
 
 
 def _problem(

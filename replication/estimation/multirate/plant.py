@@ -7,31 +7,24 @@ The papers have no B_w and D_u: B_w makes the noise of plant and sensors correla
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.signals import index_of, is_statespace
+from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, parts_of
 from replication.estimation.linear.covariances import noise_factors
 from replication.estimation.validation import Array, as_matrix, at_most, positive_scalar
-
-_NOT_GIVEN = np.zeros((0, 0))
-
-
-def _not_given() -> Array:
-    return _NOT_GIVEN
-
 
 LARGEST_OF_A = 1e30
 """Entries of A above are refused: a period is a product of many."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MultiratePlant:
+class MultiratePlant(LinearPlant):
     """A discrete-time plant with process noise d and sensor noise w: eqs. (2), (3) and (18).
 
     The noise is scaled so that d and w are the signals whose l2 norm counts.
@@ -65,14 +58,22 @@ class MultiratePlant:
         An entry is not finite, the shapes do not fit, or there is no state, sensor, disturbance or weight.
     """
 
+    SHAPES: ClassVar[Mapping[str, str]] = {
+        "A": "nn", "C": "qn", "D": "qw", "B_d": "nm", "B_w": "nw", "W": "zn", "B_u": "nu", "D_u": "qu",
+    }  # fmt: skip
+    NEEDED: ClassVar[Mapping[str, str]] = {
+        **LinearPlant.NEEDED,
+        **dict.fromkeys("mz", "B_d needs a column and W a row; write zeros where there is no disturbance or weight"),
+    }
+
     A: Array
     B_d: Array
     C: Array
     D: Array
-    W: Array = field(default_factory=_not_given)
-    B_u: Array = field(default_factory=_not_given)
-    B_w: Array = field(default_factory=_not_given)
-    D_u: Array = field(default_factory=_not_given)
+    W: Array = NOT_GIVEN
+    B_u: Array = NOT_GIVEN
+    B_w: Array = NOT_GIVEN
+    D_u: Array = NOT_GIVEN
     dt: float = 1.0
     under_way: int = 0
 
@@ -95,54 +96,15 @@ class MultiratePlant:
 
     def __post_init__(self) -> None:
         """Check shapes and entries, fill the defaults, freeze the arrays."""
-        A = as_matrix("A", self.A)
-        n = A.shape[0]
-        A = as_matrix("A", A, columns=n)
-        if n == 0:
-            raise InvalidInputError("A must have at least one state, got shape (0, 0)")
-        C = as_matrix("C", self.C, columns=n)
-        if not C.shape[0]:
-            raise InvalidInputError("C must have at least one row: a plant without sensors cannot be observed")
-        optional = (self.W, self.B_u, self.B_w, self.D_u)
-        W, B_u, B_w, D_u = (None if given is _NOT_GIVEN else given for given in optional)
-        D = as_matrix("D", self.D, rows=C.shape[0])
-        checked: dict[str, Any] = {
-            "A": A,
-            "B_d": as_matrix("B_d", self.B_d, rows=n),
-            "C": C,
-            "D": D,
-            "B_w": np.zeros((n, 0)) if B_w is None else as_matrix("B_w", B_w, rows=n),
-            "W": np.eye(n) if W is None else as_matrix("W", W, columns=n),
-            "B_u": np.zeros((n, 0)) if B_u is None else as_matrix("B_u", B_u, rows=n),
-            "dt": positive_scalar("dt", self.dt, unit="seconds"),
-        }
-        if np.max(np.abs(A)) > LARGEST_OF_A:
+        sizes = self.check()
+        if (largest := np.max(np.abs(self.A))) > LARGEST_OF_A:
             raise InvalidInputError(
-                f"A has an entry of size {np.max(np.abs(A)):.3g}, whose powers leave the range of numbers; "
-                f"choose other units of the states, in which none exceeds {LARGEST_OF_A:g}"
+                f"A has an entry of size {largest:.3g}, whose powers leave the range of numbers; choose other units of "
+                f"the states, in which none exceeds {LARGEST_OF_A:g}"
             )
         if self.under_way:
-            at_most("under_way", self.under_way, n - 1)
-        if checked["B_w"].shape[1] not in (0, D.shape[1]):
-            raise InvalidInputError(
-                f"B_w must have as many columns as D, {D.shape[1]}, for both belong to w; got shape "
-                f"{checked['B_w'].shape}"
-            )
-        shape = (len(C), checked["B_u"].shape[1])
-        # Zeros are those of a plant with other sensors or inputs, where `dataclasses.replace` made this one.
-        given = D_u is not None and np.any(as_matrix("D_u", D_u))
-        checked["D_u"] = as_matrix("D_u", D_u if given else np.zeros(shape), rows=shape[0], columns=shape[1])
-        if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
-            raise InvalidInputError(
-                "B_d needs a column and W a row; write zeros where there is no disturbance or weight"
-            )
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-
-    @property
-    def order(self) -> int:
-        """n, the number of states."""
-        return len(self.A)
+            at_most("under_way", self.under_way, sizes["n"] - 1)
+        object.__setattr__(self, "dt", positive_scalar("dt", self.dt, unit="seconds"))
 
     @property
     def sensors(self) -> int:
@@ -262,35 +224,11 @@ class MultiratePlant:
             A continuous-time system, a feedthrough from process noise to a sensor (it is sensor noise, too), or an
             unknown input.
         """
-        if not is_statespace(system):
-            raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
-        if not system.isdtime(strict=True):
-            raise InvalidInputError(
-                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system), "
-                "or give dt"
-            )
-        labels = list(system.input_labels)
-        if isinstance(disturbances, str) or (disturbances is not None and not np.iterable(disturbances)):
-            raise InvalidInputError(f"disturbances must be a sequence of inputs, got {disturbances!r}; write a list")
-        chosen = (
-            list(range(len(labels))) if disturbances is None else [index_of(i, labels, "input") for i in disturbances]
-        )
-        if len(set(chosen)) < len(chosen):
-            raise InvalidInputError(f"disturbances must name each input once, got {disturbances!r}")
-        others = [i for i in range(len(labels)) if i not in chosen]
-        B, direct = np.asarray(system.B, dtype=float), np.asarray(system.D, dtype=float)
-        if np.any(direct[:, chosen]):
+        parts = parts_of(system, continuous=False, disturbances=disturbances)
+        if np.any(parts.D_d):
             raise InvalidInputError(
                 "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
                 "the state, or name the inputs that are disturbances"
             )
-        return cls(
-            A=system.A,
-            B_d=B[:, chosen],
-            C=system.C,
-            D=D,
-            W=W,
-            B_u=B[:, others],
-            D_u=direct[:, others],
-            dt=1.0 if system.dt is True else float(system.dt),
-        )
+        dt = parts.signals.dt or 1.0
+        return cls(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, B_u=parts.B_u, D_u=parts.D_u, dt=dt)

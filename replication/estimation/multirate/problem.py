@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.signals import numbered
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.schedule import SensingSchedule
@@ -63,6 +64,10 @@ class MultirateProblem:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
         shape = (self.schedule.period, self.plant.order, self.plant.sensors)
         return as_array("gains", gains, shape, axes="(N, n, q)")
+
+    def disturbances(self) -> tuple[str, ...]:
+        """What the columns of the disturbance (d, w) are called."""
+        return (*numbered("d", self.plant.B_d.shape[1]), *numbered("w", self.plant.D.shape[1]))
 
     def without_sensors(self) -> PeriodicSystem:
         """The plant alone, from (d, w) to W x: the error of the estimate zero."""

@@ -1,28 +1,28 @@
-"""What multi-rate gains guarantee, as a result: observer, state space, plot; made from gains by exact norms."""
+"""Multi-rate observers: gains for a problem, what they guarantee, and how they run; made by exact norms."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.errors import InfeasibleError
 from replication.estimation.api.baselines import baselines
-from replication.estimation.api.phase import Phase
-from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
-from replication.estimation.api.running import PeriodicObserver
-from replication.estimation.api.shown import frozen
-from replication.estimation.api.signals import Signals, each_instant
-from replication.estimation.api.tradeoff import TradeOff
-from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain
-from replication.estimation.linear.periodic import lifted_statespace
-from replication.estimation.multirate.h2.tradeoff import tradeoff
+from replication.estimation.api.design import Design, Solution
+from replication.estimation.api.phase import Phase, Recursion
+from replication.estimation.api.results import Evidence
+from replication.estimation.api.signals import each_instant
+from replication.estimation.api.tradeoff import Goal, TradeOff
+from replication.estimation.linear.norms import gain_if_finite, l2_gain, settles, white_noise_variance
+from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
+from replication.estimation.multirate.h2.filtering import smoothing_limit
+from replication.estimation.multirate.h2.tradeoff import balanced, rms_error, tradeoff
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.optimum import Optimum, optimum
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
-from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
     import control
@@ -31,7 +31,7 @@ SIMPLER = "the Kalman filter has the least mean error: goal='h2', or goal='mixed
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class MultirateResult(GainResult):
+class MultirateResult(Design):
     """A multi-rate observer: gains L of shape (phase, state, sensor).
 
     Attributes
@@ -45,23 +45,46 @@ class MultirateResult(GainResult):
     axes: Mapping[str, str] = field(default_factory=lambda: {"L": "(phase, state, sensor)"})
     problem: MultirateProblem
 
-    def observer(self) -> PeriodicObserver:
-        """The observer of eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), to run in a loop.
+    @classmethod
+    def solve(
+        cls, problem: MultirateProblem, *, best: Optimum, goal: Goal = Goal.HINF, level: float | None = None
+    ) -> Solution:
+        """The central gains: at `level`, just above the least one, or at the level that balances gain and mean error.
 
-        Returns
-        -------
-        PeriodicObserver
-            Its `step` takes y of all q sensors; only those that are due are looked at. It keeps what late samples
-            need and gives the estimate of the present state.
+        Raises InfeasibleError if `level` is not above the optimum `best`.
         """
-        plant, schedule = self.problem.plant, self.problem.schedule
-        used = [L * due for L, due in zip(self.gains["L"], schedule.mask, strict=True)]
-        shown = np.eye(plant.order - plant.under_way, plant.order)
-        phases = [
-            Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due)
-            for L, due in zip(used, schedule.mask, strict=True)
-        ]
-        return PeriodicObserver(phases, [plant.C] * len(phases), plant.D_u).named(self.signals)
+        if level is not None and level <= best.lower:
+            raise InfeasibleError(
+                f"no observer has a gain below {level!r}: the least is {best.value:.6g}; ask for more"
+            )
+        if goal is Goal.HINF:
+            aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
+            return Solution({"L": riccati_design(problem, aim).gains})
+        central = balanced(problem, best) if level is None else riccati_design(problem, level)
+        aimed = central.level if np.isfinite(central.level) else "infinite"
+        asked = Evidence("level of the design", aimed, "least entropy")
+        return Solution({"L": central.gains}, (asked, *mean_error_facts(problem, central.gains)))
+
+    def error_system(self) -> PeriodicSystem:
+        """Eqs. (16), (18)."""
+        return self.problem.error_system(self.gains["L"])
+
+    def phases(self) -> Recursion:
+        """Eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^ - D_u u).
+
+        It keeps what late samples need and gives the estimate of the present state.
+        """
+        plant, mask = self.problem.plant, self.problem.schedule.mask
+        present = plant.order - plant.under_way
+        shown, phases = np.eye(present, plant.order), []
+        for gain, due in zip(self.gains["L"], mask, strict=True):
+            L = gain * due
+            phases.append(Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due))
+        return Recursion(phases, present, [plant.C] * len(phases), plant.D_u)
+
+    def disturbances(self) -> tuple[str, ...]:
+        """d[0] and so on of the process, w[0] and so on of the sensors."""
+        return self.problem.disturbances()
 
     def to_statespace(self) -> control.StateSpace:
         """The observer over one period N of the schedule.
@@ -81,23 +104,6 @@ class MultirateResult(GainResult):
         lifted.set_outputs(each_instant(outputs, system.period) if several else outputs)
         lifted.set_states(list(self.signals.states))
         return lifted
-
-    def estimator(self) -> control.StateSpace:
-        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
-
-        Returns
-        -------
-        control.StateSpace
-            Sampling period N dt; `@k` is added to the names for instant k if N > 1. It is what `observer()` does.
-        """
-        return self.observer().to_statespace()
-
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain over the frequency, with the guaranteed level."""
-        duration = self.problem.plant.dt * self.problem.schedule.period
-        frequencies, gains = gain_curve(self.problem.error_system(self.gains["L"]), duration)
-        label = "frequency (rad/s, folded at the period of the schedule)"
-        return self._panel(frequencies, label, "largest gain to the error", {"gain": gains})
 
     def tradeoff(self, points: int = 12) -> TradeOff:
         """What a smaller guaranteed gain costs in mean error, for this plant and schedule.
@@ -120,38 +126,40 @@ class MultirateResult(GainResult):
         return tradeoff(self.problem, optimum(self.problem), points)
 
 
-def result_of(
-    problem: MultirateProblem, signals: Signals, gains: Any, best: Optimum, further: tuple[Evidence, ...] = ()
-) -> MultirateResult:
-    """The exact gain of `gains` (N, n, q) and what else is known of them, beside the optimum; `further` comes last."""
-    error = problem.error_system(gains)
-    exact = l2_gain(error)
+def facts(result: MultirateResult, error: PeriodicSystem, best: Optimum, *, alone: bool) -> tuple[Evidence, ...]:
+    """What is known of gains beside the optimum; alone: nothing else is told of their mean error."""
+    problem, plant = result.problem, result.problem.plant
     bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
-    evidence = (
+    late = (Evidence("samples under way", plant.under_way, "states for the latency"),) if plant.under_way else ()
+    return (
         Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
         Evidence("optimum lies above", best.lower, bound),
         Evidence("spectral radius over one period", error.spectral_radius(), "eigenvalues of the monodromy matrix"),
         Evidence("mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"),
         Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
-        Evidence("base period", problem.plant.dt, "as given", "s"),
-        *(
-            [Evidence("samples under way", problem.plant.under_way, "states for the latency")]
-            * bool(problem.plant.under_way)
-        ),
+        Evidence("base period", plant.dt, "as given", "s"),
+        *late,
         *baselines(
-            exact.upper,
+            result.value,
             "exact gain",
             without=gain_if_finite(problem.without_sensors()),
             kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
             limit=best.noncausal.upper,
-            simpler="" if further else SIMPLER,
+            simpler=SIMPLER if alone else "",
         ),
-        *further,
     )
-    return MultirateResult(
-        bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN),
-        gains=frozen({"L": gains}),
-        evidence=evidence,
-        signals=signals,
-        problem=problem,
+
+
+def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence, ...]:
+    """The root-mean-square error of gains (N, n, q), beside those without sensors, of the filter and of a smoother."""
+    kalman = kalman_design(problem)
+    own, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
+    W = problem.plant.W
+    limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
+    alone = problem.without_sensors()
+    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
+    how = "periodic Lyapunov equation"
+    return (
+        Evidence("rms error", own, f"white noise of unit intensity; {how}"),
+        *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
     )

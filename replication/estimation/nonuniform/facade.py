@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.api.plants import PlantReader
+from replication.estimation.api.plants import PlantReader, parts_of
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.signals import Signals, is_statespace, measured_outputs, numbered
+from replication.estimation.api.signals import Signals, is_statespace, numbered
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filter_lmi import LmiSolution
@@ -50,14 +50,9 @@ class SampledPlantReader(PlantReader[SampledPlant]):
         """With the outputs that are measured; the others are estimated."""
         if given["measured"] is None:
             raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
-        seen, others, signals = measured_outputs(system, given["measured"])
-        if not system.isctime(strict=True):
-            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
-        if np.any(system.D[others]):
-            raise InvalidInputError(
-                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
-            )
-        return self.makes(system.A, system.B, system.C[seen], system.D[seen], system.C[others]), signals
+        measured = given["measured"]
+        signals = parts_of(system, continuous=True, measured=measured).signals
+        return self.makes.from_statespace(system, measured), signals
 
 
 read_plant = SampledPlantReader()

@@ -3,16 +3,16 @@ discretisation."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.signals import measured_outputs
+from replication.estimation.api.plants import LinearPlant, parts_of
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class PeriodRange:
 
 
 @dataclass(frozen=True)
-class SampledPlant:
+class SampledPlant(LinearPlant):
     """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
 
     Parameters
@@ -99,6 +99,8 @@ class SampledPlant:
         L is zero, A is not Hurwitz or (C, A) is not observable.
     """
 
+    SHAPES: ClassVar[Mapping[str, str]] = {"A": "nn", "B": "nm", "C": "rn", "D": "rm", "L": "sn"}
+
     A: Array
     B: Array
     C: Array
@@ -115,14 +117,9 @@ class SampledPlant:
 
     def __post_init__(self) -> None:
         """Check and freeze the matrices."""
-        A = as_matrix("A", self.A)
-        n = A.shape[0]
-        A = as_matrix("A", A, rows=n, columns=n)
-        B = as_matrix("B", self.B, rows=n)
-        C = as_matrix("C", self.C, columns=n)
-        D = as_matrix("D", self.D, rows=C.shape[0], columns=B.shape[1])
-        L = as_matrix("L", self.L, columns=n)
-        for name, matrix in zip("ABCDL", (A, B, C, D, L), strict=True):
+        self.check()
+        for name in self.SHAPES:
+            matrix = getattr(self, name)
             if matrix.size == 0:
                 raise InvalidInputError(f"{name} must not be empty, got shape {matrix.shape}")
             largest = float(np.max(np.abs(matrix)))
@@ -131,16 +128,15 @@ class SampledPlant:
                     f"{name} has {largest:.3g} for its largest entry, whose powers leave the range of floating point; "
                     "choose other units"
                 )
-            object.__setattr__(self, name, matrix)
-        for name, matrix, meaning in (("B", B, "nothing disturbs the state"), ("L", L, "there is nothing to estimate")):
-            if not np.any(matrix):
+        for name, meaning in (("B", "nothing disturbs the state"), ("L", "there is nothing to estimate")):
+            if not np.any(getattr(self, name)):
                 raise InvalidInputError(f"{name} must not be zero: {meaning}; check the entries")
         if self.settles:
-            _require_hurwitz(A)
-        _require_observable(A, C)
+            _require_hurwitz(self.A)
+        _require_observable(self.A, self.C)
 
-    @staticmethod
-    def from_statespace(system: control.StateSpace, measured: int | Sequence[int | str]) -> SampledPlant:
+    @classmethod
+    def from_statespace(cls, system: control.StateSpace, measured: int | Sequence[int | str]) -> Self:
         """From a continuous-time `control.StateSpace` with inputs w, first outputs y and the others z.
 
         Parameters
@@ -160,19 +156,8 @@ class SampledPlant:
         InvalidInputError
             The system is not continuous-time, has no z, or z has direct feedthrough from w.
         """
-        seen, others, _ = measured_outputs(system, measured)
-        if not system.isctime(strict=True):
-            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
-        if np.any(system.D[others]):
-            raise InvalidInputError(
-                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
-            )
-        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others])
-
-    @property
-    def order(self) -> int:
-        """n, the number of states."""
-        return len(self.A)
+        parts = parts_of(system, continuous=True, measured=measured)
+        return cls(parts.A, parts.B_d, parts.C, parts.D_d, parts.W)
 
     def transition(self, h: float) -> Array:
         """exp(h [[A, B], [0, 0]]), whose upper rows are [Phi(h), Gamma(h)].

@@ -1,4 +1,4 @@
-"""Dual-rate loops: stability and errors, the stability theorem, and the motor."""
+"""Dual-rate loops: stability and errors, the stability result, and the motor."""
 
 from replication.recheck.dualrate import errors, motor, stability, steps, theory
 

@@ -16,7 +16,7 @@ OBSERVERS = (
     *("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
     *("held_measurement", "single_correction", "slow_input_interpolation"),
 )
-MOST_PERIODS, MOST_STATES = 100, 10
+MOST_PERIODS, MOST_STATES = 2000, 10
 
 
 @dataclass(frozen=True, eq=False)

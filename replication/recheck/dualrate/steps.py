@@ -1,4 +1,4 @@
-"""The steps of the stability theorem of Shao et al., for all matrices."""
+"""The steps of the stability result of Shao et al., for all matrices."""
 
 from __future__ import annotations
 

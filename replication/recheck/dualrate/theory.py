@@ -1,4 +1,4 @@
-"""The stability theorem of Shao et al., and a loop that refutes it."""
+"""The stability result of Shao et al., and a loop that refutes it."""
 
 from __future__ import annotations
 

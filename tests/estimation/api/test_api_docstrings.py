@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.design import Design
 from replication.estimation.api.results import Bracket, GainResult
 from replication.estimation.api.running import PeriodicObserver, RunningObserver
 from replication.estimation.api.shown import Shown
@@ -21,7 +22,7 @@ from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.nonuniform.result import RunningFilter
 from tests.estimation.api.api_plants import METHODS
 
-SHARED: tuple[type, ...] = (Bracket, Shown, GainResult, Simulation)
+SHARED: tuple[type, ...] = (Bracket, Shown, GainResult, Design, Simulation)
 SHARED += (RunningObserver, PeriodicObserver, RunningFilter, RunningDelayObserver)
 SECTION = re.compile(r"^(\w+)\n-{3,}$", re.MULTILINE)
 ORDER = ("Parameters", "Attributes", "Returns", "Raises", "Notes", "Examples")

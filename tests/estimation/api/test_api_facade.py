@@ -161,6 +161,9 @@ def test_html_escapes_the_names_of_signals() -> None:
         def to_statespace(self) -> None:  # type: ignore[override]
             return None
 
+        def observer(self) -> None:
+            return None
+
     result = Shout(
         method="<b>",
         quantity="<script>alert(1)</script>",

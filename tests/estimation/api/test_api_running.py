@@ -77,7 +77,7 @@ def test_dualrate_agrees_with_the_closed_loop(name: str) -> None:
     for k in range(60):
         assert np.allclose(x - observer.estimate, errors[10 * k], atol=EXACT)
         u = result.gains["K"] @ observer.estimate
-        observer.step(u, loop.plant.output @ x if k % 10 == 0 or name == "fast_sensor" else None)
+        observer.step(u, loop.plant.C @ x if k % 10 == 0 or name == "fast_sensor" else None)
         x = step.state @ x + step.input @ u
     assert observer.missed == 0
 
@@ -129,7 +129,7 @@ def test_a_missing_measurement_is_one_that_is_expected(method: str) -> None:
     one, other = running(method), running(method)
     plant_output = {
         "multirate": lambda: result_of("multirate").problem.plant.C,
-        "dualrate": lambda: result_of("dualrate").loop.design.model.output,
+        "dualrate": lambda: result_of("dualrate").loop.design.model.C,
         "delay": lambda: result_of("delay").system.c2,
     }[method]()
     one.reset([0.4, -0.2]), other.reset([0.4, -0.2])

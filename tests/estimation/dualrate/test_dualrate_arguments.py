@@ -30,7 +30,7 @@ def oscillator_design(*, damping: float, period: float = 0.3) -> DualRateDesign:
 @pytest.mark.parametrize("factor", [2.0, 0.1, -1.0])
 def test_the_sensor_reads_the_true_plant(factor: float) -> None:
     """Against the single-rate loop with a sensor gain, from scipy's zero-order hold."""
-    A, B, C = MOTOR.state, MOTOR.input, MOTOR.output
+    A, B, C = MOTOR.A, MOTOR.B_u, MOTOR.C
     design = replace(MOTOR_DESIGN, ratio=1)
     K, L = design.feedback, design.injection
     Ad, Bd = scipy.signal.cont2discrete((A, B, C, [[0]]), design.period)[:2]
@@ -43,7 +43,7 @@ def test_the_sensor_reads_the_true_plant(factor: float) -> None:
 
 def test_a_true_plant_may_have_another_order_and_come_from_control() -> None:
     """An added state that nothing reads leaves the eigenvalues; in one row with them it is a mode of its own."""
-    A, B, C = MOTOR.state, MOTOR.input, MOTOR.output
+    A, B, C = MOTOR.A, MOTOR.B_u, MOTOR.C
     wide = control.StateSpace(
         scipy.linalg.block_diag(A, [[-30.0]]), np.vstack([B, [[1]]]), np.hstack([C, [[0]]]), [[0]]
     )

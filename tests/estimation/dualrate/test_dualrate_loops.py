@@ -57,7 +57,7 @@ def test_all_observers_coincide_with_the_single_rate_loop_at_ratio_one() -> None
 
 def test_single_rate_loop_is_the_textbook_sampled_data_loop() -> None:
     """x' = Φx − ..., observer discretised at M T, all with scipy's zero-order hold."""
-    A, B, C = MOTOR.state, MOTOR.input, MOTOR.output
+    A, B, C = MOTOR.A, MOTOR.B_u, MOTOR.C
     K, L = MOTOR_DESIGN.feedback, MOTOR_DESIGN.injection
     slow = MOTOR_DESIGN.slow_period
     Ad, Bd = scipy.signal.cont2discrete((A, B, C, np.zeros((1, 1))), slow)[:2]
@@ -88,7 +88,7 @@ def test_radius_does_not_depend_on_the_coordinates(seed: int, ratio: int, name: 
     V = np.random.default_rng(seed + 1).normal(size=(3, 3)) + 3 * np.eye(3)
     W = np.linalg.inv(V)
     moved = dual_rate_design(
-        make_plant(V @ design.model.state @ W, V @ design.model.input, design.model.output @ W),
+        make_plant(V @ design.model.A @ W, V @ design.model.B_u, design.model.C @ W),
         feedback=design.feedback @ W,
         injection=V @ design.injection,
         period=design.period,
@@ -105,7 +105,7 @@ def test_radius_depends_on_the_product_of_rates_and_time_only(seed: int, factor:
     design = random_design(np.random.default_rng(seed), 3)
     model = design.model
     scaled = dual_rate_design(
-        make_plant(model.state * factor, model.input * factor, model.output),
+        make_plant(model.A * factor, model.B_u * factor, model.C),
         feedback=design.feedback,
         injection=design.injection * factor,
         period=design.period / factor,
@@ -181,10 +181,10 @@ def test_lifted_system_carries_the_same_noise() -> None:
 
 
 def test_input_arrays_are_left_alone() -> None:
-    A, K = np.array(MOTOR.state), np.array(MOTOR_DESIGN.feedback)
+    A, K = np.array(MOTOR.A), np.array(MOTOR_DESIGN.feedback)
     for name in OBSERVERS:
         stability_radius(close_loop(MOTOR_DESIGN, OBSERVERS[name]))
-    np.testing.assert_array_equal(A, MOTOR.state)
+    np.testing.assert_array_equal(A, MOTOR.A)
     np.testing.assert_array_equal(K, MOTOR_DESIGN.feedback)
 
 
@@ -237,8 +237,8 @@ def test_tracking_needs_a_reference_and_one_output() -> None:
 
 def test_plants_come_from_continuous_strictly_proper_systems() -> None:
     system = control.StateSpace([[-1.0]], [[1.0]], [[1.0]], [[0.0]])
-    assert plant_of(system).size == 1
-    with pytest.raises(InvalidInputError, match="continuous in time"):
+    assert plant_of(system).order == 1
+    with pytest.raises(InvalidInputError, match="continuous-time"):
         plant_of(control.StateSpace([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1))
     with pytest.raises(InvalidInputError, match="strictly proper"):
         plant_of(control.StateSpace([[-1.0]], [[1.0]], [[1.0]], [[1.0]]))
@@ -259,8 +259,8 @@ def test_noise_on_a_reading_acts_like_the_state_that_gives_it(name: str) -> None
     """A noise w = C x moves estimate, command and all that follows as x does, but for the motion of x itself."""
     loop = close_loop(MOTOR_DESIGN, OBSERVERS[name])
     x = np.array([0.3, -0.2, 0.7])
-    reading = x if name == "state_feedback" else MOTOR.output @ x
-    own = scipy.linalg.expm(MOTOR.state * MOTOR_DESIGN.period) @ x
+    reading = x if name == "state_feedback" else MOTOR.C @ x
+    own = scipy.linalg.expm(MOTOR.A * MOTOR_DESIGN.period) @ x
     for step in loop.steps:
         moved = step.state[:, :3] @ x
         moved[:3] -= own

@@ -205,7 +205,7 @@ def test_the_c_form_is_equal_over_many_steps_in_a_loop(goal: str, tmp_path: Path
     controller = result.running()
     compiled = Compiled(controller, tmp_path)
     compiled.reset(np.zeros(controller.states))
-    step, C, x = result.problem.sampled, result.problem.plant.output, np.zeros(3)
+    step, C, x = result.problem.sampled, result.problem.plant.C, np.zeros(3)
     for _ in range(STEPS):
         y = np.where(rng.random(2) < 0.1, np.nan, C @ x + rng.normal(size=2))
         x = step.state @ x + step.input @ controller.command + 0.1 * rng.normal(size=3)
@@ -303,7 +303,7 @@ def test_a_state_that_only_noise_drives_has_its_natural_unit() -> None:
     size, weights = 2.0**40, (np.eye(2), np.eye(1), np.eye(2), np.eye(1))
     units = np.array([1.0, size])
     plant = dualrate.make_plant([[-1.0, 0.0], [0.0, -2.0]], [[1.0], [0.0]], [[1.0, 1.0]])
-    moved = dualrate.make_plant(plant.state, plant.input, plant.output / units)
+    moved = dualrate.make_plant(plant.A, plant.B_u, plant.C / units)
     given = slow_problem(plant, period=0.1, ratio=2, hold=1, weights=weights)
     scaled = (np.diag(1 / units**2), np.eye(1), np.diag(units**2), np.eye(1))
     other = slow_problem(moved, period=0.1, ratio=2, hold=1, weights=scaled)

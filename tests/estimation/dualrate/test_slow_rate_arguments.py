@@ -11,7 +11,7 @@ import pytest
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow import design as slow
+from replication.estimation.dualrate.slow import result as slow
 from replication.estimation.dualrate.slow.problem import slow_problem
 
 SERVO = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
@@ -21,7 +21,7 @@ GIVEN: dict[str, Any] = {"period": 0.1, "ratio": 2, "at": "slow"}
 
 
 def weights(plant: Any, **given: Any) -> tuple[Any, ...]:
-    n, m, p = plant.size, plant.input.shape[1], len(plant.output)
+    n, m, p = plant.order, plant.B_u.shape[1], len(plant.C)
     return tuple(
         np.asarray(given.get(name, np.eye(size)), dtype=float) for name, size in zip("QRWV", (n, m, n, p), strict=True)
     )
@@ -49,7 +49,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "nan": (SERVO, {"process_noise": [[np.nan, 0], [0, 1]]}, "process_noise must be finite"),
     "unweighted": (SERVO, {"state_weight": [[0, 0], [0, 1]]}, "state_weight leaves out the mode"),
     "undisturbed": (OSCILLATOR, {"process_noise": np.zeros((2, 2))}, "process_noise leaves out the mode"),
-    "discrete": (control.ss([[0.5]], [[1]], [[1]], 0, 0.1), {}, "continuous in time"),
+    "discrete": (control.ss([[0.5]], [[1]], [[1]], 0, 0.1), {}, "continuous-time"),
 }
 
 

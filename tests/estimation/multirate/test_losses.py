@@ -15,7 +15,7 @@ from noisy_plants import correlated
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import multirate
-from replication.estimation.linear.norms import hinf_norm, l2_gain
+from replication.estimation.linear.norms import hinf_norm, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.multirate import MultiratePlant, losses
 from replication.estimation.multirate.kalman import kalman_design
@@ -25,7 +25,6 @@ from replication.estimation.multirate.losses.mean import mean_square, mean_squar
 from replication.estimation.multirate.losses.storage import Walks, central_gains, kernel, least_level, proved_level
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9

@@ -13,14 +13,13 @@ from multirate_examples import PAPER, PUBLISHED, problem, problems
 
 from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, simulate
 from replication.estimation.multirate import optimum
 from replication.estimation.multirate.kalman import kalman_centre, kalman_design, semidefinite, stabilises, state_units
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.simulation import simulate, white_noise_variance, worst_case_response
 from replication.estimation.validation import Array
 from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING, SEEDED
 

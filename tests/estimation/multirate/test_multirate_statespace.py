@@ -12,10 +12,9 @@ from multirate_examples import PAPER, problem
 
 from replication.errors import InvalidInputError
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import lifted_statespace
+from replication.estimation.linear.periodic import lifted_statespace, simulate
 from replication.estimation.multirate.optimum import kalman_design
 from replication.estimation.multirate.problem import observer_system
-from replication.estimation.multirate.simulation import simulate
 from tests.tolerances import GRID, ROUNDING
 
 DRIVEN = problem(replace(PAPER, B_u=np.array([[1.0, 0], [0, 2], [1, 1]])), (2, 3), (0, 1))

@@ -19,7 +19,7 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform import bracket as bracket_module
-from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
+from replication.estimation.nonuniform.baselines import smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
@@ -89,7 +89,7 @@ def test_at_one_period_it_is_the_optimum_of_the_riccati_recursion(plant):
 @pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (INTEGRATORS, RANGE)])
 def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods):
     """Plant and observer side by side, each with its own transitions, under the worst sequence and disturbance."""
-    result = design_stamped(plant, periods=periods, known=[[0.0], [1.0]], horizon=40)
+    result = design_stamped(plant, periods=periods, B_u=[[0.0], [1.0]], horizon=40)
     attack, observer = result.gain.attack, result.observer()
     x, t, errors, rng = np.zeros(plant.order), 0.0, [], np.random.default_rng(2)
     for h, w in zip(attack.periods, attack.w, strict=True):
@@ -208,8 +208,8 @@ def test_baselines_are_those_of_the_frequency_response():
     assert smoother_limit(plant, h) == pytest.approx(max(gains), rel=1e-9)
     assert smoother_limit(plant, h) <= riccati_level(plant, h).level
     assert smoother_limit(MOTOR, 0.05) == 0.0
-    assert without_sensors(UNSTABLE, [0.1]) is None
-    assert without_sensors(INTEGRATORS, [0.1]) is None
+    assert zero_at_constant_periods(UNSTABLE, [0.1]) is None
+    assert zero_at_constant_periods(INTEGRATORS, [0.1]) is None
     assert 0 < smoother_limit(INTEGRATORS, 0.1) < stamped_design(INTEGRATORS, PeriodRange(0.1, 0.1)).level
 
 
@@ -250,7 +250,7 @@ def test_the_result_is_shown_and_exported():
         ({"periods": 0.1}, "periods must be"),
         ({"plant": "plant"}, "plant must be a SampledPlant"),
         ({"measured": 1}, "measured belongs"),
-        ({"known": [[1.0]]}, "known must have 2 rows"),
+        ({"B_u": [[1.0]]}, "B_u must have 2 rows"),
         ({"cells": 0}, "at least 1"),
     ],
 )

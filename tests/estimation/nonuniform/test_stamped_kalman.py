@@ -19,12 +19,12 @@ CART = NoisyPlant(
     [[1, 0, 0], [0, 1, 0.3]],
     Q=[[0.02, 0, 0], [0, 0.03, 0.01], [0, 0.01, 0.4]],
     R=[[0.04, 0.01], [0.01, 0.09]],
-    B=[[0.1], [1.0], [0.2]],
+    B_u=[[0.1], [1.0], [0.2]],
     P0=np.diag([2.0, 1.0, 0.5]),
     sensors=["camera", "gyro"],
 )
 """Integrates twice."""
-UNSTABLE = NoisyPlant([[1.5, 2], [-1, 0.2]], [[1, 0]], Q=[[1, 0.2], [0.2, 0.5]], R=[0.1], B=[[0.0], [1.0]])
+UNSTABLE = NoisyPlant([[1.5, 2], [-1, 0.2]], [[1, 0]], Q=[[1, 0.2], [0.2, 0.5]], R=[0.1], B_u=[[0.0], [1.0]])
 
 
 def history(plant, rng, count):
@@ -33,7 +33,7 @@ def history(plant, rng, count):
     q = len(plant.C)
     samples = [[float(v) if rng.random() < 0.7 else None for v in rng.standard_normal(q)] for _ in times]
     samples[0] = [1.0] * q
-    return times, samples, rng.standard_normal((count, plant.B.shape[1]))
+    return times, samples, rng.standard_normal((count, plant.B_u.shape[1]))
 
 
 def batch(plant, start, times, samples, inputs):
@@ -56,7 +56,7 @@ def batch(plant, start, times, samples, inputs):
         spread, _ = scipy.integrate.quad_vec(
             lambda s: scipy.linalg.expm(plant.A * s) @ plant.Q @ scipy.linalg.expm(plant.A * s).T, 0, h, epsabs=1e-14
         )
-        held, _ = scipy.integrate.quad_vec(lambda s: scipy.linalg.expm(plant.A * s) @ plant.B, 0, h, epsabs=1e-14)
+        held, _ = scipy.integrate.quad_vec(lambda s: scipy.linalg.expm(plant.A * s) @ plant.B_u, 0, h, epsabs=1e-14)
         add([(k, -Phi), (k + 1, np.eye(n))], held @ inputs[k], spread)
     for k, sample in enumerate(samples):
         seen = [i for i, value in enumerate(sample) if value is not None]
@@ -199,7 +199,7 @@ def test_transitions_are_those_of_scipy_and_add_up(h):
         ({"P0": [[1, 3], [3, 1]]}, "P0 must be positive semidefinite"),
         ({"S": [[0.5], [0]]}, "S does not fit"),
         ({"S": [[0.1]]}, "S must have 2 rows"),
-        ({"B": [[1]]}, "B must have 2 rows"),
+        ({"B_u": [[1]]}, "B_u must have 2 rows"),
         ({"sensors": ["a", "b"]}, "sensors must be 1 different"),
         ({"sensors": "a"}, "sensors must be 1 different"),
         ({"C": [[0, 1]]}, "no sensor sees the mode"),
@@ -264,7 +264,7 @@ def test_what_the_filter_cannot_do_is_refused():
 
 
 def test_a_statespace_names_the_sensors():
-    system = control.ss(CART.A, CART.B, CART.C, 0, outputs=["camera", "gyro"])
+    system = control.ss(CART.A, CART.B_u, CART.C, 0, outputs=["camera", "gyro"])
     plant = NoisyPlant.from_statespace(system, CART.Q, CART.R, P0=CART.P0)
     one, other = StampedKalman(plant), StampedKalman(CART)
     for t in (0.0, 0.3, 0.35):

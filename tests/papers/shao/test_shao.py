@@ -47,7 +47,7 @@ BLOCKS = tuple(f"shao.{name}" for name in SEARCH)
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
 DENIED = (Verdict.DIFFERS, "refuted")
 """Verdicts on a statement that does not hold."""
-FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
+FINDINGS_USE = ("shao.longer", "shao.stable-sets", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
 
 
 def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
@@ -91,7 +91,7 @@ def test_the_verifier_is_given_the_plants_that_are_computed_with() -> None:
     assert {name: number(motor[symbol]) for symbol, name in PARAMETERS.items()} == asdict(problem.MOTOR)
     for name, design in {"motor": problem.DESIGN, "scalar": problem.COUNTEREXAMPLE}.items():
         loop, model = exact[name], design.model
-        matrices = {"A": model.state, "B": model.input, "C": model.output, "K": design.feedback, "L": design.injection}
+        matrices = {"A": model.A, "B": model.B_u, "C": model.C, "K": design.feedback, "L": design.injection}
         for symbol, matrix in matrices.items():
             np.testing.assert_allclose(floats(loop[symbol]), matrix, rtol=1e-14)
         assert (number(loop["T"]), loop["M"]) == (design.period, design.ratio)

@@ -140,10 +140,10 @@ def test_chance_counts_the_printed_column_itself() -> None:
 def test_current_form_with_a_discrete_gain_is_the_textbook_current_observer() -> None:
     """x̂ = ζ + L(y − Cζ), ζ' = Āx̂ + B̄u at every fast instant."""
     model, L, K = DESIGN.model, DESIGN.injection, DESIGN.feedback
-    Ad, Bd = scipy.signal.cont2discrete((model.state, model.input, model.output, [[0]]), DESIGN.period)[:2]
-    gap = np.eye(3) - L @ model.output
+    Ad, Bd = scipy.signal.cont2discrete((model.A, model.B_u, model.C, [[0]]), DESIGN.period)[:2]
+    gap = np.eye(3) - L @ model.C
     # x' = Ad x + Bd K x̂, ζ' = Ad x̂ + Bd K x̂ with x̂ = LC x + (I − LC) ζ
-    estimate = np.hstack([L @ model.output, gap])
+    estimate = np.hstack([L @ model.C, gap])
     textbook = np.vstack([np.hstack([Ad, np.zeros((3, 3))]) + Bd @ K @ estimate, (Ad + Bd @ K) @ estimate])
     design = replace(DESIGN, ratio=1)
     ours = monodromy(close_loop(design, current(OBSERVERS["fast_sensor"], discrete_gain=True), discrete_gain=True))

@@ -15,6 +15,7 @@ from typing import Any
 
 from replication.audit.inspect.controls import controls
 from replication.audit.judge.agreement import Target
+from replication.audit.judge.policies import by_policy
 from replication.audit.report.sections.across import across
 from replication.audit.report.sections.lineage import lineages, proofs
 from replication.audit.report.sections.rounding import allowances, rooms
@@ -34,6 +35,7 @@ _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile, Mapping[str, Target]], A
     ("across", "Across the papers", lambda results, read: across(results)),
     ("words", "What the verdicts mean", lambda results, read: ()),
     ("proofs", "Proofs", lambda results, read: proofs(results)),
+    ("policies", "Policies", lambda results, read: by_policy(results.claims)),
     ("tolerances", "Tolerances", lambda results, read: allowances(results.claims)),
     ("sensitivity", "Sensitivity to the printed digits", lambda results, read: rooms(results) or None),
     ("controls", "Negative controls", lambda results, read: controls(results, read) or None),

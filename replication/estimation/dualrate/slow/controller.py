@@ -58,7 +58,7 @@ class Equations:
     @cached_property
     def information(self) -> list[tuple[Array, Array]]:
         """For each instant C'V^-1 with zero columns for sensors that do not deliver, and C'V^-1 C."""
-        C, V = self.problem.plant.output, self.problem.sensor_noise
+        C, V = self.problem.plant.C, self.problem.sensor_noise
         known: dict[tuple[int, ...], tuple[Array, Array]] = {}
         for rows in map(tuple, self.problem.measured()):
             if rows not in known:
@@ -106,7 +106,7 @@ class Equations:
         if solved is None or margin <= 0:
             return None
         (sigma, cost), p = solved, self.problem
-        n, m = p.plant.input.shape
+        n, m = p.plant.B_u.shape
         observed = []
         for X, A, G, (weighed, _) in zip(sigma, *self.filtering(level)[:2], self.information, strict=True):
             gain = A @ np.linalg.solve(np.eye(n) + X @ G, X)
@@ -126,7 +126,7 @@ class Equations:
 
     def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:
         """Covariance and cost at each instant, or None, and the margin."""
-        n, m = self.problem.plant.input.shape
+        n, m = self.problem.plant.B_u.shape
         # The cost runs backwards in time.
         sigma = _solution(self.filtering(level), n)
         back = _solution(reversed_in_time(stacked(stage for stage, *_ in self.regulating(level))), n + m)

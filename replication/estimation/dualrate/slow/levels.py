@@ -86,7 +86,7 @@ def limit(problem: SlowProblem) -> float | None:
     seen = np.sqrt(problem.period) * root(problem.state_weight).T
     effort = np.sqrt(problem.period) * root(problem.input_weight)
     sensors, always = problem.sensors, SensingSchedule((1,) * B.shape[1])
-    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.output, D=root(problem.sensor_noise), W=seen)
+    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.C, D=root(problem.sensor_noise), W=seen)
     dual = MultiratePlant(A=A.T, B_d=seen.T, C=B.T, D=effort, W=problem.noise.T)
     found = []
     for plant, schedule in ((sensor, sensors), (dual, always)):

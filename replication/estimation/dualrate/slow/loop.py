@@ -8,9 +8,8 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.dualrate.loop import DualRateLoop
 from replication.estimation.dualrate.slow.controller import Controller
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
-from replication.estimation.linear.norms import GainBracket, l2_gain
+from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
 
 SILENT = 1e-60
@@ -19,7 +18,7 @@ SILENT = 1e-60
 
 def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
     """State (x, x^, u before); inputs d and the noise of the readings, in units of their weights; outputs T^(1/2) z."""
-    step, C = problem.sampled, problem.plant.output
+    step, C = problem.sampled, problem.plant.C
     n, m = step.input.shape
     stages = []
     for due, A, L, K in zip(problem.measured(), controller.A, controller.L, controller.K, strict=True):
@@ -36,7 +35,7 @@ def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
     """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
     stages = []
     for step in loop.steps:
-        due = list(range(len(problem.plant.output))) if np.any(step.noise) else []
+        due = list(range(len(problem.plant.C))) if np.any(step.noise) else []
         stages.append(_stage(problem, step.state, step.noise[:, due], due, step.input_state))
     return PeriodicSystem(tuple(stages))
 
@@ -49,11 +48,11 @@ def alone(problem: SlowProblem) -> PeriodicSystem:
 
 def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSystem:
     """From readings' noise of unit size to the plant outputs, weighted so that the gain is one of root mean squares."""
-    rows, skipped = len(problem.plant.output), problem.noise.shape[1]
+    rows, skipped = len(problem.plant.C), problem.noise.shape[1]
     measured = problem.measured()
     readings = sum(len(due) for due in measured) / rows
     output = np.zeros((rows, loop.order))
-    output[:, : problem.plant.size] = np.sqrt(readings / len(measured)) * problem.plant.output
+    output[:, : problem.plant.order] = np.sqrt(readings / len(measured)) * problem.plant.C
     stages = []
     for stage, due in zip(loop.stages, measured, strict=True):
         units = root(problem.sensor_noise[np.ix_(due, due)])
@@ -81,7 +80,7 @@ def root_mean_square(problem: SlowProblem, loop: PeriodicSystem) -> float:
 
 def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int], u: Array) -> Stage:
     """One instant; read: effect of the noise of the readings that are due, u: the input by the state."""
-    n, size = problem.plant.size, len(transition)
+    n, size = problem.plant.order, len(transition)
     drive = np.zeros((size, n))
     drive[:n] = problem.noise
     noise = np.hstack([drive, read @ root(problem.sensor_noise[np.ix_(due, due)])])

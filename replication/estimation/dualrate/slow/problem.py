@@ -55,12 +55,12 @@ class SlowProblem:
     @cached_property
     def sampled(self) -> Held:
         """The plant over one fast period."""
-        return held(self.plant.state, self.plant.input, self.period)
+        return held(self.plant.A, self.plant.B_u, self.period)
 
     @cached_property
     def noise(self) -> Array:
         """G (n, n) of the process noise over one fast period."""
-        return root(_accumulated(self.plant.state, self.process_noise, self.period))
+        return root(_accumulated(self.plant.A, self.process_noise, self.period))
 
     def measured(self) -> list[list[int]]:
         """For each instant of the period, the sensors that deliver."""
@@ -73,12 +73,12 @@ class SlowProblem:
     @property
     def decays(self) -> bool:
         """Whether the plant is stable when it is left alone."""
-        return bool(np.max(np.linalg.eigvals(self.plant.state).real) < -BOUNDARY)
+        return bool(np.max(np.linalg.eigvals(self.plant.A).real) < -BOUNDARY)
 
     def lost(self) -> str:
         """What to say where rounding spoils a design."""
         whole = self.period * self.instants
-        growth = np.exp(max(0.0, float(np.max(np.linalg.eigvals(self.plant.state).real))) * whole)
+        growth = np.exp(max(0.0, float(np.max(np.linalg.eigvals(self.plant.A).real))) * whole)
         return (
             f"the design at the slow rate was lost in rounding: the fastest mode grows by a factor of {growth:.3g} "
             f"over the {whole:g} s after which the rates repeat; measure more often, or bring the weights nearer to "
@@ -93,8 +93,8 @@ def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: t
     leave out. InfeasibleError: no controller stabilises the plant at these rates, with the mode that it leaves alone.
     """
     T = positive_scalar("period T", period, unit="seconds")
-    sensors = _schedule("ratio", ratio, len(plant.output), "sensor")
-    actuators = _schedule("hold", hold, plant.input.shape[1], "input")
+    sensors = _schedule("ratio", ratio, len(plant.C), "sensor")
+    actuators = _schedule("hold", hold, plant.B_u.shape[1], "input")
     if (instants := lcm(sensors.period, actuators.period)) > LONGEST:
         raise InvalidInputError(
             f"ratio and hold repeat together only after {instants} fast periods, more than {LONGEST}; choose ratios "
@@ -102,7 +102,7 @@ def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: t
         )
     problem = SlowProblem(plant, T, sensors, actuators, *weights)
     _require_stabilisable(problem)
-    for name, A, weight in (("state_weight", plant.state, weights[0]), ("process_noise", plant.state.T, weights[2])):
+    for name, A, weight in (("state_weight", plant.A, weights[0]), ("process_noise", plant.A.T, weights[2])):
         _require_weighted(name, A, weight)
     return problem
 
@@ -112,17 +112,17 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
 
     Inputs are in units of their weights, states in those in which A, what drives it and what looks at it are balanced.
     """
-    plant, n = problem.plant, problem.plant.size
+    plant, n = problem.plant, problem.plant.order
     r = np.diag(problem.input_weight) ** -0.5
-    drive = np.hstack([plant.input * r, root(problem.process_noise)])
-    whitened = np.linalg.solve(np.linalg.cholesky(problem.sensor_noise), plant.output)
+    drive = np.hstack([plant.B_u * r, root(problem.process_noise)])
+    whitened = np.linalg.solve(np.linalg.cholesky(problem.sensor_noise), plant.C)
     sight = np.vstack([root(problem.state_weight).T, whitened])
     square = np.zeros((n + max(len(sight), drive.shape[1]),) * 2)
-    square[:n, :n], square[:n, n : n + drive.shape[1]], square[n : n + len(sight), :n] = plant.state, drive, sight
+    square[:n, :n], square[:n, n : n + drive.shape[1]], square[n : n + len(sight), :n] = plant.A, drive, sight
     t = scipy.linalg.matrix_balance(square, permute=False, separate=True)[1][0][:n]
     scaled = replace(
         problem,
-        plant=Plant(plant.state * t / t[:, None], plant.input * r / t[:, None], plant.output * t),
+        plant=Plant(plant.A * t / t[:, None], plant.B_u * r / t[:, None], plant.C * t),
         state_weight=problem.state_weight * np.outer(t, t),
         input_weight=problem.input_weight * np.outer(r, r),
         process_noise=problem.process_noise / np.outer(t, t),
@@ -167,7 +167,7 @@ def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
 
 def _require_stabilisable(problem: SlowProblem) -> None:
     """Popov, Belevitch and Hautus, in continuous time and over a whole period of the schedules."""
-    A, B, C = problem.plant.state, problem.plant.input, problem.plant.output
+    A, B, C = problem.plant.A, problem.plant.B_u, problem.plant.C
     if (mode := undetectable_mode(A.T, B.T, discrete=False)) is not None:
         raise InfeasibleError(_proof(f"no input moves the unstable mode {mode:.6g}", "[A - s I, B] loses rank there"))
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:
@@ -187,9 +187,9 @@ def _proof(what: str, why: str) -> str:
 
 def _seen(problem: SlowProblem) -> Iterator[Array]:
     """C_i e^{(A - s I) t} for each reading of a period; the shift s keeps growing modes from hiding the slow ones."""
-    A, step = problem.plant.state, problem.period
+    A, step = problem.plant.A, problem.period
     still = _shifted(A)
-    for row, ratio in zip(problem.plant.output, problem.sensors.periods, strict=True):
+    for row, ratio in zip(problem.plant.C, problem.sensors.periods, strict=True):
         power, transition = row[None, :], scipy.linalg.expm(still * ratio * step)
         for _ in range(min(problem.instants // ratio, len(A) ** 2 + 1)):
             yield power
@@ -198,10 +198,10 @@ def _seen(problem: SlowProblem) -> Iterator[Array]:
 
 def _moved(problem: SlowProblem) -> Iterator[Array]:
     """The same of the inputs, from the last one of a period back; each row is transposed."""
-    A, step = problem.plant.state, problem.period
+    A, step = problem.plant.A, problem.period
     still = _shifted(A)
     for j, ratio in enumerate(problem.actuators.periods):
-        column = problem.plant.input[:, [j]]
+        column = problem.plant.B_u[:, [j]]
         effect = held(A, column, ratio * step).input
         # Over whole turns of an oscillation nothing is left but rounding.
         effect = effect * (np.linalg.norm(effect) > CANCELLED * ratio * step * np.linalg.norm(column))

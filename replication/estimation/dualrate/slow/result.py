@@ -5,26 +5,39 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from math import isfinite
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from replication.drawing.panel import Panel
-from replication.estimation.api.phase import Phase
-from replication.estimation.api.results import GainResult
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.api.design import Design, Solution
+from replication.estimation.api.phase import Phase, Recursion
+from replication.estimation.api.results import Evidence
 from replication.estimation.api.running import PeriodicObserver
-from replication.estimation.api.signals import each_instant
-from replication.estimation.api.tradeoff import TradeOff, tradeoff
+from replication.estimation.api.signals import Signals, each_instant
+from replication.estimation.api.tradeoff import Goal, TradeOff, balanced, tradeoff
 from replication.estimation.dualrate.slow.controller import Controller
-from replication.estimation.dualrate.slow.levels import MARGIN, kalman, least_level, measures
-from replication.estimation.dualrate.slow.loop import closed
+from replication.estimation.dualrate.slow.levels import (
+    MARGIN,
+    beside,
+    central,
+    kalman,
+    least_level,
+    measures,
+    of_continuous_gains,
+)
+from replication.estimation.dualrate.slow.loop import closed, gain, noise_to_output, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem
-from replication.estimation.linear.norms import gain_curve
+from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_scalar
 
 if TYPE_CHECKING:
     import control
+
+
+GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIXED: "least entropy at a level"}
 
 
 class RunningController(PeriodicObserver):
@@ -41,7 +54,7 @@ class RunningController(PeriodicObserver):
     """
 
     def __init__(self, problem: SlowProblem, controller: Controller) -> None:
-        n, m = problem.plant.input.shape
+        n, m = problem.plant.B_u.shape
         phases = []
         mask = _due(problem)
         for due, A, L, K in zip(mask, controller.A, controller.L, controller.K, strict=True):
@@ -52,7 +65,7 @@ class RunningController(PeriodicObserver):
                 Phase(transition, np.zeros((n + m, 0)), np.vstack([L, np.zeros((m, len(due)))]), readout, due)
             )
         self._count = m
-        output = np.hstack([problem.plant.output, np.zeros((len(problem.plant.output), m))])
+        output = np.hstack([problem.plant.C, np.zeros((len(problem.plant.C), m))])
         super().__init__(phases, [output @ phase.readout for phase in phases])
 
     @property
@@ -62,15 +75,13 @@ class RunningController(PeriodicObserver):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class SlowRateResult(GainResult):
+class SlowRateResult(Design):
     """A controller with its observer, periodic at the fast instants: u = K (x^, u before), x^+ = A x^ + B u + L y.
 
     Attributes
     ----------
     problem : SlowProblem
         Plant, rates and weights.
-    controller : Controller
-        The matrices of `gains` under their names.
     """
 
     method: str = "dualrate"
@@ -85,23 +96,59 @@ class SlowRateResult(GainResult):
             "K": "(phase, input, state and input before)",
         }
     )
+    repeats: ClassVar[str] = "the period of the schedules"
+    target: ClassVar[str] = "state and input"
     problem: SlowProblem
-    controller: Controller
+
+    @classmethod
+    def solve(
+        cls, problem: SlowProblem, reached: float, *, goal: Goal = Goal.H2, level: float | None = None
+    ) -> Solution:
+        """The central controller at an infinite level (h2), at `level`, or at that of the goal.
+
+        reached: the level of the first. Raises InfeasibleError if no controller at these rates keeps the level.
+        """
+        if goal is Goal.H2:
+            return Solution(vars(central(problem, np.inf)))
+        low, high = least_level(problem, reached)
+        if level is not None and level <= low:
+            raise InfeasibleError(
+                f"no controller at these rates keeps the level {level!r}: the least is from {low:.7g} to {high:.7g}"
+            )
+        aim = (1 + MARGIN) * high if level is None else max(level, high)
+        if goal is Goal.MIXED and level is None:
+            aim = balanced(aim, high, partial(measures, problem))
+        evidence = (
+            Evidence("level of the design", aim if isfinite(aim) else "infinite", "central solution, of least entropy"),
+            Evidence("optimum", high, "least level of any controller at these rates; two coupled Riccati equations"),
+            Evidence("optimum lies above", low, "the equations have no solution there"),
+        )
+        return Solution(vars(central(problem, aim)), evidence)
+
+    @property
+    def controller(self) -> Controller:
+        """The matrices of `gains` under their names."""
+        return Controller(**self.gains)
 
     @property
     def loop(self) -> PeriodicSystem:
         """The closed loop, whose gain the bracket holds."""
         return closed(self.problem, self.controller)
 
-    def observer(self) -> PeriodicObserver:
-        """The observer alone, to run where something else may set the inputs.
+    def error_system(self) -> PeriodicSystem:
+        """The closed loop."""
+        return self.loop
 
-        Returns
-        -------
-        PeriodicObserver
-            Its `step` takes the inputs as they are, and looks at the sensors that deliver.
-        """
-        return _observer(self.problem, self.controller).named(self.signals)
+    def norm(self, error: PeriodicSystem) -> GainBracket:
+        """Of a loop that was designed to be stable."""
+        return gain(self.problem, error)
+
+    def phases(self) -> Recursion:
+        """The observer alone, which is told the inputs, to run where something else may set them."""
+        plant, B, mask = self.problem.plant, self.problem.sampled.input, _due(self.problem)
+        shown, arrays = np.eye(plant.order), zip(self.controller.A, self.controller.L, mask, strict=True)
+        phases = [Phase(A, B, L, shown, due) for A, L, due in arrays]
+        return Recursion(phases, plant.order, [plant.C] * len(phases))
 
     def running(self) -> RunningController:
         """Observer and controller in one.
@@ -122,7 +169,7 @@ class SlowRateResult(GainResult):
             From the readings to the inputs of all instants, `@k` for instant k.
         """
         phases = self.running().phases
-        n = self.problem.plant.size
+        n = self.problem.plant.order
         stages = tuple(
             Stage(p.transition, p.injection, p.readout[n:], np.zeros((len(p.readout) - n, p.injection.shape[1])))
             for p in phases
@@ -131,16 +178,6 @@ class SlowRateResult(GainResult):
         lifted.set_inputs(each_instant(self.signals.measurements, len(phases)))
         lifted.set_outputs(each_instant(self.signals.inputs, len(phases)))
         return lifted
-
-    def estimator(self) -> control.StateSpace:
-        """The observer over one period of the schedules, from the inputs and the readings of all instants to x^.
-
-        Returns
-        -------
-        control.StateSpace
-            `@k` is added to the names for instant k. It is what `observer()` does.
-        """
-        return self.observer().to_statespace()
 
     def tradeoff(self, points: int = 12) -> TradeOff:
         """What a smaller guaranteed gain costs in mean square, for this plant, these rates and weights.
@@ -165,21 +202,53 @@ class SlowRateResult(GainResult):
         least = (1 + MARGIN) * least_level(self.problem, kalman(self.problem)[1].upper)[1]
         return tradeoff(self.method, "rms of (x, u)", points, least, partial(measures, self.problem))
 
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain over the frequency, with the guaranteed level."""
-        frequencies, gains = gain_curve(self.loop, self.problem.period * self.problem.instants)
-        label = "frequency (rad/s, folded at the period of the schedules)"
-        return self._panel(frequencies, label, "largest gain to state and input", {"gain": gains})
-
-
-def _observer(problem: SlowProblem, controller: Controller) -> PeriodicObserver:
-    """The observer alone, which is told the inputs."""
-    n, B = problem.plant.size, problem.sampled.input
-    phases = [
-        Phase(A, B, L, np.eye(n), due) for A, L, due in zip(controller.A, controller.L, _due(problem), strict=True)
-    ]
-    return PeriodicObserver(phases, [problem.plant.output] * len(phases))
-
 
 def _due(problem: SlowProblem) -> Array:
     return np.asarray(np.tile(problem.sensors.mask, (problem.instants // problem.sensors.period, 1)))
+
+
+def require_level(goal: Goal, level: Any) -> float | None:
+    """The level as a number; raises InvalidInputError."""
+    if level is not None and goal is Goal.H2:
+        raise InvalidInputError('level belongs to goal="hinf" or "mixed"; the other is linear-quadratic-Gaussian')
+    return None if level is None else positive_scalar("level", level)
+
+
+def slow_design(
+    problem: SlowProblem, signals: Signals, *, goal: Goal, level: float | None, observer: str
+) -> SlowRateResult:
+    """The controller for `goal`; observer: that of the continuous gains which are set beside it.
+
+    Raises InfeasibleError: no controller at these rates keeps the level. SolverError: rounding spoils the equations.
+    """
+    reached = kalman(problem)[1].upper
+    solution = SlowRateResult.solve(problem, reached, goal=goal, level=level)
+
+    def facts(result: SlowRateResult, loop: PeriodicSystem) -> tuple[Evidence, ...]:
+        noise = gain(problem, noise_to_output(problem, loop)).upper
+        rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
+        mean = root_mean_square(problem, loop)
+        return (
+            Evidence("goal", str(goal), GOALS[goal]),
+            Evidence("monodromy radius", loop.spectral_radius(), "largest eigenvalue over one period; stable below 1"),
+            *solution.evidence,
+            Evidence("root mean square", mean, "of (x, u), white noise, periodic Lyapunov equation"),
+            Evidence(
+                "gain from sensor noise to output", noise, "root mean squares, exact; the measure of continuous gains"
+            ),
+            *_continuous(problem, observer),
+            Evidence("fast period T", problem.period, "as given", "s"),
+            Evidence("ratios", rates, "as given"),
+            *beside(problem, result.value, reached),
+        )
+
+    return SlowRateResult.analysed(signals, solution.gains, facts=facts, problem=problem)
+
+
+def _continuous(problem: SlowProblem, observer: str) -> tuple[Evidence, ...]:
+    """The gains of the paper, designed for one ratio of all sensors and inputs that change at each instant."""
+    if problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1:
+        return ()
+    level = of_continuous_gains(problem, observer)
+    how = f"K and L designed in continuous time, observer {observer}; same measure"
+    return (Evidence("level of the continuous gains", "infinite: unstable" if level is None else level, how),)

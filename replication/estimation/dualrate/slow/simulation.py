@@ -19,8 +19,8 @@ def simulate_slow(
 ) -> Simulation:
     """Without noise, over `periods` of the schedules; raises InvalidInputError for bad starts, counts or outputs."""
     problem, plant = result.problem, result.problem.plant
-    n, m = plant.input.shape
-    row = plant.output[row_of_output(plant, output)]
+    n, m = plant.B_u.shape
+    row = plant.C[row_of_output(plant, output)]
     count = positive_integer("number of slow periods", periods) * problem.instants
     state = np.zeros(2 * n + m)
     state[:n], state[n : 2 * n] = finite_vector("x(0)", start, n), finite_vector("ζ(0)", estimate, n)
@@ -30,7 +30,7 @@ def simulate_slow(
         states[k], inputs[k] = state, K[k % problem.instants] @ state[n:]
         state = stages[k % problem.instants].A @ state
     width = problem.period / substeps
-    between = [held(plant.state, plant.input, i * width) for i in range(substeps)]
+    between = [held(plant.A, plant.B_u, i * width) for i in range(substeps)]
     outputs = [states[:, :n] @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
     time = problem.period * np.arange(count)[:, None] + width * np.arange(substeps)
     errors = np.repeat(states[:, :n] - states[:, n : 2 * n], substeps, axis=0)

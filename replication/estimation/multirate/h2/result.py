@@ -8,19 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Evidence
-from replication.estimation.api.shown import frozen
-from replication.estimation.linear.covariances import covariance
-from replication.estimation.linear.norms import settles
-from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
+from replication.estimation.api.design import Solution
+from replication.estimation.multirate.h2.filtering import filter_gains
 from replication.estimation.multirate.h2.running import KalmanFilter
 from replication.estimation.multirate.h2.starting import StartingFilter
-from replication.estimation.multirate.h2.tradeoff import rms_error
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.result import MultirateResult
-from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.multirate.result import MultirateResult, mean_error_facts
 from replication.estimation.validation import Array, at_most, positive_integer
 
 LONGEST_LAG = 1000
@@ -48,9 +42,23 @@ class KalmanResult(MultirateResult):
     """
 
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
-    start: Array | None
+    start: Array | None = None
 
-    def filter(self, *, lag: int = 0, P0: Any = None) -> KalmanFilter | StartingFilter:
+    @classmethod
+    def solve(cls, problem: MultirateProblem, *given: Any, **aims: Any) -> Solution:
+        """The steady state of the filter, with its covariances."""
+        kalman = kalman_design(problem)
+        gains = filter_gains(problem, kalman.X)
+        arrays = {
+            "L": kalman.gains,
+            "K": gains.K[:, 0],
+            "P": gains.predicted,
+            "F": gains.filtered,
+            "V": gains.innovation,
+        }
+        return Solution(arrays, mean_error_facts(problem, kalman.gains))
+
+    def filter(self, *, lag: int = 0, P0: Any = None, gate: float | None = None) -> KalmanFilter | StartingFilter:
         """The filter to run in a loop; its `step` gives x^(k|k), x^(k+1|k), their covariances and the innovation.
 
         Parameters
@@ -59,6 +67,9 @@ class KalmanResult(MultirateResult):
             It also looks back: x^(k-lag|k).
         P0 : array (n, n), optional
             Covariance of the error of the start; that of the design unless given.
+        gate : float, optional
+            Beyond which a measurement is left out, and counted by `gated`: below 1 the probability with which a good
+            one passes, from 1 on standard deviations of its innovation.
 
         Returns
         -------
@@ -68,16 +79,16 @@ class KalmanResult(MultirateResult):
         Raises
         ------
         InvalidInputError
-            P0 is no covariance, or the lag is no whole number from 0 to 1000.
+            P0 is no covariance, the lag is no whole number from 0 to 1000, or the gate neither of the two.
         """
         count = (
             0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
         )
         start = self.start if P0 is None else P0
         if start is not None:
-            return StartingFilter(self.problem, start, count).named(self.signals)
+            return StartingFilter(self.problem, start, count, gate).named(self.signals)
         gains = filter_gains(self.problem, self.gains["P"], count)
-        return KalmanFilter(self.problem, gains).named(self.signals)
+        return KalmanFilter(self.problem, gains, gate).named(self.signals)
 
     def covariances(self, steps: int, *, P0: Any = None) -> tuple[Array, Array]:
         """Covariances of the errors over time, from the start on.
@@ -102,32 +113,7 @@ class KalmanResult(MultirateResult):
         count = positive_integer("steps", steps)
         start = self.start if P0 is None else P0
         run = StartingFilter(self.problem, self.gains["P"][0] if start is None else start)
-        silent = np.zeros(self.problem.plant.B_u.shape[1]), np.zeros(self.problem.plant.sensors)
-        done = [run.step(*silent) for _ in range(count)]
+        known, mask = np.zeros(self.problem.plant.B_u.shape[1]), self.problem.schedule.mask
+        done = [run.step(known, np.where(mask[k % len(mask)], 0.0, np.nan)) for k in range(count)]
         predicted = [run.start, *(step.predicted_covariance for step in done[:-1])]
         return np.stack(predicted), np.stack([step.covariance for step in done])
-
-
-def kalman_result(base: MultirateResult, predicted: Array, P0: Any) -> KalmanResult:
-    """What `base` says of the gains, with the covariances `predicted` (N, n, n) of the filter that they belong to."""
-    problem = base.problem
-    start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    gains = filter_gains(problem, predicted)
-    arrays = {"L": gains.L, "K": gains.K[:, 0], "P": gains.predicted, "F": gains.filtered, "V": gains.innovation}
-    given = {**vars(base), "gains": frozen(arrays), "axes": AXES.copy()}
-    return KalmanResult(**given, start=start)
-
-
-def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence, ...]:
-    """The root-mean-square error of gains (N, n, q), beside those without sensors, of the filter and of a smoother."""
-    kalman = kalman_design(problem)
-    own, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
-    W = problem.plant.W
-    limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
-    alone = problem.without_sensors()
-    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
-    how = "periodic Lyapunov equation"
-    return (
-        Evidence("rms error", own, f"white noise of unit intensity; {how}"),
-        *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
-    )

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from replication.estimation.api import tradeoff as curve
-from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.kalman import RiccatiDesign, kalman_centre, kalman_design
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
 
 

@@ -33,8 +33,8 @@ class ContinuousPlant:
         Effect of the sensor noise w; or give R.
     Q : array (m_d, m_d), optional
         Covariance of the held d; the identity unless given.
-    R : array (q, q), optional
-        Covariance of the sensor noise, in place of D.
+    R : array (q, q) or (q,), optional
+        Covariance of the sensor noise, or variances, in place of D.
     W : array (n_z, n), optional
         Weight of the estimation error; the identity unless given.
     B_u : array (n, m_u), optional

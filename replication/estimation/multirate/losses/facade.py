@@ -11,6 +11,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.linear.norms import worst_case_response
 from replication.estimation.multirate.losses.automaton import along, automaton, require_detectable
 from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains, require_seen
 from replication.estimation.multirate.losses.models import InARow, LossModel
@@ -25,7 +26,6 @@ from replication.estimation.multirate.losses.simulation import (
 )
 from replication.estimation.multirate.losses.worst import least_gains
 from replication.estimation.multirate.result import MultirateResult
-from replication.estimation.multirate.simulation import disturbances, worst_case_response
 from replication.estimation.validation import positive_integer
 
 SHARE = 10
@@ -146,7 +146,7 @@ def simulate(
         names = result.signals
         signals = {
             "error": (response.outputs, names.called(names.outputs)),
-            "disturbance": (response.inputs, disturbances(problem.plant)),
+            "disturbance": (response.inputs, problem.disturbances()),
             "arrived": (came, names.measurements),
         }
         return simulated(result.method, time, signals, ratio=response.ratio)

@@ -39,7 +39,7 @@ def design_stamped(
     *,
     periods: PeriodRange | Sequence[float],
     measured: int | Sequence[int | str] | None = None,
-    known: npt.ArrayLike | None = None,
+    B_u: npt.ArrayLike | None = None,
     cells: int = CELLS,
     horizon: int = HORIZON,
 ) -> StampedResult:
@@ -53,7 +53,7 @@ def design_stamped(
         Shortest and longest sampling period h_l, h_u, s.
     measured : int, or sequence of int or str
         How many of the first outputs of a `control.StateSpace` are y, or which ones, by index or name.
-    known : array (n, p), optional
+    B_u : array (n, p), optional
         Effect of known inputs on the state, which are held from sample to sample; they change no level.
     cells : int
         Parts of the range, by the period before the sample, for each of which the filter has a gain; at most 64.
@@ -95,7 +95,7 @@ def design_stamped(
     """
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
-    inputs = np.zeros((checked.order, 0)) if known is None else as_matrix("known", known, rows=checked.order)
+    inputs = np.zeros((checked.order, 0)) if B_u is None else as_matrix("B_u", B_u, rows=checked.order)
     signals = replace(signals, inputs=numbered("u", inputs.shape[1]))
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, parts_of
 from replication.estimation.api.signals import numbered
 from replication.estimation.linear.covariances import covariance, noise_factors
 from replication.estimation.validation import Array, as_matrix, undetectable_mode
@@ -17,12 +18,10 @@ from replication.estimation.validation import Array, as_matrix, undetectable_mod
 if TYPE_CHECKING:
     import control
 
-NOT_GIVEN: Any = None
-
 
 @dataclass(frozen=True, eq=False)
-class NoisyPlant:
-    """x' = Ax + Bu + w between the samples y = Cx + v, whose instants are known; u is held from sample to sample.
+class NoisyPlant(LinearPlant):
+    """x' = Ax + B_u u + w between the samples y = Cx + v, whose instants are known; u is held from sample to sample.
 
     Without S the noise w is white with intensity Q. With S it is held: w keeps one value, of covariance Q, from each
     sample to the next, and S is its covariance with the noise v of the sample at which it starts. The plant may be
@@ -38,7 +37,7 @@ class NoisyPlant:
         Intensity of the white process noise, in squared units of the states per second; covariance if it is held.
     R : array (q, q) or (q,)
         Covariance of the sensors' noise, positive definite; a vector holds the variances of independent sensors.
-    B : array (n, m), optional
+    B_u : array (n, m), optional
         Effect of known inputs.
     S : array (n, q), optional
         Covariance of the held process noise with the sensors' noise.
@@ -60,11 +59,13 @@ class NoisyPlant:
     ('camera',)
     """
 
+    SHAPES: ClassVar[Mapping[str, str]] = {"A": "nn", "C": "qn", "B_u": "nu"}
+
     A: Array
     C: Array
     Q: Array
     R: Array
-    B: Array = NOT_GIVEN
+    B_u: Array = NOT_GIVEN
     S: Array | None = None
     P0: Array = NOT_GIVEN
     sensors: Sequence[str] = NOT_GIVEN
@@ -77,7 +78,7 @@ class NoisyPlant:
             C: npt.ArrayLike,
             Q: npt.ArrayLike,
             R: npt.ArrayLike,
-            B: npt.ArrayLike | None = None,
+            B_u: npt.ArrayLike | None = None,
             S: npt.ArrayLike | None = None,
             P0: npt.ArrayLike | None = None,
             sensors: Sequence[str] | None = None,
@@ -85,22 +86,16 @@ class NoisyPlant:
 
     def __post_init__(self) -> None:
         """Check and freeze."""
-        A = as_matrix("A", self.A)
-        A = as_matrix("A", A, rows=len(A), columns=len(A))
-        C = as_matrix("C", self.C, columns=len(A))
-        n, q = len(A), len(C)
-        if n == 0 or q == 0:
-            raise InvalidInputError(f"A and C must not be empty, got shapes {A.shape} and {C.shape}")
-        B = as_matrix("B", np.zeros((n, 0)) if self.B is None else self.B, rows=n)
-        R = np.diag(self.R) if np.ndim(self.R) == 1 else self.R
-        noise_factors(self.Q, R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
-        Q, R = covariance("Q", self.Q, n), covariance("R", R, q)
-        P0 = covariance("P0", np.eye(n) if self.P0 is None else self.P0, n)
-        S = None if self.S is None else as_matrix("S", self.S)
-        for name, value in (("A", A), ("C", C), ("Q", Q), ("R", R), ("B", B), ("S", S), ("P0", P0)):
-            object.__setattr__(self, name, value)
+        sizes = self.check()
+        n, q = sizes["n"], sizes["q"]
+        noise_factors(self.Q, self.R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
+        P0 = np.eye(n) if self.P0 is None else self.P0
+        for name, value, size in (("Q", self.Q, n), ("R", self.R, q), ("P0", P0, n)):
+            object.__setattr__(self, name, covariance(name, value, size))
+        if self.S is not None:
+            object.__setattr__(self, "S", as_matrix("S", self.S))
         object.__setattr__(self, "sensors", _names(self.sensors, q))
-        if (mode := undetectable_mode(A, C, discrete=False)) is not None:
+        if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(
                 f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
                 "or leave it out of the plant"
@@ -135,16 +130,10 @@ class NoisyPlant:
         InvalidInputError
             The system is not continuous-time or has feedthrough; or as `NoisyPlant`.
         """
-        if not system.isctime(strict=True):
-            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
-        if np.any(system.D):
+        parts = parts_of(system, continuous=True, disturbances=())
+        if np.any(parts.D_u):
             raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
-        return NoisyPlant(system.A, system.C, Q, R, system.B, S, P0, tuple(system.output_labels))
-
-    @property
-    def order(self) -> int:
-        """n, the number of states."""
-        return len(self.A)
+        return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
 
 
 def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:

@@ -1,0 +1,135 @@
+"""A method is its mathematics: an observer with a constant gain, given by plant, `solve`, `error_system`, `phases`."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import control
+import numpy as np
+import pytest
+import scipy
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.api.design import Design, Solution
+from replication.estimation.api.forms.loading import load
+from replication.estimation.api.phase import Phase, Recursion
+from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.validation import as_matrix
+from tests.estimation.compiled import Compiled
+
+MOST_LINES = 150
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """x+ = A x + B d, y = C x + w."""
+
+    A: Any
+    B: Any
+    C: Any
+
+    def __post_init__(self) -> None:
+        n = len(as_matrix("A", self.A))
+        for name, value in (("A", self.A), ("B", self.B), ("C", np.transpose(self.C))):
+            checked = as_matrix(name, value, rows=n)
+            object.__setattr__(self, name, checked.T if name == "C" else checked)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ConstantGain(Design):
+    """x^+ = A x^ + L (y - C x^)."""
+
+    method: str = "constant gain"
+    quantity: str = "l2 gain from (d, w) to the estimation error"
+    axes: Mapping[str, str] = field(default_factory=lambda: {"L": "(state, sensor)"})
+    problem: Plant
+
+    @classmethod
+    def solve(cls, problem: Plant, *, noise: float = 1.0) -> Solution:
+        """The stationary Kalman gain for sensor noise of this variance."""
+        A, B, C = problem.A, problem.B, problem.C
+        P = scipy.linalg.solve_discrete_are(A.T, C.T, B @ B.T, noise * np.eye(len(C)))
+        return Solution({"L": A @ P @ C.T @ np.linalg.inv(C @ P @ C.T + noise * np.eye(len(C)))})
+
+    def error_system(self) -> PeriodicSystem:
+        A, B, C, L, n = self.problem.A, self.problem.B, self.problem.C, self.gains["L"], len(self.problem.A)
+        drive = np.hstack([B, -L])
+        return PeriodicSystem((Stage(A - L @ C, drive, np.eye(n), np.zeros((n, drive.shape[1]))),))
+
+    def phases(self) -> Recursion:
+        A, C, L, n = self.problem.A, self.problem.C, self.gains["L"], len(self.problem.A)
+        due = np.ones(len(C), dtype=bool)
+        return Recursion([Phase(A - L @ C, np.zeros((n, 0)), L, np.eye(n), due)], n, [C])
+
+    def without_sensors(self) -> PeriodicSystem:
+        n, m = self.problem.B.shape
+        return PeriodicSystem((Stage(self.problem.A, self.problem.B, np.eye(n), np.zeros((n, m))),))
+
+
+def design(plant: Plant, **aims: Any) -> ConstantGain:
+    return ConstantGain.design(plant, signals_of(plant), **aims)
+
+
+def analyse(plant: Plant, L: Any) -> ConstantGain:
+    return ConstantGain.analysed(signals_of(plant), {"L": L}, problem=plant)
+
+
+def signals_of(plant: Plant) -> Signals:
+    states = numbered("x", len(plant.A))
+    return Signals(states, (), numbered("y", len(plant.C)), states, 0.1)
+
+
+PLANT = Plant([[0.9, 0.1], [0.0, 0.8]], [[0.0], [1.0]], [[1.0, 0.0]])
+
+
+def test_a_method_is_short() -> None:
+    whole = [Plant, ConstantGain, design, analyse, signals_of]
+    assert sum(len(inspect.getsource(part).splitlines()) for part in whole) <= MOST_LINES
+
+
+def test_the_level_is_the_norm_of_the_error() -> None:
+    result = design(PLANT)
+    error = result.error_system().stages[0]
+    curve = control.singular_values_response(control.ss(*error, 0.1), np.linspace(0.01, np.pi / 0.1, 4000))
+    assert curve.magnitude.max() <= result.value
+    assert result.bracket.lower == pytest.approx(curve.magnitude.max(), rel=1e-5)
+    assert result.bracket.width < 1e-6
+    assert result.value < result.fact("level without sensors").value  # type: ignore[operator]
+
+
+def test_analysis_of_the_gains_of_a_design_is_the_design() -> None:
+    result = design(PLANT, noise=0.1)
+    assert analyse(PLANT, result.gains["L"]).to_json() == result.to_json()
+    assert analyse(PLANT, np.zeros((2, 1))).value > result.value
+    with pytest.raises(InfeasibleError, match="not stable"):
+        analyse(PLANT, [[-5.0], [0.0]])
+
+
+def test_it_runs_in_python_in_c_and_from_a_file(tmp_path: Path) -> None:
+    observer = design(PLANT).observer()
+    (tmp_path / "own.json").write_text(observer.to_json(), encoding="utf-8")
+    compiled, loaded = Compiled(observer, tmp_path), load(tmp_path / "own.json")
+    compiled.reset([0.0, 0.0])
+    for y in np.random.default_rng(2).standard_normal((50, 1)):
+        estimate = observer.step(None, y)
+        assert np.allclose(compiled.step([0.0], y)[1], estimate, rtol=1e-13, atol=1e-13)
+        assert np.array_equal(loaded.step(None, y), estimate)
+
+
+def test_it_is_simulated_drawn_and_written() -> None:
+    result = design(PLANT)
+    run = result.simulate(400, disturbance="worst")
+    assert run.ratio is not None and 0.99 * result.value < run.ratio <= result.value
+    with pytest.raises(InvalidInputError, match="needs `rng`"):
+        result.simulate(4, disturbance="white")
+    (panel,) = result.panels()
+    assert np.max(panel.lines["gain"]) <= result.value
+    assert json.loads(result.to_json())["gains"]["L"]["value"] == result.gains["L"].tolist()
+    system, step = result.to_statespace(), result.phases().phases[0]
+    assert np.array_equal(system.A, step.transition) and system.output_labels[0] == "estimate of x[0]"
