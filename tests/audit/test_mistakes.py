@@ -241,7 +241,7 @@ def eight(results):
 """
     lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8") + text, encoding="utf-8")
     done = lab.cli("run")
-    told = "declares claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add the part"
+    told = "claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add the part"
     assert done.returncode == 2 and told in done.stderr, done.stderr
 
 

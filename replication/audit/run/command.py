@@ -117,7 +117,9 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> byte
         process.communicate()
         raise
     if process.returncode:
-        said = " ".join(complaint.decode(errors="replace").split())[-LONGEST:] or "it says nothing"
+        lines = [line.strip() for line in complaint.decode(errors="replace").splitlines() if line.strip()]
+        told = next((line for line in lines if "error" in line.lower()), lines[-1] if lines else "it says nothing")
+        said = told[:LONGEST]
         raise AuditError(f"`{line}` ended with code {process.returncode}: {said}")
     return output
 
