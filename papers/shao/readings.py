@@ -73,7 +73,7 @@ READINGS = (
     _reading(
         "pmi-slow-input",
         TABLE,
-        "As literal, but the observer of DRC-PMI takes the input of the slow instant for the whole M T. The loop is "
+        "As literal, but the observer of DRC-PMI runs with u frozen over M T. The loop is "
         "unstable then; the text plots and tabulates DRC-PMI, and leaves out SRC because that is unstable.",
         policy=Policy.RULED_OUT,
     ),
@@ -92,7 +92,7 @@ READINGS = (
     _reading(
         SLOWEST,
         "Secs. I and V, Figs. 2 and 3",
-        "Transients are compared by their slowest mode, which all starts but those of a subspace excite: the better "
+        "Transients are compared by their slowest mode, which almost every start excites: the better "
         "one decays faster, and one that is alike no slower.",
     ),
     _reading(

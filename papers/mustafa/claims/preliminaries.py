@@ -16,7 +16,7 @@ from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Term, term
 
-LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)", reading=NO_READING)
+LEMMAS = Part("Sec. III, Lemmas 1 to 3, the map below (7)", reading=NO_READING)
 
 FILTER = {
     1: "our filter next to the nominal optimum (no filter is printed)",
@@ -100,6 +100,21 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
         method,
         quantities={"largest residual, reordered": right},
         as_printed=up_to_rounding(least, "The same, as printed.", quantities={"least residual": least}),
+    )
+
+
+@LEMMAS.feasible("lemma-1", place="Lemma 1", uses=("bracket.1", "bracket.2"), says=term("Lemma 1"))
+@on_motor
+def lemma_1(results: Results) -> Evidence:
+    """If (6) holds at all periods of the range with one P, the error system has the level for every sequence."""
+    # One Lyapunov function is the condition of the lemma; a sequence that exceeds its level would refute it.
+    rooms = {e: results[f"bracket.{e}"]["common"] - results[f"bracket.{e}"]["lower"] for e in EXAMPLES}
+    return Evidence(
+        method="Proof: along the error system the form of (6) is the loss of V(x) = x'P^-1 x. Beside it, the level of "
+        "one Lyapunov function in each example against the worst sequence found.",
+        holds=min(rooms.values()) > 0,
+        margin=min(rooms.values()),
+        quantities={f"level less the largest ratio found, Example {e}": room for e, room in rooms.items()},
     )
 
 

@@ -8,13 +8,12 @@ from typing import Any
 from papers._common import INPUTS
 from papers.peet2019 import common
 from papers.peet2019.experiments import examples, measured, scaling, timed
-from papers.peet2019.experiments.finite import lmi_3, self_adjoint
+from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.readings import least_gains, readings
 from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, OWN_SYSTEMS, STATES
 from papers.peet2019.readings import JORDAN
-from papers.peet2019.sensitivity import pade_level
 from replication.audit.declare import experiment
 from replication.audit.model import Experiment
 

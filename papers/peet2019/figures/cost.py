@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
-from papers.peet2019.figures.columns import columns
+from papers.peet2019.figures import columns
 from papers.peet2019.printed import DATA, published
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData

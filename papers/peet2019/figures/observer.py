@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from papers.peet2019.figures.columns import columns
+from papers.peet2019.figures import columns
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
 from replication.drawing.labels import RAISED, name_axes, name_end, name_line

@@ -21,7 +21,7 @@ def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
 
 
 def by_value(values: Mapping[str, float], **told: Any) -> Evidence:
-    """A printed number; values: what comes out by reading, that of the claim first."""
+    """A printed number; values: the number by reading, that of the claim first."""
     outcomes = tuple(Outcome(reading=reading, value=value) for reading, value in values.items())
     return Evidence(value=outcomes[0].value, outcomes=outcomes, **told)
 

@@ -67,11 +67,11 @@ def cell(column: str, index: int, results: Results) -> Evidence:
         cross_check=SIMULATED,
         quantities={"lifted against simulated, rad": table["agreement"][observer][index]},
         note=(
-            "The manuscript leaves the simulation open, the time window too. The number by itself comes out under "
+            "The manuscript leaves the simulation open, the time window too. The number by itself is met under "
             f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of half a period or "
             f"more, and under {searched['hits']['short']} with a shorter one, which is no evidence. The readings "
-            "listed are not all that were searched: whether a number by itself comes out over some window of time, and "
-            "whether all twelve come out under one reading, are claims of their own."
+            "listed are not all that were searched: whether a number by itself is met over some window of time, and "
+            "whether all twelve are met under one reading, are claims of their own."
         ),
     )
 
@@ -94,7 +94,7 @@ def error_under(column: str, reading: str, index: int) -> Term:
 
 
 READ: Mapping[str, tuple[str, ...]] = {"apo": tuple(MEASURES), "pmi": (*MEASURES, *list(INTERPOLATIONS)[1:-1])}
-"""By column its readings; with the slow input DRC-PMI is unstable and has no steady state."""
+"""By column its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 
 
 for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
