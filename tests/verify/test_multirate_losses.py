@@ -16,7 +16,7 @@ from replication.certify.own import certificate
 from replication.errors import InvalidInputError
 from replication.estimation.multirate import MultiratePlant, design, losses
 from replication.estimation.multirate.losses.automaton import automaton
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import SensingSchedule
 from replication.verify.multirate.losses import all_cases
 from replication.verify.multirate.sensing import schedule
 from replication.verify.theorem import Refused
