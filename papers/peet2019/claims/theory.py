@@ -79,8 +79,8 @@ def lmi_3(results: Results) -> Evidence:
     pinned=CORRECTED,
     uses=("lmi-3", "self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
-    reading=HOUSE,
-    says=Predicate(of=term("bound (7)", along=ALONG), reading=NO_READING),
+    reading=NO_READING,
+    says=Predicate(of=term("bound (7)", along=ALONG)),
 )
 def theorem_1(results: Results) -> Evidence:
     """Where 𝒫 = 𝒫* is coercive and the inequality holds, (7) bounds the error along solutions with d⟨e, 𝒫e⟩/dt =
@@ -129,8 +129,8 @@ def without_symmetry(results: Results) -> Evidence:
     pinned=CORRECTED,
     uses=("self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
-    reading=HOUSE,
-    says=Predicate(of=term("error vanishes with w", along=ALONG), reading=NO_READING),
+    reading=NO_READING,
+    says=Predicate(of=term("error vanishes with w", along=ALONG)),
 )
 def vanishing(results: Results) -> Evidence:
     """Under the conditions of Theorem 1, with 𝒫 = 𝒫*, the error tends to zero if the disturbance does, along solutions

@@ -43,6 +43,8 @@ _STDLIB = sysconfig.get_path("stdlib")
 _MACHINE = ("/usr/", "/lib", "/proc/", "/sys/", "/dev/", "/etc/ld.so", "/etc/localtime", "/etc/ssl", "/etc/fonts")
 _LIBRARY = ("site-packages", "dist-packages")
 _HOME = str(Path(replication.__file__).parent) + os.sep
+_SEEKERS = ("/importlib/metadata/__init__.py", "/pkgutil.py")
+"""Python's modules that list folders in search of packages, which count by their versions."""
 _MAKERS = (".git", ".cache", ".venv", "__pycache__")
 
 
@@ -213,7 +215,7 @@ def _hear(event: str, arguments: tuple[Any, ...]) -> None:
                 _open(path, flags, frame, library=event == "ctypes.dlopen")
     elif event in LISTS:
         # What this program lists, such as the papers there are, is no data of a computation.
-        own = by.startswith("<frozen importlib") or _asking(frame).startswith(_HOME)
+        own = by.startswith("<frozen importlib") or by.endswith(_SEEKERS) or _asking(frame).startswith(_HOME)
         if not (own or isinstance(arguments[0], int)):
             _owner(frame).read[f"{os.path.abspath(os.fsdecode(arguments[0] or '.'))}/"] = None  # noqa: PTH100
     elif event in PROGRAMS:

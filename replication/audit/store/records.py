@@ -141,7 +141,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
     machine: below the project, the statement that Coq proved of this very file; empty if it did not. second: whether
-    the second verifier, too, proved the same of it.
+    the second arithmetic, too, proved the same of it.
     says: the terms that the theorem speaks of, with what it proves of each.
     """
 

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.baselines import LITTLE
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.results import LITTLE, Evidence
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.api.tradeoff import Goal
 from replication.estimation.dualrate.gains import Weights, checked_weights

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import SolverError
-from replication.estimation.api.baselines import LITTLE, baselines
-from replication.estimation.api.results import Bracket, Evidence
+from replication.estimation.api.results import LITTLE, Bracket, Evidence, baselines
 from replication.estimation.nonuniform.filters import Estimator, periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant

@@ -227,7 +227,7 @@ def simulate(
     # Nothing is held after the last sample.
     signals = {
         "error": (error, result.signals.called(result.signals.outputs)),
-        "disturbance": (np.vstack([w, np.zeros_like(w[:1])]), numbered("w", w.shape[1])),
+        "disturbance": (np.vstack([w, np.zeros_like(w[:1])]), result.signals.disturbances or numbered("w", w.shape[1])),
     }
     time = np.concatenate([[0.0], np.cumsum(periods)])
     return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)

@@ -16,14 +16,13 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.phase import Phase, Recursion
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
-from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import beside
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
     import control

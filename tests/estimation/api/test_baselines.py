@@ -8,8 +8,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from replication.estimation import multirate, nonuniform
-from replication.estimation.api.baselines import LITTLE, baselines
-from replication.estimation.api.results import Bracket
+from replication.estimation.api.results import LITTLE, Bracket, baselines
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
 

@@ -497,7 +497,6 @@
   const put = (form, key, c) => form.set(key, form.has(key) ? plus(form.get(key), c) : c);
   const FLAT = [[0, 1]], HUMP = [[1, -1], [2, -1]]; // the weights 1 and -s(s + 1), not negative on [-1, 0]
   const moment = (weight, k) => sum(weight.map(([a, c]) => number((k + a) % 2 ? -c : c, k + a + 1)));
-  const KERNELS = { each: () => true, total: (a, b, degree) => a + b <= degree, outer: (a) => a === 0, inner: (_, b) => b === 0 };
 
   // Adds the integral of weight(s) Z(s)' M Z(s), Z = (points; s^a f; s^a m_b), which is never negative for M > 0.
   function addSquare(form, M, weight, points, count, degree, kernels) {
@@ -513,11 +512,11 @@
       else for (const [a, factor] of weight) put(form, keyOf(a), times(c, number(factor)));
     }));
   }
-  function squaresOf(grams, points, count, degree, rule, path) {
+  function squaresOf(grams, points, count, degree, path) {
     const form = new Map();
     each(grams, path, 2, symmetric).forEach((M, k) => {
-      const order = degree - k, most = indices((rule === "outer" ? degree : order) + 1);
-      const kernels = most.flatMap((a) => most.map((b) => [a, b])).filter(([a, b]) => KERNELS[rule](a, b, order));
+      const order = degree - k, most = indices(order + 1);
+      const kernels = most.flatMap((a) => most.map((b) => [a, b]));
       addSquare(form, M, k ? HUMP : FLAT, points, count, order, kernels);
     });
     return form;
@@ -525,12 +524,12 @@
 
   // V' + 2 v'z - g (|w|^2 + |v|^2) + N = 0 but for what an injection of the measured error can cancel: so V' < g (|w|^2 + |v|^2)
   // - 2 v'z, and with v = z/g the energy of z is below g^2 times that of w.
-  function supplied(given, witness, degree, g, rule = "each") {
+  function supplied(given, witness, degree, g) {
     demand(integer(degree, "degree", 1) <= 6, "the degree is too large");
     const [change, storage, dissipation] = fields(witness, "witness", ["change", "storage", "dissipation"]);
     const plant = delayed(given, change), { n, delays } = plant, count = n * delays.length, q = rows(plant.C2);
     const named = (letter, k) => indices(k).map((i) => letter + i), [w, v, e, l] = [named("w", columns(plant.B)), named("v", rows(plant.C10)), named("e", n), named("l", count)];
-    const V = squaresOf(storage, e, count, degree, rule, "witness.storage"), total = squaresOf(dissipation, [...w, ...v, ...e, ...l], count, degree, rule, "witness.dissipation");
+    const V = squaresOf(storage, e, count, degree, "witness.storage"), total = squaresOf(dissipation, [...w, ...v, ...e, ...l], count, degree, "witness.dissipation");
     const delay = (j) => Math.floor(j / n), rate = (j) => inverse(delays[delay(j)]), alternate = (c) => number(c % 2 ? -1 : 1);
     const line = (M, letters, i) => letters.map((letter, j) => [letter, entry(M, i, j)]);
     const late = (parts, i) => parts.flatMap((M, k) => line(M, l.slice(k * n, (k + 1) * n), i));
@@ -586,27 +585,15 @@
     demand(!below(made, product(g, g, spent)), "the gain at this frequency is not proved to reach the level");
     return [plant.words, `At ${decimal(omega, 6)} rad/s a disturbance moves z and shows nothing in y. No observer can tell it from its opposite: none has a gain below ${decimal(g)}.`];
   }
-  const upperBy = (rule) => (certificate) => {
-    const [degree, named] = fields(certificate.parameters, "parameters", rule ? ["degree"] : ["degree", "rule"]);
-    demand(rule || ["outer", "inner"].includes(named), "the rule must be outer or inner");
-    const upper = more(fields(certificate.bound, "bound", ["upper"])[0], "upper");
-    return { upper, steps: supplied(certificate.plant, certificate.witness, degree, upper, rule ?? named) };
-  };
   Object.assign(PROOFS, {
-    "delay.gain-upper": upperBy("each"),
-    "delay.total-upper": upperBy("total"),
-    "delay.narrow-upper": upperBy(),
+    "delay.gain-upper"(certificate) {
+      const [degree] = fields(certificate.parameters, "parameters", ["degree"]), upper = more(fields(certificate.bound, "bound", ["upper"])[0], "upper");
+      return { upper, steps: supplied(certificate.plant, certificate.witness, degree, upper) };
+    },
     "delay.gain-lower"(certificate) {
       none(certificate, "parameters");
       const lower = more(fields(certificate.bound, "bound", ["lower"])[0], "lower");
       return { lower, steps: unseen(certificate.plant, lower, certificate.witness) };
-    },
-    "delay.near-optimal"(certificate) {
-      none(certificate, "bound");
-      const [degree, f] = fields(certificate.parameters, "parameters", ["degree", "factor"]), factor = more(f, "factor");
-      const [l, hidden, sos] = fields(certificate.witness, "witness", ["level", "hidden", "sos"]), g = more(l, "witness.level");
-      return { holds: true, steps: [...supplied(certificate.plant, sos, degree, g), unseen(certificate.plant, quotient(g, factor), hidden)[1],
-        `Its gain is at most ${decimal(factor)} times that of any observer.`] };
     },
   });
 

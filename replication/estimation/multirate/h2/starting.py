@@ -10,7 +10,7 @@ from replication.estimation.api.running import Mask
 from replication.estimation.linear.covariances import covariance
 from replication.estimation.linear.riccati import solve
 from replication.estimation.multirate.h2.running import KalmanStep, RunningKalman
-from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
+from replication.estimation.multirate.kalman import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 

@@ -11,7 +11,6 @@ import numpy as np
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import beside, zero_at_constant_periods, zero_filter
 from replication.estimation.nonuniform.filters import Estimator, periodic_gain
@@ -23,7 +22,7 @@ from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.stamped.proof import StampedProof
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
-from replication.estimation.validation import Array, positive_scalar
+from replication.estimation.validation import Array, frozen, positive_scalar
 
 if TYPE_CHECKING:
     import control

@@ -1,7 +1,7 @@
-"""Certificates on which both verifiers must say the same: of each statement a true one, and altered ones.
+"""Certificates on which both arithmetics must say the same: of each statement a true one, and altered ones.
 
 An alteration keeps the file well formed or not, makes it false, or leaves it true with another bound; which of these is
-for the verifiers to say.
+for the verifier to say.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import Any
 
 import byhand
 
-from replication.recheck.run import ABOUT
+from replication.verify.run import STATEMENTS
+from replication.verify.statement import WORDINGS
 
 ROOT = Path(__file__).parents[2]
 Certificate = dict[str, Any]
@@ -60,30 +61,26 @@ def true() -> dict[str, Certificate]:
 def altered(certificate: Certificate) -> Iterator[Certificate]:
     """The certificate itself, then changed in one of all places that are alike, as the entries of a matrix are."""
     yield certificate
-    random = Random(certificate["name"])
+    rng = Random(certificate["name"])
     for group in ("bound", "witness"):
-        yield from _changed(certificate, group, random)
-    if certificate["statement"] not in {statement for listed in ABOUT.values() for statement in listed}:
+        yield from _changed(certificate, group, rng)
+    if not _of_a_paper(certificate["statement"]):
         own = {**certificate, "paper": None, "claims": []}
         for group in ("plant", "parameters"):
-            yield from _changed(own, group, random)
+            yield from _changed(own, group, rng)
 
 
-def about_another(certificate: Certificate) -> Iterator[Certificate]:
-    """Another plant or other parameters of a statement that speaks of a paper, as if the paper were about these."""
-    random = Random(certificate["name"])
-    # A statement without a plant reads nothing of it.
-    groups = ["parameters"] if certificate["plant"] == {"name": ""} else ["plant", "parameters"]
-    if certificate["statement"] in {statement for listed in ABOUT.values() for statement in listed}:
-        for group in groups:
-            yield from _changed(certificate, group, random)
+def _of_a_paper(statement: str) -> bool:
+    """Whether a statement stands with certificates of its paper alone."""
+    stated = STATEMENTS[statement]
+    return stated.source != "" and WORDINGS.search(stated.sentence) is None
 
 
-def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[Certificate]:
+def _changed(certificate: Certificate, group: str, rng: Random) -> Iterator[Certificate]:
     alike: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
     for place in _places(certificate[group]):
         alike.setdefault(tuple(key if isinstance(key, str) else 0 for key in place), []).append(place)
-    chosen = [random.choice(places) for places in alike.values()]
+    chosen = [rng.choice(places) for places in alike.values()]
     for change in CHANGES:
         for place in chosen:
             new = change(_at(certificate[group], place))
