@@ -35,7 +35,7 @@ from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
 from replication.files import made_from, write_page
 
-UNPRINTED = ("scope", "tolerances", "sensitivity", "lineage", "experiments")
+UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
 
 

@@ -183,7 +183,7 @@
     const claim = document.getElementById(mark.hash.slice(1));
     one(".said", read).replaceChildren(...copied(".st > bdi", claim));
     one(".src", read).replaceChildren(`${one(".lane-name a", mark.closest(".lane")).textContent}, `, ...copied(".pl", claim));
-    const said = [data.w, data.o, data.f, sure(data), data.i];
+    const said = [data.w, data.o, data.f, sure(data), claim.dataset.id];
     all("dd", read).forEach((cell, at) => {
       (cell.firstElementChild ?? cell).textContent = said[at] ?? "";
       cell.parentElement.hidden = !said[at];
