@@ -49,7 +49,7 @@ def _as_data(outcome: Any) -> Said:
     if theorem is None:
         return {"line": outcome.line(), "proved": False}
     says = [
-        {"of": repr(one.of), "unit": one.unit, "readings": one.readings, "items": one.items, "holds": one.holds}
+        {"of": repr(one.of), "unit": one.unit, "readings": list(one.readings), "items": one.items, "holds": one.holds}
         for one in theorem.says
     ]
     sides = {side: _text(getattr(theorem, side)) for side in ("lower", "upper")}
