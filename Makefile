@@ -44,9 +44,6 @@ search: $(ALL) ## new random examples for every generated test; what is found be
 mutants: $(ALL) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
-mutants-both: $(ALL) ## every small change of either verifier, told by the other (about an hour)
-	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py tests/recheck/test_settled.py
-
 processors: $(ALL) ## a fresh run on four types of processor; `make test` runs two papers on each (six minutes)
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
@@ -68,7 +65,7 @@ verify: $(REPORT) ## check all certificates in exact and ball arithmetic
 coq: $(REPORT) ## Coq checks the theorems on multi-rate levels (needs coq and libcoq-mathcomp-algebra)
 	$(BIN)/python -m replication coq
 
-verify-both: $(REPORT) ## the same by both verifiers, which share no code and must agree
+verify-both: $(REPORT) ## the same in both arithmetics, which share no code and must say the same
 	$(BIN)/python verify.py --both
 
 artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/

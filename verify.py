@@ -1,4 +1,4 @@
-"""Check the certificates with python-flint only: `python verify.py [--both] [--jobs N] [PATH...]`."""
+"""Check the certificates, without any package: `python verify.py [--both | --arithmetic NAME] [--jobs N] [PATH...]`."""
 
 from replication.twice import main
 

@@ -23,8 +23,7 @@ from replication.estimation.multirate.h2.running import KalmanFilter
 from replication.estimation.multirate.h2.starting import StartingFilter
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 PLANT = MultiratePlant(**PRINTED)
 ROUNDS, STEPS = 60, 2000

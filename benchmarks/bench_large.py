@@ -22,8 +22,7 @@ from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.tracking import tracking_error_ratio
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 PREDICTOR = "running_prediction"
 ORDER = 6

@@ -27,8 +27,7 @@ from replication.estimation.conic import solvers
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.timing import search_timing
 
 PLANT = MultiratePlant(**{name: np.array(value) for name, value in PRINTED.items()})

@@ -33,8 +33,8 @@ SEED, EACH = 32, 5
 """Seed of the plants; every which one has an H-infinity design too."""
 CLOSED, REGISTER = 1e-4, 2e-3
 """Relative difference that counts as one: from a closed form, and from a chain of samples beyond its own error."""
-STEPS, SAMPLES, DIGITS = 60, 64, 1e-9
-"""Of a prediction; of the chain in a delay; relative width of a level."""
+STEPS, SAMPLES, DIGITS, FINER = 60, 64, 1e-9, 1.05
+"""Of a prediction; of the chain in a delay; relative width of a level, and step of the search for it."""
 
 
 @dataclass(frozen=True)
@@ -198,9 +198,13 @@ def closed_level(case: Case) -> float:
                 P = moved
         return True
 
-    low, high = 0.0, float(np.sqrt(np.trace(Cz @ Cz.T)))
+    # From above: far below the least level another solution may pass for the one that is wanted.
+    high = 1e3 * float(np.sqrt(np.trace(Cz @ Cz.T)))
     while not holds(high):
-        low, high = high, 2.0 * high
+        high *= 2.0
+    while holds(high / FINER):
+        high /= FINER
+    low = high / FINER
     while high - low > DIGITS * high:
         middle = (low + high) / 2.0
         low, high = (low, middle) if holds(middle) else (middle, high)

@@ -6,7 +6,7 @@ import hashlib
 import os
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from replication.errors import AuditError
@@ -26,6 +26,15 @@ def write_atomically(path: Path, content: bytes) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def sum_of(paths: Iterable[Path]) -> str:
+    """One checksum of files, by their names and what they hold; a missing one counts as such."""
+    parts = [
+        f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else 'missing'}"
+        for path in paths
+    ]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
 def write_page(path: Path, page: str, key: str) -> None:

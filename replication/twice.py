@@ -1,6 +1,7 @@
-"""Both verifiers on the same certificates: they share no code, and must say the same of each.
+"""Both arithmetics under the same statements: python-flint, and `verify/stdlib`, which shares no code with it.
 
-`python verify.py --both`. The first one needs python-flint, the second one the standard library alone.
+`python verify.py --both` proves each certificate in either, each in a process of its own, and compares what they say:
+whether it is proved, the bounds, the sentence and what it says as data. A mistake in a statement both have in common.
 """
 
 from __future__ import annotations
@@ -8,124 +9,149 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import os
+import re
+import subprocess
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from replication.files import write_atomically
-from replication.recheck import run as second
-from replication.recheck.reading import NoCheck, Proof, Unproved
-from replication.verify.theorem import Refused
-from replication.verify.workers import add_jobs, in_order
-
-if TYPE_CHECKING:
-    from replication.verify.run import Outcome
+from replication.files import sum_of, write_atomically
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORD = "checked-twice.json"
-"""Beside a paper: the checksums of the certificates of which both verifiers prove the same."""
+"""Beside a paper: the checksums of the certificates that both arithmetics prove, and of the second arithmetic."""
+ARITHMETICS = ("flint", "stdlib")
+CHOICE = "REPLICATION_ARITHMETIC"
+"""The variable of the environment by which `replication.verify` takes one."""
+NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e[+-]?[0-9]+)?")
+RADIUS = re.compile(r"\+/- [0-9.e+-]+\]")
+ENCLOSED = Fraction(1, 10**5)
+"""How far, relatively, two rounded ends of enclosures of the same number may be from each other in a sentence."""
+Said = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Pair:
-    """What both verifiers say of one certificate.
+def said(paths: Sequence[Path], root: Path, jobs: int | None) -> list[Said]:
+    """What the arithmetic of this process says of each certificate, as JSON."""
+    from functools import partial
 
-    checked: whether the second one has a check of the statement, and of its size. conflict: in what they differ; empty
-    if they agree.
-    """
+    from replication.verify.run import lost, verify
+    from replication.verify.workers import in_order
 
-    checked: bool
-    conflict: str
+    return [_as_data(outcome) for outcome in in_order(partial(verify, root=root), paths, jobs, lost)]
 
 
-def compared(outcome: Outcome, found: Proof | Unproved) -> Pair:
-    """Whether both prove the same numbers, or both refuse."""
-    if isinstance(found, NoCheck):
-        return Pair(False, "")
+def _as_data(outcome: Any) -> Said:
     theorem = outcome.theorem
-    if theorem is None or isinstance(found, Unproved):
-        if theorem is None and isinstance(found, Unproved):
-            return Pair(True, "")
-        return Pair(True, f"the second refuses: {found}" if theorem else "the second proves what the first refuses")
-    for side in ("lower", "upper"):
-        one, other = _exact(getattr(theorem, side)), getattr(found, side)
-        if one != other:
-            return Pair(True, f"the {side} bound is {one} for the first, {other} for the second")
-    if theorem.holds != found.holds:
-        return Pair(True, f"whether it holds is {theorem.holds} for the first, {found.holds} for the second")
-    # Each encloses the same numbers by itself, so that their ends differ.
-    exported = tuple(item for said in theorem.says for item in said.items) if found.items else ()
-    items = theorem.items or exported
-    if len(items) != len(found.items) or not all(map(_meet, items, found.items)):
-        return Pair(True, "the enclosures of the listed numbers do not meet")
-    return Pair(True, "")
+    if theorem is None:
+        return {"line": outcome.line(), "proved": False}
+    says = [
+        {"of": repr(one.of), "unit": one.unit, "readings": list(one.readings), "items": one.items, "holds": one.holds}
+        for one in theorem.says
+    ]
+    sides = {side: _text(getattr(theorem, side)) for side in ("lower", "upper")}
+    items = [[_text(end) for end in pair] for pair in theorem.items]
+    whole = {"line": outcome.line(), "proved": True, "sentence": theorem.sentence, "holds": theorem.holds, **sides}
+    return {**whole, "items": items, "says": says}
 
 
-def _exact(value: object) -> Fraction | None:
-    return None if value is None else Fraction(str(value))
+def _text(side: Any) -> str | None:
+    return None if side is None else str(side)
 
 
-def _meet(one: Sequence[object], other: tuple[Fraction, Fraction]) -> bool:
-    low, high = (_exact(end) for end in one)
-    return low is not None and high is not None and low <= other[1] and other[0] <= high
+def difference(one: Said, other: Said) -> str:
+    """In what two arithmetics differ on a certificate; empty if they say the same."""
+    if one["proved"] is not other["proved"]:
+        return f"{ARITHMETICS[not one['proved']]} alone proves it"
+    if not one["proved"]:
+        return ""
+    for part in ("lower", "upper", "holds"):
+        if one[part] != other[part]:
+            return f"{part} is {one[part]} for {ARITHMETICS[0]}, {other[part]} for {ARITHMETICS[1]}"
+    if not _same_words(one["sentence"], other["sentence"]):
+        return f"the sentences differ: {one['sentence']} / {other['sentence']}"
+    if not _meet(one["items"], other["items"]):
+        return "the enclosures of the listed numbers do not meet"
+    terms = list(zip_longest(one["says"], other["says"]))
+    if not all(a and b and {**a, "items": 0} == {**b, "items": 0} and _meet(a["items"], b["items"]) for a, b in terms):
+        return "what they say as data differs"
+    return ""
 
 
-def _both(path: Path, root: Path) -> tuple[Outcome, Pair]:
-    from replication.verify.run import verify
+def _same_words(one: str, other: str) -> bool:
+    """The same sentence, but for the ends of enclosures, which each arithmetic finds by itself."""
+    one, other = (RADIUS.sub("+/- radius]", text) for text in (one, other))
+    numbers = [[Fraction(number) for number in NUMBER.findall(text)] for text in (one, other)]
+    near = all(abs(a - b) <= ENCLOSED * max(abs(a), abs(b)) for a, b in zip_longest(*numbers, fillvalue=Fraction(0)))
+    return one == other or (NUMBER.sub("#", one) == NUMBER.sub("#", other) and near)
 
-    outcome = verify(path, root)
-    return outcome, compared(outcome, second.check(path, root))
+
+def _meet(one: Sequence[Sequence[str | None]], other: Sequence[Sequence[str | None]]) -> bool:
+    """Whether there are as many enclosures, and each is the same or meets that of the other."""
+    return len(one) == len(other) and all(
+        list(a) == list(b)
+        or (None not in (*a, *b) and max(Fraction(a[0]), Fraction(b[0])) <= min(Fraction(a[1]), Fraction(b[1])))  # type: ignore[arg-type]
+        for a, b in zip(one, other, strict=True)
+    )
 
 
-def _lost(path: Path) -> tuple[Outcome, Pair]:
-    from replication.verify.run import lost
-
-    return lost(path), Pair(False, "")
+def by(arithmetic: str, paths: Sequence[Path], root: Path, jobs: int | None) -> list[Said]:
+    """What an arithmetic says of these certificates, from a process of its own."""
+    asked = json.dumps({"paths": [str(path) for path in paths], "root": str(root), "jobs": jobs})
+    done = subprocess.run(
+        [sys.executable, "-m", "replication.twice"],
+        input=asked, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT, env={**os.environ, CHOICE: arithmetic},
+    )  # fmt: skip
+    found: list[Said] = json.loads(done.stdout)
+    return found
 
 
 def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:
-    """Print a line for each certificate, and one for each on which the verifiers differ; 1 on any failure.
+    """Print a line for each certificate, and one for each on which the arithmetics differ; 1 on any failure.
 
     Without `paths`, all certificates are checked, and what both prove is recorded.
     """
     from replication.verify.run import listed, say
+    from replication.verify.theorem import Refused
 
     try:
-        files = listed(paths, root)
+        files = [path.absolute() for path in listed(paths, root)]
     except Refused as refusal:
         say(f"NOT PROVED: {refusal}")
         return 1
-    failed, conflicts, unchecked = 0, 0, []
-    proved: list[Path] = []
-    for path, (outcome, pair) in zip(files, in_order(partial(_both, root=root), files, jobs, _lost), strict=True):
-        say(outcome.line())
-        if pair.conflict:
-            say(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}")
-        if not pair.checked:
-            unchecked.append(path.stem)
-        failed += outcome.theorem is None
-        conflicts += bool(pair.conflict)
-        if outcome.theorem is not None and pair.checked and not pair.conflict:
-            proved.append(path)
-    say(f"{len(files) - failed} of {len(files)} certificates proved; {len(proved)} of them by both verifiers")
-    if unchecked:
-        say(f"not rechecked: {', '.join(unchecked)}")
+    proved, conflicts, both = 0, 0, list[Path]()
+    pairs = zip(*(by(arithmetic, files, root.absolute(), jobs) for arithmetic in ARITHMETICS), strict=True)
+    for path, (one, other) in zip(files, pairs, strict=True):
+        say(one["line"])
+        conflict = difference(one, other)
+        if conflict:
+            say(f"THE ARITHMETICS DIFFER on {path}: {conflict}")
+        proved += one["proved"]
+        conflicts += bool(conflict)
+        if one["proved"] and not conflict:
+            both.append(path)
+    say(f"{proved} of {len(files)} certificates proved; {len(both)} of them in both arithmetics")
     if not paths:
-        record(proved, root)
-    return 1 if failed or conflicts or not files else 0
+        record(both, root)
+    return 0 if files and proved == len(files) and not conflicts else 1
+
+
+def second() -> str:
+    """The checksum of the second arithmetic, with what compares it."""
+    files = sorted((ROOT / "replication" / "verify" / "stdlib").glob("*.py"))
+    return sum_of([*files, Path(__file__)])
 
 
 def record(proved: Sequence[Path], root: Path) -> None:
-    """Write beside each paper, for the report, which certificates both verifiers prove, with their checksums."""
+    """Write beside each paper, for the report, which certificates both arithmetics prove, with all checksums."""
     sums: dict[str, dict[str, str]] = {}
     for path in proved:
         sums.setdefault(path.parent.name, {})[path.stem] = hashlib.sha256(path.read_bytes()).hexdigest()
     for paper, certificates in sums.items():
-        text = json.dumps({"certificates": certificates}, indent=2) + "\n"
+        text = json.dumps({"arithmetic": second(), "certificates": certificates}, indent=2) + "\n"
         write_atomically(root / "papers" / paper / RECORD, text.encode())
 
 
@@ -135,15 +161,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="verify.py", description="Check certificates in exact and ball arithmetic, and say what each proves."
     )
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
-    parser.add_argument("--both", action="store_true", help="by the second verifier too; they must agree")
-    add_jobs(parser)
-    chosen = parser.parse_args(arguments)
-    try:
-        if chosen.both:
-            return report(chosen.paths, jobs=chosen.jobs)
-        from replication.verify import run as first
+    chosen = parser.add_mutually_exclusive_group()
+    chosen.add_argument("--both", action="store_true", help="in both arithmetics, which must say the same")
+    words = "python-flint, or the standard library alone (default: python-flint where it is installed)"
+    chosen.add_argument("--arithmetic", choices=ARITHMETICS, help=words)
+    # Beside the options: what follows from them is imported once the arithmetic is known.
+    if "--arithmetic" in (given := [*(sys.argv[1:] if arguments is None else arguments)]):
+        os.environ[CHOICE] = (given[given.index("--arithmetic") + 1 :] or [""])[0]
+    from replication.verify.workers import add_jobs
 
-        return first.report(chosen.paths, jobs=chosen.jobs)
+    add_jobs(parser)
+    options = parser.parse_args(given)
+    try:
+        if options.both:
+            return report(options.paths, jobs=options.jobs)
+        from replication.verify.run import report as alone
+
+        return alone(options.paths, jobs=options.jobs)
     except KeyboardInterrupt:
         print("interrupted: not all certificates were checked", file=sys.stderr)
         return 130
+
+
+if __name__ == "__main__":
+    wanted = json.load(sys.stdin)
+    answers = said([Path(path) for path in wanted["paths"]], Path(wanted["root"]), wanted["jobs"])
+    json.dump(answers, sys.stdout)

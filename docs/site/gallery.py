@@ -33,11 +33,16 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 
 def _gallery() -> str:
-    return "\n\n".join(
-        f"### {paper.title}\n\n" + "\n\n".join(_shown(figure) for figure in paper.figures)
-        for paper in papers.load()
-        if paper.figures
+    """Thumbnails of all figures, which lead to them, then the figures."""
+    shown = [paper for paper in papers.load() if paper.figures]
+    small = "\n".join(
+        f'<a href="#{figure.name}"><img src="figures/{figure.name}.svg" alt="{escape(figure.place)}" loading="lazy">'
+        f"{escape(paper.authors[0].rpartition(' ')[2])}: {escape(figure.place)}</a>"
+        for paper in shown
+        for figure in paper.figures
     )
+    large = (f"### {paper.title}\n\n" + "\n\n".join(_shown(figure) for figure in paper.figures) for paper in shown)
+    return f'<div class="tiles">\n{small}\n</div>\n\n' + "\n\n".join(large)
 
 
 def _shown(figure: Figure) -> str:
@@ -49,9 +54,11 @@ def _shown(figure: Figure) -> str:
     said, alt = escape(f"{figure.place}: {title}"), escape(figure.alt(data))
     code = textwrap.dedent(inspect.getsource(_function(figure.plot)))
     return (
-        f'<figure><img src="figures/{figure.name}.svg" alt="{alt}" loading="lazy"><figcaption>{said}. '
+        f'<figure id="{figure.name}"><img src="figures/{figure.name}.svg" alt="{alt}" loading="lazy">'
+        f"<figcaption>{said}. "
         f'<a href="figures/{figure.name}.csv">The data of {figure.name}</a></figcaption></figure>\n\n'
-        f'<details markdown="1"><summary>The code of {figure.name}</summary>\n\n```python\n{code}\n```\n\n</details>'
+        f'<details markdown="1"><summary>The code of {figure.name}</summary>\n\n'
+        f"```python\n{code}\n```\n\n</details>"
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers._sketch import curve, dots, label, signal, ticks
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch
+from replication.audit.brief import Bars, Brief, Curve, Draws, Explorer, Pair, Picture, Sketch
 
 SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
 DESIGNED = [14 + 19.2 * step for step in range(16)]
@@ -34,15 +34,30 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="The levels [come out](+gamma.1) at each grid's [one period](+filter.norm); Sec. V-A calls such levels "
-    "nominal. Over all sequences the gain is larger, [in](?robust-level.1) [both examples](?robust-level.2).",
-    holds="At grid periods [levels](gamma.1) [come out](filter.norm); both examples (first: our filter) are "
-    "[stable](stable.1) [throughout](stable.2); the second's [element](condition-8.2) satisfies (8) for constant "
-    "changes, motor constant corrected.",
-    correct="[One](grid.1) [element](condition-8.1) does not cover the range of Example 1; [case U3](u3) and [two "
-    "maps](map) are misprinted.",
-    guess="Whether abstract and Sec. VII mean [the printed level](robust-level.1), and for which periods; what "
-    "[valid](valid.1) and [step 4](algorithm) mean; whether the filter is [an observer](filter.first-column).",
+    card="[Both printed](+gamma.1) [levels](+filter.norm) are right at one constant sampling period; the paper calls "
+    "them nominal. If the period varies, [the](?robust-level.1) [gain](?robust-level.2) is several times larger.",
+    holds="Both levels at the design period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
+    "sequence of periods, in [both](stable.1) [examples](stable.2).",
+    correct="One grid element does not cover the range of Example 1: it takes [{grid.1}](grid.1). [Case U3](u3) and "
+    "[two maps](map) are misprinted.",
+    guess="Does the abstract promise [the printed level](robust-level.1) for every period? What does "
+    "[step 4](algorithm) of Algorithm 1 compute?",
+    verdict="only at one period",
+    headline="The printed accuracy is for one constant sampling period; if the period varies, the error can be "
+    "[{robust-level.1:over:gamma.1}](robust-level.1) and [{robust-level.2:over:gamma.2}](robust-level.2) times as "
+    "large, or more",
+    picture=Bars(
+        printed="printed, right at one constant period",
+        bound="if the period varies",
+        pairs=(
+            Pair(
+                label="Example 1, worst-case gain of our filter (none is printed)",
+                printed="gamma.1",
+                bound="robust-level.1",
+            ),
+            Pair(label="Example 2, worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
+        ),
+    ),
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
         strokes=(
@@ -58,9 +73,9 @@ BRIEF = Brief(
         Explorer(
             title="A level is designed at one period; spread costs more",
             moves="Move the constant period.",
-            text="Our filter in Example 1, where none is printed, has the printed level at the middle of the range "
-            "alone; the printed filter of Example 2 from about half the middle up to it. Over all sequences of periods "
-            "the gain of each lies in the band, far above. In the last picture the range of our filter itself widens.",
+            text="Each filter has the printed level at the period for which it was designed. If the period varies, its "
+            "gain lies in the band far above. Example 1 prints no filter; ours stands for it. In the last picture the "
+            "range of periods widens.",
             pictures=(
                 _example(1, 0.0678, "our"),
                 _example(2, 0.05, "printed"),

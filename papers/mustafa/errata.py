@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from papers.mustafa.claims.preliminaries import MISNAMED
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, example, middle, printed_filter, sizes
-from replication.audit.model import Erratum, Proof, Results
+from replication.audit.declare import Errata, contrast
+from replication.audit.model import Proof, Results
 
+ERRATA = Errata()
 HALF_UNIT = 0.00005
 """Rounding of an entry of the printed filter."""
 
 
+@ERRATA.misprint(
+    "map",
+    "Sec. III, below (7)",
+    "(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand",
+    "Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
+    "identities",
+)
 def order_of_map(results: Results) -> Proof:
     """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
     return _exchanged(
@@ -22,6 +32,13 @@ def order_of_map(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "map-12",
+    "Eq. (12)",
+    "Σ22 + Σ12 Δ (I − Σ11 Δ)⁻¹ Σ21",
+    "Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
+    "identities",
+)
 def order_of_12(results: Results) -> Proof:
     """The same for (12)."""
     text = (
@@ -34,13 +51,17 @@ def order_of_12(results: Results) -> Proof:
 def _exchanged(results: Results, text: str, readings: dict[str, str]) -> Proof:
     r = results["identities"]
     least = {f"least residual{reading}": r[name] for reading, name in readings.items()}
-    return Proof(
-        holds=r["map reordered"] <= EXACT < min(least.values()),
-        text=text,
-        quantities={**least, "largest reordered": r["map reordered"]},
-    )
+    return contrast(text, {"largest residual, reordered": r["map reordered"]}, least, zero=EXACT)
 
 
+@ERRATA.misprint(
+    "u3",
+    "Theorem 1, case U3",
+    "h̄ = h₀ + log(1 + α⁻¹ μ(−A)) / μ(A)",
+    "h̄ = h₀ + log(1 + α⁻¹ μ(A)) / μ(A)",
+    "grids.1",
+    "grids.2",
+)
 def case_u3(results: Results) -> Proof:
     """The upper ends of (9) with both logarithmic norms."""
     ends = {e: results[f"grids.{e}"]["intervals"] for e in EXAMPLES}
@@ -57,6 +78,7 @@ def case_u3(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint("size-of-F", "Theorem 3", "F of size r × n", "F of size n × r", "nominal.2")
 def size_of_f(results: Results) -> Proof:
     """F C and B_f = -Y^-1 F must have n rows."""
     (n, r), size = sizes()
@@ -67,6 +89,9 @@ def size_of_f(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "row", "Eq. (10)", "the text at hand has the row [−Z 0] twice in the right half", "once", "identities", scan=True
+)
 def repeated_row(results: Results) -> Proof:
     """The right half of (10) has a row too many for a square matrix; without the repeated one it is the congruence."""
     left, right = DATA["lmi"]["left"], DATA["lmi"]["right"]
@@ -86,6 +111,16 @@ def repeated_row(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "algorithm",
+    "Algorithm 1, step 4",
+    "√α; in the text at hand also no set-minus between (h_l, h_u) and the union, a sign that may have been lost on the "
+    "way to it",
+    "α and a set-minus",
+    "grids.1",
+    "grids.2",
+    inference=True,
+)
 def steps_of_algorithm(results: Results) -> Proof:
     """Root and union in step 4: as printed, its union cut to the range, the run stalls in both examples; the correct
     one covers."""
@@ -106,6 +141,14 @@ def steps_of_algorithm(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    MISNAMED,
+    "Sec. VI-B",
+    "K_θ in A, K_q among the values: q is θ in a font of symbols, so the text at hand may have it wrong",
+    "one constant, K_θ = K_q = K_T",
+    "nominal.2",
+    scan=True,
+)
 def motor_constant(results: Results) -> Proof:
     """One constant of A has no value, and one value has no place in A; the printed filter bears it out."""
     in_A, valued = (set(DATA["constants"][which]) for which in ("in A", "with a value"))
@@ -132,6 +175,7 @@ def dimension(unit: str) -> tuple[int, ...]:
     return tuple(sum(int(power or 1) * SI[symbol][i] for symbol, _, power in symbols) for i in range(3))
 
 
+@ERRATA.misprint("unit-of-J", "Sec. VI-B", "J = 0.01 kg m²/s²", "J = 0.01 kg m²")
 def unit_of_inertia(results: Results) -> Proof:
     """b/J is an entry of A and must have the unit 1/s."""
     b, J, inertia = (dimension(unit) for unit in (DATA["b"].unit, DATA["J"].unit, "kg m^2"))
@@ -143,6 +187,13 @@ def unit_of_inertia(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "step",
+    "Sec. IV-B, last sentence",
+    "step 2 avoids the numerical issues of a large grid",
+    "step 1",
+    inference=True,
+)
 def number_of_step(results: Results) -> Proof:
     """Which steps of Algorithm 1 read the limit N_0 of the size of the grid."""
     limiting = [step for step, reads in DATA["steps"].items() if "N_0" in reads]
@@ -152,53 +203,3 @@ def number_of_step(results: Results) -> Proof:
         text="Only one step reads the size of the grid against its limit N_0; the sentence names the next one.",
         quantities={"step that reads N_0": float(limiting[0]), "step named": float(named)},
     )
-
-
-ERRATA: tuple[Erratum, ...] = (
-    Erratum(
-        id="map", place="Sec. III, below (7)",
-        printed="(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand",
-        meant="Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
-        prove=order_of_map, uses=("identities",),
-    ),
-    Erratum(
-        id="map-12", place="Eq. (12)",
-        printed="Σ22 + Σ12 Δ (I − Σ11 Δ)⁻¹ Σ21", meant="Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
-        prove=order_of_12, uses=("identities",),
-    ),
-    Erratum(
-        id="u3", place="Theorem 1, case U3",
-        printed="h̄ = h₀ + log(1 + α⁻¹ μ(−A)) / μ(A)", meant="h̄ = h₀ + log(1 + α⁻¹ μ(A)) / μ(A)",
-        prove=case_u3, uses=("grids.1", "grids.2"),
-    ),
-    Erratum(
-        id="size-of-F", place="Theorem 3",
-        printed="F of size r × n", meant="F of size n × r", prove=size_of_f, uses=("nominal.2",),
-    ),
-    Erratum(
-        id="row", place="Eq. (10)",
-        printed="the text at hand has the row [−Z 0] twice in the right half", meant="once", prove=repeated_row,
-        uses=("identities",),
-    ),
-    Erratum(
-        id="algorithm", place="Algorithm 1, step 4",
-        printed="√α; in the text at hand also no set-minus between (h_l, h_u) and the union, a sign that may "
-        "have been lost on the way to it",
-        meant="α and a set-minus",
-        prove=steps_of_algorithm, uses=("grids.1", "grids.2"), inference=True,
-    ),
-    Erratum(
-        id="motor-constant", place="Sec. VI-B",
-        printed="K_θ in A, K_q among the values", meant="one constant, K_θ = K_q = K_T",
-        prove=motor_constant, uses=("nominal.2",),
-    ),
-    Erratum(
-        id="unit-of-J", place="Sec. VI-B",
-        printed="J = 0.01 kg m²/s²", meant="J = 0.01 kg m²", prove=unit_of_inertia,
-    ),
-    Erratum(
-        id="step", place="Sec. IV-B, last sentence",
-        printed="step 2 avoids the numerical issues of a large grid", meant="step 1", prove=number_of_step,
-        inference=True,
-    ),
-)  # fmt: skip

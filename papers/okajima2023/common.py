@@ -9,8 +9,7 @@ import numpy as np
 from replication.audit.parts import CommonLevel
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.nonuniform.plant import SampledPlant
 
 SLOW, LATE = "slow: every m-th instant", "late: by m − 1 instants"

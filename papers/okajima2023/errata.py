@@ -8,10 +8,21 @@ from papers.okajima2023.experiments.declared import DRAWS
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import PLANT, bracketed
 from papers.okajima2023.readings import DENOMINATOR as READING_OF
+from replication.audit.declare import Errata
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
-from replication.audit.model import Erratum, Proof, Results
+from replication.audit.model import Proof, Results
+
+ERRATA = Errata()
 
 
+@ERRATA.misprint(
+    DENOMINATOR,
+    "Eq. (34)",
+    "The denominator sums d(k)ᵀd(k).",
+    "It sums the squares of d, w₁ and w₂, both sensor noises in all four cases.",
+    *DRAWS,
+    inference=True,
+)
 def denominator(results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
     found = all_draws(results)
@@ -31,6 +42,15 @@ def denominator(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    DIAGONAL,
+    "Eq. (41)",
+    "The matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
+    "The same matrix with another diagonal, one with which it has the stated poles.",
+    *USES,
+    ALL_DIAGONALS,
+    inference=True,
+)
 def diagonal(results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
     state = results[RECOVERED]["state"]
@@ -50,6 +70,15 @@ def diagonal(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    SETTING,
+    "Sec. IV-C, before eq. (41)",
+    "The setting is that of Sec. IV-A in everything but A.",
+    "With each of two diagonals of A that have the stated poles, C differs as well; with the A and C found, so do B_d "
+    "and D, if the gains (42) are optimal.",
+    *USES,
+    inference=True,
+)
 def setting(results: Results) -> Proof:
     """The plant behind Sec. IV-C: integer C by the poles of A_e, then B_d and D by the optimality of the gains."""
     outputs, inputs = results[RECOVERED]["outputs"], results[RECOVERED]["inputs"]
@@ -80,6 +109,14 @@ def setting(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "sensor-index",
+    "Eq. (4)",
+    "The diagonal of S_k runs to s_n(k): n entries for q sensors; the index may be a slip of the text at hand.",
+    "It runs to s_q(k), one entry per sensor, as the blog has it.",
+    "schedule.sec-4a",
+    scan=True,
+)
 def sensor_index(results: Results) -> Proof:
     """S_k C needs as many rows and columns in S_k as there are sensors; the example has fewer sensors than states."""
     columns = len(results["schedule.sec-4a"]["diagonals"][0])
@@ -91,6 +128,14 @@ def sensor_index(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "noise-index",
+    "Sec. II-A, on Fig. 1",
+    "D is the diagonal matrix of D₁₁ and D₁₂; the index may be a slip of the text at hand.",
+    "It is that of D₁₁ and D₂₂, if indices are those of entries.",
+    inference=True,
+    scan=True,
+)
 def noise_index(results: Results) -> Proof:
     """The second diagonal entry of D has the indices (2, 2); the entry (1, 2) of the example's D is zero."""
     D = PLANT["D"]
@@ -99,51 +144,3 @@ def noise_index(results: Results) -> Proof:
         text="D has a row and a column for each sensor; its entry (1, 2) is off the diagonal, and zero in Sec. IV-A.",
         quantities={"entry (1, 2) of D in Sec. IV-A": D[0][1], "entry (2, 2)": D[1][1]},
     )
-
-
-ERRATA = (
-    Erratum(
-        id=DENOMINATOR,
-        place="Eq. (34)",
-        printed="The denominator sums d(k)ᵀd(k).",
-        meant="It sums the squares of d, w₁ and w₂, both sensor noises in all four cases.",
-        prove=denominator,
-        uses=DRAWS,
-        inference=True,
-    ),
-    Erratum(
-        id=DIAGONAL,
-        place="Eq. (41)",
-        printed="The matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
-        meant="The same matrix with another diagonal, one with which it has the stated poles.",
-        prove=diagonal,
-        uses=(*USES, ALL_DIAGONALS),
-        inference=True,
-    ),
-    Erratum(
-        id=SETTING,
-        place="Sec. IV-C, before eq. (41)",
-        printed="The setting is that of Sec. IV-A in everything but A.",
-        meant="With each of two diagonals of A that have the stated poles, C differs as well; with the A and C found, "
-        "so do B_d and D, if the gains (42) are optimal.",
-        prove=setting,
-        uses=USES,
-        inference=True,
-    ),
-    Erratum(
-        id="sensor-index",
-        place="Eq. (4)",
-        printed="The diagonal of S_k runs to s_n(k).",
-        meant="It runs to s_q(k), one entry per sensor, as the blog has it.",
-        prove=sensor_index,
-        uses=("schedule.sec-4a",),
-    ),
-    Erratum(
-        id="noise-index",
-        place="Sec. II-A, on Fig. 1",
-        printed="D is the diagonal matrix of D₁₁ and D₁₂.",
-        meant="It is that of D₁₁ and D₂₂, if indices are those of entries.",
-        prove=noise_index,
-        inference=True,
-    ),
-)

@@ -54,8 +54,8 @@ PARTS = (
     blog.BLOG,
     Part(
         "The author's own program, to which the blog links",
-        reason="Public, but not at hand, and not used here. It could settle eq. (34), Sec. IV-C and the entry of "
-        "Table 1 that differs.",
+        reason="Public, and not used here. It has another plant and another schedule, and neither Table 1, eq. (34) "
+        "nor Sec. IV-C, so it settles none of the open points. It calls mincx with its default options.",
     ),
     Part("Blog: other articles, courses and links", reason="About other works."),
 )

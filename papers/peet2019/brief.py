@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from papers._sketch import curve, dots, label, signal
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke
+from papers.peet2019.printed import COLUMNS, EXAMPLES
+from replication.audit.brief import Brief, Curve, Draws, Entries, Explorer, Picture, Sketch, Stroke
 
 PAST, NOW = 164, 268
 
@@ -17,17 +18,22 @@ def _estimate(x: float) -> float:
 
 BRIEF = Brief(
     topic="A state with memory",
-    card="Once corrected, [Theorem 3](-theory.theorem-3-feasible) can be met and [Theorem 4](-theory.theorem-4) "
-    "inverts; gains of [Example 1](+ex1.gamma-d3) come out, of [2](-ex2.gamma-d1) and [3](-ex3.gamma-d1) at degree 1 "
-    "not.",
-    holds="The least gains by Padé of [Example 1](ex1.gamma-pade), [Example 2](ex2.gamma-pade) and "
-    "[Example 3](ex3.gamma-pade); those of [Example 1](ex1.gamma-d3) come out once Theorem 3 is corrected.",
-    correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫*, [Theorem 3](theory.d-sign) has wrong signs, "
-    "[Theorem 4](theory.theorem-4) wrong factors; two gains of "
-    "degree 1 differ: [Example 2](ex2.gamma-d1), [Example 3](ex3.gamma-d1).",
-    guess="The [degree rule](ex2.gamma-d3), on which it hangs whether the bound is "
-    "[conservative](ex2.not-conservative); whether [Example 4](ex4.unstable) is unstable, and "
-    "[twenty lumped states](observer.lumped-states) enough.",
+    card="Theorems [3](-theory.theorem-3) and [4](-theory.theorem-4) hold once signs and factors are corrected. "
+    "Degree-one gains of [Example 2](?ex2.gamma-d1) and [Example 3](?ex3.gamma-d1) need their own ε.",
+    holds="All Padé gains ([Example 1](ex1.gamma-pade), [2](ex2.gamma-pade), [3](ex3.gamma-pade)), and every gain of "
+    "[Example 1](ex1.gamma-d3) once Theorem 3 is corrected.",
+    correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫*, [Theorem 3](theory.theorem-3) other signs, and "
+    "[Theorem 4](theory.theorem-4) other factors.",
+    guess="What [a degree counts](ex2.gamma-d3); which ε gives the [gains of degree one](ex2.gamma-d1); the eigenvalue "
+    "in [Example 4](ex4.unstable); how exact [twenty lumped states](observer.lumped-states) must be.",
+    verdict="holds once corrected",
+    headline="Theorems 1, 3 and 4 need corrected [signs](-theory.theorem-3) and [factors](-theory.theorem-4); "
+    "degree-one "
+    "gains of [Example 2](?ex2.gamma-d1) and [Example 3](?ex3.gamma-d1) need their own ε",
+    picture=Entries(
+        columns=("degree 1", "degree 2", "degree 3", "Padé"),
+        rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
+    ),
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",
         strokes=(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from papers.shao.method.motor import Feedforward
 from papers.shao.method.readings import Structure
+from papers.shao.plants import LONGER
 from papers.shao.problem import COUNTEREXAMPLE, DESIGN, READINGS, literal_loop
 from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
@@ -16,7 +18,10 @@ from replication.estimation.dualrate.tracking import Points
 from replication.verify.subjects import subject
 
 KEY = "shao"
-DESIGNS = {"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE}
+DESIGNS = {
+    **{"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE},
+    **{f"scalar-{ratio}": replace(COUNTEREXAMPLE, ratio=ratio) for ratio in LONGER},
+}
 BARE = (
     "sampled-observer",
     "error-equations",

@@ -2,29 +2,44 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from papers.shao.claims.theory import ROUND_OFF
 from papers.shao.printed import DATA
 from papers.shao.problem import DESIGN
-from replication.audit.model import Erratum, Proof, Results
+from replication.audit.declare import Errata, contrast
+from replication.audit.model import Proof, Results
 
 CONVERSION = "The text at hand is a conversion, which may have misread the dots."
+ERRATA = Errata()
 
 
+@ERRATA.misprint(
+    "feedforward-orders",
+    "Sec. V, ȳ_d",
+    "ÿ_d in the first term and y_d in the last",
+    "the third derivative of y_d in the first term and ÿ_d in the last",
+    "motor",
+    inference=True,
+    scan=True,
+)
 def feedforward_orders(results: Results) -> Proof:
     """The corrected feedforward is the inverse of the motor, the printed one is not."""
     gaps = results["motor"]["inverse_gap"]
-    return Proof(
-        holds=gaps["corrected"] < ROUND_OFF < gaps["printed"],
-        text=(
-            "Only with the orders raised in the first and the last term is the feedforward the inverse of the motor. "
-            f"{CONVERSION}"
-        ),
-        quantities={f"{form}: largest |P ȳ_d/y_d − 1|": gap for form, gap in gaps.items()},
+    words = {form: {f"{form}: largest |P ȳ_d/y_d − 1|": gaps[form]} for form in ("corrected", "printed")}
+    text = (
+        "Only with the orders raised in the first and the last term is the feedforward the inverse of the motor. "
+        f"{CONVERSION}"
     )
+    return contrast(text, words["corrected"], words["printed"], zero=ROUND_OFF)
 
 
+@ERRATA.misprint(
+    "mechanical-speed",
+    "Sec. V, below eq. (23)",
+    "θ and ω are electrical",
+    "θ and ω are mechanical",
+    "motor",
+    inference=True,
+)
 def mechanical_speed(results: Results) -> Proof:
     """The power balance of the motor."""
     ideal, printed = results["motor"]["torque_constant"], float(DATA["torque_constant"])
@@ -38,6 +53,14 @@ def mechanical_speed(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint(
+    "third-state",
+    "Sec. V, x̂",
+    "the estimate of d²ω/dt² in the third entry",
+    "the estimate of dω/dt",
+    inference=True,
+    scan=True,
+)
 def third_state(results: Results) -> Proof:
     """The third state by the printed A."""
     state = DESIGN.model.A
@@ -51,6 +74,7 @@ def third_state(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint("output-rate", "eq. (13)", "|C ẏ| under the integral", "|ẏ|", inference=True)
 def output_rate(results: Results) -> Proof:
     """The shapes of C and ẏ."""
     rows, columns = DESIGN.model.C.shape
@@ -64,10 +88,10 @@ def output_rate(results: Results) -> Proof:
     )
 
 
+@ERRATA.misprint("prediction-error-term", "eq. (14)", "‖K L‖ e_p(t_k)", "‖K L‖ |e_p(t_k)| (t − t_k)", "bounds")
 def prediction_error_term(results: Results) -> Proof:
     """(14) with a negative e_p, with its modulus over a long period, and with modulus and t − t_k."""
-    bounds = results["bounds"]
-    worst, slow = bounds["worst"], bounds["slow"]
+    worst, slow = results["bounds"]["worst"], results["bounds"]["slow"]
     return Proof(
         holds=worst["excess"] > 0 and slow["modulus"] > 1 >= max(worst["14"], slow["14"]),
         text=(
@@ -83,40 +107,3 @@ def prediction_error_term(results: Results) -> Proof:
             "with |e_p| and t − t_k: largest left over right": worst["14"],
         },
     )
-
-
-inferred = partial(Erratum, inference=True)
-ERRATA = (
-    inferred(
-        id="feedforward-orders",
-        place="Sec. V, ȳ_d",
-        printed="ÿ_d in the first term and y_d in the last",
-        meant="the third derivative of y_d in the first term and ÿ_d in the last",
-        prove=feedforward_orders,
-        uses=("motor",),
-    ),
-    inferred(
-        id="mechanical-speed",
-        place="Sec. V, below eq. (23)",
-        printed="θ and ω are electrical",
-        meant="θ and ω are mechanical",
-        prove=mechanical_speed,
-        uses=("motor",),
-    ),
-    inferred(
-        id="third-state",
-        place="Sec. V, x̂",
-        printed="the estimate of d²ω/dt² in the third entry",
-        meant="the estimate of dω/dt",
-        prove=third_state,
-    ),
-    inferred(id="output-rate", place="eq. (13)", printed="|C ẏ| under the integral", meant="|ẏ|", prove=output_rate),
-    Erratum(
-        id="prediction-error-term",
-        place="eq. (14)",
-        printed="‖K L‖ e_p(t_k)",
-        meant="‖K L‖ |e_p(t_k)| (t − t_k)",
-        prove=prediction_error_term,
-        uses=("bounds",),
-    ),
-)

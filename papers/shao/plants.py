@@ -1,4 +1,4 @@
-"""The motor of Shao et al. with its printed gains and rates, and the scalar loop that refutes their theorem."""
+"""The motor of Shao et al. with its printed gains and rates, and the scalar loop that refutes their Sec. IV."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.decimals import decimal
 
+LONGER = (1005, 1006)
+"""Ratios M between which the restarted predictor's loop turns unstable at the period of `scalar`."""
 PARAMETERS = {
     "R": "resistance",
     "Psi": "flux",
@@ -22,7 +24,8 @@ PARAMETERS = {
 
 
 def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """`parameters`: the motor's, with its A, B, C. `motor`: the loop of Sec. V. `scalar`: a loop of ours.
+    """`parameters`: the motor's, with its A, B, C. `motor`: the loop of Sec. V. `scalar`: a loop of ours;
+    `scalar-M`: at other ratios.
 
     A loop has A, B, C of eq. (1), K of (8), L of (3), the fast period T in s and the ratio M of the rates;
     `motor-from-start` has x(0) too.
@@ -46,4 +49,5 @@ def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         "motor": loop,
         "motor-from-start": {**loop, "start": fmpq_mat([[decimal(entry)] for entry in data["start"]])},
         "scalar": scalar,
+        **{f"scalar-{ratio}": {**scalar, "M": fmpq(ratio)} for ratio in LONGER},
     }

@@ -29,7 +29,7 @@ SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
 COLUMNS = {"pmi": PMI, "apo": APO}
 """The columns of Table I that hold numbers, under the names that claims and figures give them."""
 HELD, SINGLE, SLOW_INPUT = "held_measurement", "single_correction", "slow_input_interpolation"
-"""Other readings of DRC-PMI: (2) read at every T with y held; (7) corrected once in M T; (2) with the slow input."""
+"""Other readings of DRC-PMI: (2) read at every T with y held; (7) corrected once in M T; (2) with u frozen over M T."""
 PMI_READINGS = (PMI, HELD, SINGLE, SLOW_INPUT)
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"

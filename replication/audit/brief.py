@@ -1,4 +1,5 @@
-"""What leads the report on a paper: topic, sketch, four sentences that link their claims, and pictures to move."""
+"""What leads the report on a paper: its result in a headline and a picture, sentences that link their claims, pictures
+to move."""
 
 from __future__ import annotations
 
@@ -104,14 +105,58 @@ class Explorer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     moves: str = ""
 
 
+class Traces(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
+    """Curves from the table of one figure, each with its name and last value at its end.
+
+    figure: its name in full. across: column of the abscissa. x, y: what the axes are, with unit. A quiet curve stands
+    for comparison. text: what is drawn. last: end of what is shown.
+    """
+
+    figure: str
+    across: str
+    x: str
+    y: str
+    curves: tuple[Curve, ...]
+    text: str = ""
+    last: float | None = None
+
+
+class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A printed number and a bound that stands against it, by the short names of their claims."""
+
+    label: str
+    printed: str
+    bound: str
+
+
+class Bars(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
+    """Bars of printed numbers beside those of lower bounds; printed, bound: what each is, in a few words."""
+
+    pairs: tuple[Pair, ...]
+    printed: str
+    bound: str
+
+
+class Entries(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
+    """Entries of tables of the paper: of each row the print as a box and ours as a line in it.
+
+    columns: headings. rows: a heading, and the short names of the claims in it.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[str, ...]], ...]
+
+
 class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Topic, sketch, and sentences of at most 25 words and two numbers each.
+    """Topic, sketch, and sentences of at most 25 words and two numbers each. The opening of the report has of each
+    paper `verdict` in two words, `headline`, the result, `card`, which explains it, and `picture`, which shows it.
 
     In a sentence `[words](name)` links a claim or an erratum by its short name, and says of it what the sentence is
     for: that it holds, that it does not as printed, or that it stays a guess. In `card`, which may say all three, the
-    name begins with `+`, `-` or `?`. The report is not built if that is no longer so. `{name}` in `holds`, `correct` or
-    `guess` becomes the number that was computed for that claim. explorers: pictures of the
-    paper's figures that a reader can move.
+    name begins with `+`, `-` or `?`. The report is not built if that is no longer so. `{name}` becomes the number
+    that was computed for that claim, `{name:lower}` its lower bound rounded down, `{name:over:other}` that bound over
+    the number printed for `other`, and `{name:not}` what the print should say, "not", and what it says. In `headline`
+    and `verdict` a sign may be left out: the link then says nothing. explorers: pictures that a reader can move.
     """
 
     topic: str
@@ -121,3 +166,6 @@ class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     guess: str
     sketch: Sketch
     explorers: tuple[Explorer, ...] = ()
+    verdict: str = ""
+    headline: str = ""
+    picture: Traces | Bars | Entries | None = None

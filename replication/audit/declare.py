@@ -9,9 +9,12 @@ All that the modules of a paper are written with can be imported from here.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+import sys
+import weakref
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, partialmethod
+from pathlib import PurePosixPath
 from typing import Any, TypeVar
 
 import msgspec
@@ -32,6 +35,7 @@ from replication.audit.parts import Figure as Figure
 from replication.audit.parts import FigureData as FigureData
 from replication.audit.parts import Formula as Formula
 from replication.audit.parts import Table as Table
+from replication.audit.run.command import OUTPUT, execute
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Relation, Term
 from replication.verify.predicate import term as term
@@ -67,6 +71,18 @@ def usual(kind: Kind, printed: str) -> Verdict:
     return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else USUAL[kind]
 
 
+_made: weakref.WeakSet[Part] = weakref.WeakSet()
+"""Every part there is, so that one which no paper lists is found."""
+
+
+def unlisted(paper: Paper, package: str) -> list[str]:
+    """Claims that a module of the paper declares, and that are not the paper's, because it does not list their part."""
+    known = {claim.id for claim in paper.claims}
+    own = [part for part in _made if f"{part.module}.".startswith(f"{package}.{paper.key}.")]
+    lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in own]
+    return sorted(f"{', '.join(names[:4])} of Part({part.title!r}) in {part.module}" for part, names in lost if names)
+
+
 class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
@@ -87,6 +103,8 @@ class Part:
         self.title, self.reading, self.reason = title, reading, reason
         self.uses, self.figures, self.also = _names(uses), _names(figures), _names(also)
         self.claims: list[Claim] = []
+        self.module: str = sys._getframe(1).f_globals.get("__name__", "")
+        _made.add(self)
 
     def claim(
         self,
@@ -235,8 +253,74 @@ def below(residual: float, threshold: float, reason: str, **told: Any) -> Eviden
 
 
 def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Experiment:
-    """An experiment under its short name; inputs: JSON values, in which printed values become plain strings."""
+    """An experiment under its short name; inputs: JSON values, in which printed values become plain strings.
+
+    One that needs more or less time than `run --timeout` allows is `replace(experiment(...), timeout=seconds)`.
+    """
     return Experiment(name=name, function=function, inputs={key: _plain(value) for key, value in inputs.items()})
+
+
+def command(
+    name: str,
+    line: Sequence[str],
+    /,
+    *,
+    reads: Iterable[str] = (),
+    writes: Iterable[str] = (),
+    answer: str = OUTPUT,
+    version: Sequence[str] = (),
+    environment: str = "",
+    variables: Iterable[str] = (),
+    needs: str | Iterable[str] = (),
+    timeout: float | None = None,
+) -> Experiment:
+    """An experiment that is a command in any language, under its short name.
+
+    It runs in an empty folder with copies of the files that it reads, and sees of the environment PATH, HOME and
+    `variables`. Its result is what it prints, as JSON, or what a file holds that it writes.
+
+    Parameters
+    ----------
+    line
+        The program and its arguments, such as `["Rscript", "fit.R"]`.
+    reads
+        Files and folders of the project, by their paths in it; hidden files are left out.
+    writes
+        Files that it makes; those that need it get them under the same names.
+    answer
+        Of these the one with the result, `.json` or `.csv`; a table becomes a list for each column.
+    version
+        A command that prints the version of the program, such as `["Rscript", "--version"]`.
+    environment
+        A file of the project that lists the packages of that language, such as `"renv.lock"`.
+    variables
+        Names of variables of the environment that it may read.
+    needs
+        Other commands that run before it, and whose files it gets.
+    timeout
+        Seconds after which it is ended, with all that it started.
+
+    Raises
+    ------
+    AuditError
+        For a line that is no list of words, a path outside the project, or an answer that it does not write.
+    """
+    fields = {"command": line, "version": version, "reads": reads, "writes": writes, "variables": variables}
+    for field, value in fields.items():
+        if isinstance(value, str) or not all(isinstance(word, str) and word for word in value):
+            raise AuditError(f"command {name!r}: {field} is {value!r:.80}; write a list of words")
+    inputs = {field: list(value) for field, value in fields.items()}
+    if not inputs["command"]:
+        raise AuditError(f"command {name!r} has no program; write [program, argument, ...]")
+    for path in (*inputs["reads"], *inputs["writes"], *([environment] if environment else [])):
+        if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
+            raise AuditError(f"command {name!r}: {path!r} leads out of the project; copy it into the project")
+    if answer != OUTPUT and (answer not in inputs["writes"] or not answer.endswith((".json", ".csv"))):
+        raise AuditError(f"command {name!r}: answer {answer!r} must be a .json or .csv file among writes=[...]")
+    if timeout is not None and not 0 < timeout < float("inf"):
+        raise AuditError(f"command {name!r}: timeout is {timeout!r}; give positive seconds")
+    inputs |= {"answer": answer, "environment": environment}  # type: ignore[dict-item]
+    return Experiment(name=name, function=execute, inputs=inputs, timeout=timeout, needs=_names(needs))
 
 
 def paper(
@@ -298,7 +382,7 @@ def paper(
             )
             for title, same in _by_title(parts).items()
         ),
-        experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
+        experiments=tuple(replace(entry, name=one(entry.name), needs=full(entry.needs)) for entry in experiments),
         errata=tuple(
             replace(
                 entry,

@@ -135,7 +135,8 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     not_checkable: the reason, if the text does not settle the claim.
 
     The run fills in the rest. code: file:line of the function that answers the claim. seconds: of the experiments that
-    it uses, together. certificates: the files whose theorems support the claim.
+    it uses, together. certificates: the files whose theorems support the claim. untraced: what those experiments did
+    that nothing can follow, such as starting a program that they do not declare.
     """
 
     method: str
@@ -159,6 +160,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     code: str = ""
     seconds: float = 0.0
     certificates: tuple[str, ...] = ()
+    untraced: tuple[str, ...] = ()
 
 
 class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -186,11 +188,14 @@ class Experiment:
     """A pure function of `inputs` (JSON values) that returns JSON values; cached by its sources, inputs and the lock.
 
     `name` starts with the key of its paper. `function` is importable at module level, so that a worker can find it.
+    timeout: seconds after which it is ended; None for those of the run. needs: experiments whose files a command gets.
     """
 
     name: str
     function: Callable[..., Any]
     inputs: Mapping[str, Any] = field(default_factory=dict)
+    timeout: float | None = None
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

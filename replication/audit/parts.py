@@ -68,7 +68,10 @@ class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
+    """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim.
+
+    `claim:ID|–|unstable` says what the paper prints, and what that means if the claim, which prints no number, holds.
+    """
 
     place: str
     caption: str

@@ -85,7 +85,7 @@ def diff(chosen: argparse.Namespace) -> int:
     from replication.audit.inspect.compare import beside, compare, render, render_beside
     from replication.audit.store.records import read_results
 
-    old, new = (read_results(path) for path in (chosen.old, chosen.new))
+    old, new = (read_results(path, whole=False) for path in (chosen.old, chosen.new))
     changes, others = compare(old, new), beside(old, new)
     if chosen.html is not None:
         from replication.audit.report.diff import build_page

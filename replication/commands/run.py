@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from replication.audit.run.pool import Executor
     from replication.audit.run.progress import Silent, Step
     from replication.audit.run.runner import Outcome
+    from replication.audit.run.tracing import Trace
     from replication.audit.run.unchanged import LastRun
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
@@ -58,7 +59,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786")
     parser.add_argument(
-        "--twice", action="store_true", help="then compute everything once more, and name what does not come out again"
+        "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
+    )
+    parser.add_argument(
+        "--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"
     )
     add_output(parser, "where results.json and index.html go")
     add_figures(parser, "where the SVG and CSV files go")
@@ -66,6 +70,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
+    from replication.audit.run.tracing import traced
     from replication.audit.run.unchanged import LastRun
     from replication.audit.store.sources import KEPT, kept_at
     from replication.files import require_writable
@@ -81,12 +86,13 @@ def command(chosen: argparse.Namespace) -> int:
         say(said.lines)
         say_tutorials(said.tutorials)
         return said.code
-    selected = project.load(wanted)
+    with traced(root) as trace:
+        selected = project.load(wanted)
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     with kept_at(directory / KEPT):
-        return _run(selected, cache, root, executor, (output, figures, project.folder), last, twice=chosen.twice)
+        return _run(selected, cache, root, executor, (output, figures, project.folder), last, trace, chosen)
 
 
 def _run(
@@ -96,36 +102,64 @@ def _run(
     executor: Executor,
     places: tuple[Path, Path, Path],
     last: LastRun,
-    *,
-    twice: bool,
+    loading: Trace,
+    chosen: argparse.Namespace,
 ) -> int:
     import msgspec
 
     from replication.audit.inspect.notes import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
-    from replication.audit.run.runner import run
+    from replication.audit.run.runner import TIMEOUT, run
+    from replication.audit.run.tracing import labels, traced, untraced
     from replication.audit.run.unchanged import Said
+    from replication.audit.store.sources import SourceTree, default_packages
 
     output, figures, folder = places
-    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress())
-    drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
+    limit = chosen.timeout or TIMEOUT
+    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
+    with traced(root) as drawing:
+        drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
     remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures, folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
     say_report(results, figures, output / "index.html")
     code = _code(results, outcome.failures)
-    if cache.write and code != FAILED:
+    tree = SourceTree(default_packages(root))
+    loose = [*outcome.untraced, *untraced(loading, tree, None), *untraced(drawing, tree, ())]
+    whole = not any(step.reason.startswith("not kept") for step in outcome.log)
+    if cache.write and code != FAILED and whole and not loose:
         lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {output / 'index.html'}")
-        last.keep(Said(lines=lines, tutorials=tutorials(results), code=code))
-    if not twice:
+        read = {**outcome.traced, **labels(loading, tree, None), **labels(drawing, tree, ())}
+        last.keep(
+            Said(lines=lines, tutorials=tutorials(results), code=code),
+            [label for label in sorted(read) if _hidden(label, folder.name)],
+        )
+    if not chosen.twice:
         return code
-    again = run(
-        papers, cache=replace(cache, read=False, write=False), root=root, executor=executor, progress=_progress()
+    unread = replace(cache, read=False, write=False)
+    again = run(papers, cache=unread, root=root, executor=executor, progress=_progress(), timeout=limit)
+    moved = list(_moved(outcome, again))
+    say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
+    return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
+
+
+def _hidden(label: str, papers: str) -> bool:
+    """Whether the files of the project that a run looks through lack what was read."""
+    inside = label.removeprefix("./").split("/")
+    return (inside[0] not in ("replication", papers) and not label.startswith("./")) or any(
+        part.startswith(".") for part in inside
     )
-    say(_moved(outcome, again))
-    changed = [old.verdict for old in results.claims] != [new.verdict for new in again.results.claims]
-    return max(code, _code(again.results, again.failures), DIFFERENT if changed else FINE)
+
+
+def _seconds(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
+    return number
 
 
 def _reused(log: Sequence[Step]) -> list[Step]:
@@ -163,11 +197,12 @@ def _cache(directory: Path, *, read: bool) -> Cache:
 
 
 def _moved(first: Outcome, second: Outcome) -> Iterator[str]:
-    """What did not come out again; what an experiment measures in seconds never does."""
+    """What differs the second time."""
     again = second.results_by_experiment
     moved = [name for name, value in first.results_by_experiment.items() if again.get(name) != value]
     verdicts = {claim.id: claim.verdict for claim in second.results.claims}
-    yield f"twice: {len(moved)} of {len(again)} results differ{': ' if moved else ''}{', '.join(moved)}"
+    if moved:
+        yield f"twice: {len(moved)} of {len(again)} results differ: {', '.join(moved)}"
     for claim in first.results.claims:
         if claim.verdict is not verdicts[claim.id]:
             yield f"twice: {claim.id} is {claim.verdict}, then {verdicts[claim.id]}"

@@ -9,8 +9,8 @@ from replication.commands.shared import project_root
 from replication.verify.workers import add_jobs
 
 TEXT = "check certificates in exact and ball arithmetic, and say what each proves"
-NOTES = """Only python-flint computes here; `python verify.py` of the project does the same in an environment that
-holds nothing else.
+NOTES = """`python verify.py` does the same where no package is installed: the standard library computes then
+in place of python-flint.
 
 """
 
@@ -18,7 +18,7 @@ holds nothing else.
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
-    parser.add_argument("--both", action="store_true", help="by the second verifier too; they must agree")
+    parser.add_argument("--both", action="store_true", help="in both arithmetics, which must say the same")
     add_jobs(parser)
 
 

@@ -13,13 +13,14 @@ def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
 
     `dir` and `help` then show these names, and not what the package needs for itself.
     """
+    held = vars(sys.modules[package])
     homes = {name: module for module, taken in modules.items() for name in taken.split()}
 
     def attribute(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(importlib.import_module(f".{homes[name]}", package), name)
+        held[name] = getattr(importlib.import_module(f".{homes[name]}", package), name)
+        return held[name]
 
-    held = vars(sys.modules[package])
     held["__dir__"] = lambda: sorted({*homes, *(name for name in held if name.startswith("__"))})
     return attribute

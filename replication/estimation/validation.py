@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Any, TypeVar
 
@@ -164,3 +165,33 @@ def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[compl
         if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
             modes.append(complex(eigenvalue))
     return modes
+
+
+class FrozenArrays(Mapping[str, Array]):
+    """Arrays by name, of which none can be replaced; a copy by pickling is read-only again, as numpy's is not."""
+
+    def __init__(self, arrays: dict[str, Array]) -> None:
+        self._arrays = arrays
+
+    def __getitem__(self, name: str) -> Array:
+        return self._arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return repr(self._arrays)
+
+    def __reduce__(self) -> tuple[Any, tuple[dict[str, Array]]]:
+        return frozen, (self._arrays,)
+
+
+def frozen(arrays: Mapping[str, Any]) -> FrozenArrays:
+    """Read-only float copies."""
+    copies = {name: np.array(array, dtype=float) for name, array in arrays.items()}
+    for copy in copies.values():
+        copy.flags.writeable = False
+    return FrozenArrays(copies)

@@ -11,7 +11,8 @@ import sys
 from pathlib import Path
 
 from replication.machine.generate import proposition
-from replication.machine.run import THEORY, wanted
+from replication.machine.run import wanted
+from replication.machine.theory import THEORY
 
 ROOT = Path(__file__).parents[2]
 

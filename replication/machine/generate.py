@@ -13,13 +13,11 @@ from typing import Any
 from flint import fmpq, fmpq_mat, fmpz_mat
 
 from replication.errors import InvalidInputError
+from replication.machine.theory import GAIN, PREDICTOR, SMOOTHER
 from replication.machine.witness import common_denominator, cycle, driven_by, from_rest, storage
 from replication.verify.multirate.sensing import Sensing, read_sensing, schedule
 from replication.verify.reading import matrices, matrix, rational
 
-GAIN, SMOOTHER, PREDICTOR = "multirate.gain", "multirate.optimum-noncausal", "multirate.optimum-causal"
-STATEMENTS = (GAIN, SMOOTHER, PREDICTOR)
-"""The statements of the verifier that Coq checks too."""
 GAIN_BITS = 48
 """Of the gains P_k^-1 Y_k of an optimum, rounded."""
 HEAD = """From mathcomp Require Import all_ssreflect all_algebra.

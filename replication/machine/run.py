@@ -17,13 +17,13 @@ from typing import Any
 
 from replication.errors import InvalidInputError, ReplicationError
 from replication.files import write_atomically
-from replication.machine.generate import STATEMENTS, identifier, proposition, source
+from replication.machine.generate import identifier, proposition, source
+from replication.machine.theory import STATEMENTS, THEORY, sum_for
 from replication.verify.reading import content, parse
 from replication.verify.run import verify
 from replication.verify.subjects import Wanted, papers, theorems
 from replication.verify.theorem import Refused
 
-THEORY = Path(__file__).parent / "multirate"
 FILES = ("Statement", "Theory", "Checker")
 PACKAGES = "coq libcoq-mathcomp-algebra"
 """What Debian calls them."""
@@ -190,5 +190,6 @@ def _record(root: Path, paper: str, done: Sequence[Checked], coq: Coq) -> None:
     proved = [one.name for one in done if not one.reason]
     sums = {name: hashlib.sha256((folder / f"{name}.json").read_bytes()).hexdigest() for name in proved}
     statement = (THEORY / "Statement.v").relative_to(Path(__file__).parents[2]).as_posix()
-    record = {"coq": coq.version(), "statement": statement, "certificates": sums}
+    theory = sum_for(root / "papers" / paper)
+    record = {"coq": coq.version(), "statement": statement, "theory": theory, "certificates": sums}
     write_atomically(root / "papers" / paper / RECORD, (json.dumps(record, indent=2) + "\n").encode())

@@ -24,6 +24,7 @@ class Kind(StrEnum):
     AGES = "a list of numbers from 0 on, such as [0, 0.15]"
     MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
     WORD = 'a word in quotes, such as "h2"'
+    COVARIANCE = "a list of rows, such as [[1, 0], [0, 1]], or of variances, such as [1, 1]"
     MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
 
 

@@ -140,7 +140,9 @@ def _value(field: Field, given: Any, problems: list[str]) -> Any:
         ages = _numbers(field.name, given, problems)
         problems += [f"{field.name}[{i}]: must be at least 0, got {age:g}" for i, age in enumerate(ages) if age < 0]
         return ages
-    if field.kind is Kind.MATRIX:
+    if field.kind is Kind.COVARIANCE and isinstance(given, list) and given and not isinstance(given[0], list):
+        return _numbers(field.name, given, problems)
+    if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
         return _matrix(field.name, given, problems)
     if not isinstance(given, list):
         problems.append(f"{field.name}: must be {field.kind}, got {_shown(given)}")
@@ -217,9 +219,9 @@ def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[
     """(path, sizes, letters) of each part of a value that is whole."""
     if value is None or field.kind in (Kind.TIME, Kind.WORD):
         return []
-    if field.kind in (Kind.TIMES, Kind.AGES):
-        return [(field.name, (len(value),), field.shape)]
-    if field.kind is Kind.MATRIX:
+    if field.kind in (Kind.TIMES, Kind.AGES) or (field.kind is Kind.COVARIANCE and not isinstance(value[0], list)):
+        return [(field.name, (len(value),), field.shape[:1])]
+    if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
         return [(field.name, (len(value), len(value[0])), field.shape)]
     parts = [(f"{field.name}[{i}]", (len(M), len(M[0])), field.shape[1:]) for i, M in enumerate(value) if M]
     return [(field.name, (len(value),), field.shape[:1]), *parts]

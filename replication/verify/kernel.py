@@ -142,7 +142,7 @@ class Hurwitz:
     what: str
 
     def failure(self) -> str:
-        """The leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of the characteristic polynomial
+        """The leading minors of the Hurwitz matrix (a_{n−2j+i}), i, j = 1 … n, of the characteristic polynomial
         a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
         """
         n, coefficients = self.M.nrows(), characteristic_polynomial(self.M).coeffs()

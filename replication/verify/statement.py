@@ -89,7 +89,9 @@ class Statement:
             not borrowed or WORDINGS.search(self.sentence) is not None,
             f"{self.name} names places of the paper {self.source}, and stands with certificates of that paper only",
         )
-        return WORDINGS.sub(lambda words: words[2 if borrowed else 1], self.sentence)
+        # A plant of one's own has no name that a sentence could take for one of a paper.
+        own = borrowed or paper is None
+        return WORDINGS.sub(lambda words: words[2 if own else 1], self.sentence)
 
     def read(self, certificate: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all declared fields, by name; that of a keyword of Python ends in an underscore."""

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,6 @@ def make_lab(root: Path) -> Lab:
     shutil.copytree(TOY, root, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(Path(papers.__file__), root / "papers" / "__init__.py")
     (root / "replication.toml").write_text('title = "Toy"\n', encoding="utf-8")
-    (root / "requirements.lock").write_text("numpy==1\n", encoding="utf-8")
+    (root / "requirements.lock").write_text(f"numpy=={version('numpy')}\n", encoding="utf-8")
     (root / "pyproject.toml").write_text('[project]\nname = "toy"\ndependencies = ["numpy>=2"]\n', encoding="utf-8")
     return Lab(root)

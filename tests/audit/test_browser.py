@@ -52,7 +52,7 @@ def test_what_scrolls_can_be_reached_by_keyboard(visit: Any, width: int) -> None
 def test_no_text_lies_over_another(visit: Any, width: int) -> None:
     page = unfold(visit(width))
     assert overlaps(page) == []
-    page.execute_script("document.querySelector('.how p').style.marginTop = '-1.5em'")
+    page.execute_script("document.querySelector('.hero p').style.marginTop = '-3em'")
     assert overlaps(page), "and if one did, it would be found"
 
 
@@ -127,7 +127,7 @@ def test_text_has_contrast(visit: Any, scheme: str) -> None:
       const style = (e) => getComputedStyle(e);
       const texts = [...document.querySelectorAll('body *')].filter((e) => e.checkVisibility()
         && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()));
-      const papers = ['body', '.raised', '.card', '.wrong'].map((name) =>
+      const papers = ['body', '.raised', '.read', '.wrong'].map((name) =>
         style(document.querySelector(name)).backgroundColor);
       return [papers, [...new Set(texts.map((e) => style(e).color))]];""")
     papers, inks = ([tuple(map(int, re.findall(r"\d+", colour)[:3])) for colour in group] for group in colours)
@@ -231,8 +231,8 @@ def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:
 
 
 def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
-    page = visit(320)
-    lines = page.find_elements(By.CSS_SELECTOR, ".card .tally li")
+    page = visit(320, fragment=PAPER)
+    lines = page.find_elements(By.CSS_SELECTOR, ".tally li")
     found = Counter(str(claim.verdict) for claim in claims())
     told = [line.text.partition(" (")[0].split(" ", 1) for line in lines]
     assert {verdict: int(number) for number, verdict in told} == dict(found)

@@ -125,14 +125,17 @@ def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
         ("1.14", 1.134687, (0.466, "% below the print")),
         ("42.03", 58.40, (38.95, "% above the print")),
         ("16.73", 12.25, (26.78, "% below the print")),
-        ("2.0", 5.0, (2.5, "times the print")),
-        ("25.92", 15.85, (0.6115, "times the print")),
+        ("2.0", 5.0, (150.0, "% above the print")),
+        ("25.92", 15.85, (38.85, "% below the print")),
+        ("0.1", 2.0, (20.0, "times the print")),
     ],
 )
 def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value: float, off: tuple[float, str]) -> None:
     record = claim("case", Kind.VALUE, Verdict.DIFFERS, printed, Evidence(method="Evaluated directly", value=value))
     (view,) = views([record], targets([record]))
     assert view.off == (pytest.approx(off[0], rel=1e-3), off[1])
+    whole = claim("whole", Kind.VALUE, Verdict.DIFFERS, "1", Evidence(method="Counted", value=7.0))
+    assert views([whole], targets([whole]))[0].off is None, "a count is its own measure"
     unsettled = judged(record, Verdict.UNDETERMINED)
     assert views([unsettled], targets([unsettled]))[0].off is None
 

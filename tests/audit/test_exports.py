@@ -12,11 +12,12 @@ from typing import Any
 import msgspec
 import pytest
 import yaml
+from cases import altered
 from lab import Lab, make_lab
 from sample import results as sample
 
 from replication.audit.publish.archive import changed_files
-from replication.audit.publish.exports import badge, codecheck, draw, export_texts
+from replication.audit.publish.exports import badge, codecheck, export_texts
 from replication.audit.publish.linked_data import media_type
 from replication.audit.publish.software import read_software
 from replication.audit.store.records import ResultsFile
@@ -96,13 +97,15 @@ def test_metadata_names_every_paper(texts: dict[str, str], results: ResultsFile)
     assert texts["citation.bib"].startswith("@software{")
 
 
-def test_badge_says_it_in_word_and_shape() -> None:
-    fine, wrong = (ET.fromstring(draw("a <b> & c", "3 of 4", fine=fine)) for fine in (True, False))
-    assert fine.get("aria-label") == "a <b> & c: 3 of 4"
-    marks = [
-        [path.get("d") for path in drawing.iter("{http://www.w3.org/2000/svg}path")][1] for drawing in (fine, wrong)
-    ]
-    assert marks[0] != marks[1]
+def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
+    pinned = tuple(claim for claim in results.claims if not claim.unexpected)
+    agree = tuple(claim for claim in pinned if claim.verdict not in ("differs", "refuted"))
+    (refuted,) = [claim for claim in pinned if claim.verdict == "refuted"]
+    false = altered(refuted, place="Theorem 1")
+    drawings = [ET.fromstring(badge("a <b> & c", chosen)) for chosen in (agree, pinned, (*agree, false))]
+    assert str(drawings[0].get("aria-label")).startswith("a <b> & c: ")
+    paths = [list(drawing.iter("{http://www.w3.org/2000/svg}path")) for drawing in drawings]
+    assert len({path[0].get("fill") for path in paths}) == len({path[1].get("d") for path in paths}) == 3
 
 
 def test_badge_counts_what_could_be_checked_or_what_moved(results: ResultsFile) -> None:

@@ -34,7 +34,7 @@ from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.draw import checksums as figure_checksums
 from replication.audit.run.pool import Processes
 from replication.audit.run.runner import _longest_first
-from replication.audit.run.tracing import opened_files
+from replication.audit.run.tracing import traced
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
 from replication.audit.store.sources import SourceTree
@@ -98,7 +98,7 @@ def test_what_took_longest_is_begun_first_and_before_it_what_never_ran() -> None
         SimpleNamespace(name=name, dependencies=needed, lookup=SimpleNamespace(last_seconds=seconds), arguments="{}")
         for name, seconds in (("short", 1.0), ("long", 9.0), ("new", None), ("middle", 3.0))
     ]
-    assert [task.name for task in _longest_first(plans, {})] == ["new", "long", "middle", "short"]
+    assert [task.name for task in _longest_first(plans)] == ["new", "long", "middle", "short"]
 
 
 @pytest.mark.parametrize(("again", "made"), [(False, ["toy/open"]), (True, ["toy/open", "toy/proved"])])
@@ -238,11 +238,13 @@ def test_there_is_at_least_one_process() -> None:
 
 def test_what_is_read_counts_and_what_is_written_does_not(tmp_path: Path) -> None:
     (tmp_path / "read").write_text("1")
-    with opened_files() as found:
+    with traced(tmp_path) as found:
         (tmp_path / "read").read_text()
         (tmp_path / "written").write_text("2")
-    (tmp_path / "read").read_bytes()
-    assert [Path(path).name for path in found if Path(path).parent == tmp_path] == ["read"]
+        (tmp_path / "written").read_text()
+    (tmp_path / "later").write_bytes(b"")
+    (tmp_path / "later").read_bytes()
+    assert [Path(path).name for path in found.read if Path(path).parent == tmp_path] == ["read"]
 
 
 def test_figures_must_be_as_the_run_left_them(tmp_path: Path) -> None:

@@ -229,3 +229,30 @@ def test_a_fault_of_the_program_has_a_code_of_its_own(lab: Lab) -> None:
     assert shown.returncode == 70 and "Traceback" in shown.stderr
     done = lab.python("-c", program.format("MemoryError"))
     assert done.returncode == 70 and "too little memory" in done.stderr
+
+
+def test_claims_of_a_part_that_no_paper_lists_are_told(lab: Lab) -> None:
+    text = """
+from replication.audit.declare import Part
+LOST = Part("Table 8", reading="none")
+@LOST.order("eight", place="Table 8")
+def eight(results):
+    "It is eight."
+"""
+    lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8") + text, encoding="utf-8")
+    done = lab.cli("run")
+    told = "claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add the part"
+    assert done.returncode == 2 and told in done.stderr, done.stderr
+
+
+def test_a_number_without_an_experiment_is_told(lab: Lab) -> None:
+    text = lab.path(CLAIMS).read_text(encoding="utf-8")
+    start = text.index("def two_squared")
+    lab.path(CLAIMS).write_text(
+        text[:start]
+        + text[start:]
+        .replace('value=results["toy2020.square"]["squares"][1]', "value=4.0", 1)
+        .replace('uses=("toy2020.square",)', "uses=()", 1),
+        encoding="utf-8",
+    )
+    assert "note: a number that rests on no experiment: toy2020.square.two\n" in lab.cli("run").stdout

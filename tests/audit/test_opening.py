@@ -13,15 +13,16 @@ from looking import evidence
 from msgspec.structs import replace
 from sample import KEY, bracketed, brief, claim, claims, results
 
-from replication.audit.brief import Consequence
+from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
 from replication.audit.inspect.sentences import require_short
 from replication.audit.model import Kind, Outcome, Verdict
 from replication.audit.report.claim import anchor, targets, views
-from replication.audit.report.consequence import consequence
-from replication.audit.report.opening.field import FAILS, answer, field
-from replication.audit.report.opening.key import examples
+from replication.audit.report.consequence import FAILS, Standing, consequence, standing
+from replication.audit.report.opening.field import answer, field
+from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs
 from replication.audit.report.page import build_report, render
+from replication.audit.report.paper import paper_view
 from replication.audit.run import assemble
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
@@ -98,73 +99,77 @@ def test_consequence_by_rule(place: str, kind: Kind, printed: str, expected: Con
 def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFile) -> None:
     again = altered(made.claims[1], repeats=made.claims[0].id)
     text = render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path())
-    assert "and 1 reprint, counted once" in text and "reprint, counted once" not in render(made, Path())
+    assert "1 repeat of a number, not drawn" in text and "not drawn" not in render(made, Path())
     page = html5lib.parse(text)
     marks = [e for e in page.iter() if e.get("class") == "k"]
     expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
 
 
-def lane(broken: bool, corrected: bool = False, sound: bool = True, unsettled: bool = False) -> Any:
-    paper = SimpleNamespace(record=SimpleNamespace(cited="Doe et al. (undated)"))
-    cells = [SimpleNamespace(marks=("claim",))]
-    told = {"corrected": corrected, "sound": sound, "open": unsettled}
-    return SimpleNamespace(promises=True, broken=broken, cells=cells, paper=paper, **told)
+def stands(
+    *, broken: int = 0, refuted: bool = True, sound: bool = True, failing: int = 0, theorems: int = 1
+) -> Standing:
+    return Standing(
+        theorems=theorems,
+        refuted=broken * refuted,
+        broken=broken,
+        sound=sound and not broken,
+        corrected=False,
+        open=False,
+        failing=failing + broken,
+        claims=9,
+    )
 
 
 @pytest.mark.parametrize(
-    ("lanes", "sentence"),
+    ("papers", "sentence"),
     [
-        ([lane(True)], "In the paper a central guarantee fails."),
-        ([lane(False)], "Every theorem passes our tests in the paper."),
-        ([lane(False), lane(False, sound=False)], "In the papers no central guarantee is refuted."),
+        ([stands(broken=1)], "The paper rests on a false theorem."),
+        ([stands(broken=1, refuted=False)], "The paper rests on a theorem or guarantee that fails."),
+        ([stands()], "In the paper every theorem passes our tests."),
+        ([stands(), stands(sound=False)], "In both papers no theorem is refuted."),
+        ([stands(sound=False, failing=1)], "In the paper no theorem fails, but one result is off."),
         (
-            [lane(False, sound=False, corrected=True, unsettled=True)],
-            "In the paper no central guarantee is refuted once corrected; that of Doe et al. depends on the reading.",
+            [stands(broken=1), stands(failing=2), stands(), stands(failing=1)],
+            "One of four papers rests on a false theorem. In the other three no theorem fails, but three results are "
+            "off.",
         ),
+        ([stands(broken=1), stands(broken=2)], "Both papers rest on a false theorem."),
         (
-            [lane(True, unsettled=True), lane(False, unsettled=True), lane(False, sound=False, unsettled=True)],
-            "In Doe et al. a central guarantee fails; in the others none is refuted; that of two of them depends on "
-            "the reading.",
-        ),
-        ([lane(True), lane(True)], "In both papers a central guarantee fails."),
-        (
-            [lane(True), lane(False, corrected=True), lane(False)],
-            "In Doe et al. a central guarantee fails; every theorem passes our tests in the others, some only once "
-            "misprints are corrected.",
-        ),
-        (
-            [lane(True), lane(True), lane(True), lane(False)],
-            "In three of four papers a central guarantee fails; every theorem passes our tests in the other.",
+            [stands(broken=1), stands(broken=1), stands(broken=1), stands()],
+            "Three of four papers rest on a false theorem. In the other every theorem passes our tests.",
         ),
         ([], "There is no claim to judge."),
     ],
 )
-def test_the_answer(lanes: list[Any], sentence: str) -> None:
-    assert answer(lanes) == sentence
+def test_the_answer(papers: list[Standing], sentence: str) -> None:
+    assert answer(papers, {}) == sentence
 
 
 def paper_of(records: Any) -> Any:
-    record = SimpleNamespace(cited="Doe (2020)")
-    return cast(Any, SimpleNamespace(record=record, claims=views(records, targets(records))))
+    record = SimpleNamespace(cited="Doe (2020)", key=KEY, title="Observers", findings=(), brief=None)
+    shown = views(records, targets(records))
+    return cast(Any, SimpleNamespace(record=record, claims=shown, tables=(), figures=()))
 
 
 def test_results_without_a_theorem_are_counted_by_what_comes_out(made: ResultsFile) -> None:
     by_verdict = {record.verdict: altered(record, place="Sec. II") for record in made.claims}
     kinds = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("2 of 4 results come out as printed, one after an erratum, one as compatible, none fails.")
-    assert [title for title, _ in shown.groups] == ["Printed results, no theorem"]
+    assert shown.answer == (
+        "2 of 4 results agree with the print, one after an erratum, one under a choice of ours, none fails."
+    )
+    assert (shown.holding, shown.corrected, shown.chosen, shown.failing, shown.open) == (4, 1, 1, 0, 0)
     kinds = (Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.REFUTED, Verdict.UNDETERMINED, Verdict.ERROR)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("1 of 5 results comes out as printed, two do not, one stays open, one ended in an error.")
+    assert shown.answer == ("1 of 5 results agrees with the print, two do not, one stays open, one ended in an error.")
 
 
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "0 of 1 results come out as printed, one does not."
-    assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
+    assert field([paper_of([remark])]).answer == "0 of 1 results agree with the print, one does not."
+    assert field([paper_of([theorem])]).answer == "The paper rests on a false theorem."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
     assert field([paper_of(made.claims)]).failing == failing
@@ -186,19 +191,10 @@ def test_a_promise_that_holds_under_one_reading_and_fails_under_another_is_open(
     outcomes = tuple(Outcome(reading=f"reading {i}", holds=one) for i, one in enumerate(holds))
     told = replace(first.evidence, outcomes=outcomes)
     judged = replace(altered(first, place=place), evidence=told, judgement=replace(first.judgement, verdict=verdict))
-    ((_, (only,)),) = field([paper_of([judged])]).groups
-    assert only.open is expected
+    assert standing([judged]).open is expected
 
 
-def test_the_key_shows_a_number_within_its_box_and_one_outside() -> None:
-    near = claim("near", Kind.VALUE, Verdict.DIFFERS, "1.93", bracketed(1.9244, 1e-8))
-    inside, outside = examples(paper_of([*claims(), near]).claims)
-    assert 24 <= inside.at <= 76 and inside.view.record.verdict is Verdict.REPRODUCED
-    assert not 24 <= outside.at <= 76 and outside.view.record.verdict is Verdict.DIFFERS
-    assert examples([]) == ()
-
-
-def with_brief(made: ResultsFile, **changed: str) -> ResultsFile:
+def with_brief(made: ResultsFile, **changed: Any) -> ResultsFile:
     return replace(made, papers=(replace(made.papers[0], brief=replace(brief(), **changed)),))
 
 
@@ -213,9 +209,12 @@ def with_brief(made: ResultsFile, **changed: str) -> ResultsFile:
         ({"card": "[This](column-2-3) holds."}, "without a sign"),
         ({"card": "word " * 26}, "at most 25 words"),
         ({"card": "1.5, 2.5 and 3.5"}, "at most 2 numbers"),
-        ({"card": "The level is {column-5-7}."}, "stands in the README too"),
+        ({"card": "The level is {root:lower}."}, "which has no single one"),
+        ({"headline": "It is {column-2-3:not}."}, "says that 1.33 is not 1.33"),
+        ({"headline": "[This](+column-5-7) holds."}, "'column-5-7' holds, and the results do not"),
+        ({"headline": "[This](absent) holds."}, "links 'absent', which is no claim"),
         ({"correct": "The level is {absent}."}, "links 'absent', which is no claim"),
-        ({"correct": "The level is {root}."}, "'root', which has no single one"),
+        ({"correct": "The level is {root}."}, "as {root}, which has no single one"),
         ({"correct": "{column-5-7}, {column-5-7}, {column-5-7}"}, "at most 2 numbers"),
     ],
 )
@@ -278,17 +277,70 @@ def test_a_paper_with_no_claim_or_with_300_has_a_page(made: ResultsFile, tmp_pat
     assert ("There is no claim to judge." in page) is (number == 0)
 
 
-def test_of_several_that_differ_the_nearest_is_shown() -> None:
-    differing = [
-        claim(name, Kind.VALUE, Verdict.DIFFERS, "1.93", bracketed(value, 1e-8))
-        for name, value in (("near", 1.9240), ("far", 1.9225))
-    ]
-    (shown,) = examples(paper_of(differing).claims)
-    assert shown.view.record.id == f"{KEY}.near"
-
-
 def test_a_paper_without_a_theorem_has_none_that_passes() -> None:
     holds = claim("sound", Kind.VALUE, Verdict.REPRODUCED, "1.33", bracketed(1.3287, 1e-8))
     with_theorem, without = (paper_of([altered(holds, place=place)]) for place in ("Theorem 1", "Sec. II"))
     assert "every theorem passes our tests" in field([with_theorem]).answer.lower()
     assert "every theorem passes our tests" not in field([with_theorem, without]).answer.lower()
+
+
+def shown(made: ResultsFile, figures: Path, **changed: Any) -> Any:
+    """The row of the sample with a picture."""
+    told = with_brief(made, **changed)
+    read = targets(told.claims)
+    lanes = field([paper_view(told.papers[0], told, figures, read)]).lanes
+    (row,) = rows(lanes, dict(briefs(told)), figures)
+    return row
+
+
+def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: ResultsFile) -> None:
+    row = shown(made, Path())
+    first, second, *_ = row.picture.rows[0][1]
+    assert row.picture.columns == made.papers[0].tables[0].header[1:]
+    assert first.view.record.id == f"{KEY}.column-2-3" and not first.instead and 16 < first.at < 84
+    assert (row.picture.total, row.picture.off) == (4, 2)
+    assert second.ours.startswith(second.entry.full[:4])
+    bare = replace(made.papers[0], brief=None, tables=())
+    lanes = field([paper_view(bare, made, Path(), targets(made.claims))]).lanes
+    (plain,) = rows(lanes, {}, Path())
+    assert plain.picture is None and plain.headline.text == bare.findings[0] and plain.said is None
+
+
+def test_an_entry_outside_its_box_says_what_the_print_should_be(made: ResultsFile) -> None:
+    row = shown(made, Path(), picture=Entries(columns=("one",), rows=(("level", ("column-5-7",)),)))
+    ((_, (cell,)),) = row.picture.rows
+    assert cell.entry.printed != cell.instead == f"{float(cell.entry.full):.2f}" and row.picture.off == 1
+
+
+def test_bars_are_as_long_as_print_and_bound(made: ResultsFile) -> None:
+    pair = Pair(label="level", printed="column-5-7", bound="column-2-3")
+    (bar,) = shown(made, Path(), picture=Bars(pairs=(pair,), printed="printed", bound="bound")).picture.pairs
+    assert max(bar.widths) == pytest.approx(100)
+    assert (
+        bar.widths[1] / bar.widths[0] == pytest.approx(bar.times, rel=0.01)
+        and bar.times < bar.widths[1] / bar.widths[0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("picture", "match"),
+    [
+        (Entries(columns=("one",), rows=(("level", ("absent",)),)), "shows 'absent', which is no claim"),
+        (Bars(pairs=(Pair(label="", printed="order", bound="column-2-3"),), printed="", bound=""), "which lack a"),
+    ],
+)
+def test_a_picture_of_what_the_paper_does_not_have_is_refused(made: ResultsFile, picture: Any, match: str) -> None:
+    with pytest.raises(AuditError, match=match):
+        shown(made, Path(), picture=picture)
+
+
+def test_traces_end_at_their_last_value_and_name_the_columns_that_there_are(tmp_path: Path) -> None:
+    drawn = results(tmp_path)
+
+    def traces(column: str) -> Traces:
+        return Traces(figure="doe1999-fig2", across="k", x="k", y="e", curves=(Curve(label="e", columns=(column,)),))
+
+    (curve,) = shown(drawn, tmp_path, picture=traces("error 1")).picture.curves
+    assert curve.path.startswith("M0 ") and curve.path.split("L")[-1].startswith("1000 ")
+    with pytest.raises(AuditError, match="has no column 'absent'; it has k, error 1"):
+        shown(drawn, tmp_path, picture=traces("absent"))

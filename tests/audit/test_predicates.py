@@ -59,6 +59,8 @@ def changed(said: Predicate, **changes: Any) -> Predicate:
         (changed(STABLE, relation="is", to="1"), "but its unit is 'yes or no'"),
         (changed(GAIN, to=None), "says that 'gain' is nothing"),
         (changed(GAIN, relation="at most", to="many"), "is at most 'many', which is no number"),
+        (changed(GAIN, relation="at most", to="1000000"), "a number is what is printed"),
+        (changed(GAIN, to="1.34"), "prints '1.33' and says as data"),
         (changed(GAIN, reading="tea leaves"), "under 'tea leaves', a reading that nobody defines"),
     ],
 )

@@ -345,6 +345,51 @@ def test_a_claim_that_rests_on_several_readings_needs_a_theorem_under_each() -> 
     assert joined_with(Kind.FEASIBLE, evidence, [first, second], says[0]) == (evidence, False)
 
 
+def test_a_theorem_under_another_reading_than_that_of_the_claim_proves_nothing() -> None:
+    """The predicate is under `b`, and so is the theorem; the verdict rests on `a`."""
+    under = Predicate(of=STABLE, unit="yes or no", reading="b")
+    evidence, proof = Evidence(method="m", holds=True), certificate(readings=("b",), holds=True)
+    for reading, proved in (("a", False), ("none", False), ("b", True)):
+        record = make_record(
+            stated(Kind.FEASIBLE, under, printed="", reading=reading),
+            evidence,
+            code="papers/toy.py:1",
+            seconds=0.5,
+            certificates=[proof],
+        )
+        assert record.judgement.proved is proved
+        assert proved or f"othing is said under the reading {reading}" in record.judgement.supported
+
+
+def test_numbers_that_contradict_each_other_stop_the_run() -> None:
+    first, second = certificate(lower="4/3"), certificate(upper="5/4")
+    with pytest.raises(AuditError, match="contradict each other: one says at least 4/3, another at most 5/4"):
+        joined_with(Kind.VALUE, LEVEL, [first, second])
+
+
+def test_what_plants_and_statements_import_renews_a_proof(tmp_path: Path) -> None:
+    """Directly and not, and from where a function imports it; what they do not import leaves it as it is."""
+    root = project(tmp_path)
+    folder = root / "papers" / "toy"
+    files = {
+        "statements": "from papers.toy.rule import holds", "rule": "from papers.toy import deeper", "deeper": "x = 1",
+        "plants": "def plants(data):\n    from papers.toy.data import y\n    return y", "data": "y = {}",
+        "__init__": "", "other": "z = 1",
+    }  # fmt: skip
+    for name, text in files.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    (root / "papers" / "__init__.py").write_text("", encoding="utf-8")
+    seen = dict(wanted(root, ["toy"])[0][0].subject)
+    for name in files:
+        (folder / f"{name}.py").write_text(files[name] + "\n# changed", encoding="utf-8")
+        changed = dict(wanted(root, ["toy"])[0][0].subject)
+        assert (changed != seen) is (name != "other"), name
+        seen = changed
+    (folder / "rule.py").write_text("def (", encoding="utf-8")
+    with pytest.raises(AuditError, match=r"rule\.py"):
+        wanted(root, ["toy"])
+
+
 def test_a_certificate_that_is_not_proved_proves_nothing() -> None:
     refused = certificate(proved=False, reason="P_0 is not positive definite", lower="1", upper="2")
     good = certificate(lower="43441/32768", upper="43447/32768")
@@ -383,7 +428,8 @@ def project(root: Path) -> Path:
 def test_what_a_paper_wants_is_read_with_its_checksums(tmp_path: Path) -> None:
     (entry,), reasons = wanted(project(tmp_path), ["toy", "other"])
     assert entry.path == "certificates/toy/c.json" and entry.task == "toy.certificate.c"
-    assert sorted(entry.subject) == ["certificates/toy/c.json", "papers/toy/printed.toml", "papers/toy/theorems.json"]
+    beside = ["papers/toy/printed.toml", "papers/toy/theorems.json", "replication/verify/stdlib"]
+    assert sorted(entry.subject) == ["certificates/toy/c.json", *beside]
     assert reasons == {"toy.c2": "a random draw"}
 
 

@@ -19,7 +19,7 @@ from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
-WIDTH, TWO_SCREENS = 1000, 1800
+WIDTH, TWO_SCREENS = 1000, 2 * 1080
 STYLE = """body { margin: 0; padding: 32px; font: 16px/1.5 system-ui, sans-serif }
   h1 { font-size: 32px; line-height: 1.25 }
   h1, h2 { border-bottom: 1px solid #ddd; padding-bottom: 5px; margin: 24px 0 16px } p, ul { margin: 0 0 16px }
@@ -66,15 +66,16 @@ def test_no_picture_is_taken_of_edited_sources_or_of_a_verdict_that_moved() -> N
     assert verdicts(moved) != verdicts(clean)
 
 
-def test_a_paper_is_told_by_its_card_or_else_by_its_first_finding() -> None:
+def test_a_paper_is_told_by_headline_and_card_or_else_by_its_first_finding() -> None:
     file = results_file(recorded(Evidence(method="m", value=1.33)))
 
     def told(**more: Any) -> str:
         return results_block(replace(file, papers=(replace(paper_record(()), key="toy", **more),)))
 
-    brief = paper_record(()).brief
-    assert brief is not None and "](" in brief.card
-    assert re.sub(r"\[(.*?)\]\(.*?\)", r"\1", brief.card) in told()
+    brief = replace(paper_record(()).brief, card="The [level](+value) agrees.", holds="", correct="", guess="")
+    assert "agree) The level agrees." in told(brief=brief).replace("](docs/badges/toy.svg)", ")")
+    assert "It is {value}. The level agrees." not in told(brief=replace(brief, headline="It is {value}"))
+    assert "It is 1.33. The level agrees." in told(brief=replace(brief, headline="It is {value}"))
     found = told(brief=None, findings=("The level holds.", "More."))
     assert "The level holds." in found and "More." not in found
     assert "toy: 1 of 1 agree" in told(brief=None, findings=())

@@ -8,16 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import SolverError
-from replication.estimation.linear import lifted, norms
-from replication.estimation.linear.lifted import LiftedResponse, largest_singular_value
+from replication.estimation.linear import norms, periodic
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.multirate import noncausal
+from replication.estimation.linear.periodic import (
+    LiftedResponse,
+    PeriodicSystem,
+    Stage,
+    frequency_response,
+    largest_singular_value,
+)
+from replication.estimation.multirate import optimum as optima
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.noncausal import noncausal_bound
+from replication.estimation.multirate.optimum import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import ComplexArray
 from tests.tolerances import ROUNDING
 
@@ -62,7 +66,7 @@ def test_the_operator_and_its_adjoint_are_the_lifted_matrix(seed: int, n: int, N
 
 def as_operators(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(norms, "DENSE_INPUTS", 0)
-    monkeypatch.setattr(noncausal, "DENSE_INPUTS", 0)
+    monkeypatch.setattr(optima, "DENSE_INPUTS", 0)
 
 
 @pytest.mark.parametrize("periods", [(1, 1), (2, 3), (3, 3), (5, 7), (8, 9)])
@@ -98,11 +102,11 @@ def test_a_long_period_forms_no_lifted_matrix(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(PeriodicSystem, "lift", recorded)
     assert l2_gain(PeriodicSystem((stage,) * 500)).value == pytest.approx(one.value, rel=ROUNDING)
-    assert max(longest) <= lifted.CHUNK
+    assert max(longest) <= periodic.CHUNK
 
 
 def test_lanczos_says_when_it_does_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lifted, "MAX_STEPS", 3)
+    monkeypatch.setattr(periodic, "MAX_STEPS", 3)
     spread = np.arange(50.0)
 
     def gram(v: ComplexArray) -> ComplexArray:

@@ -7,6 +7,7 @@ import inspect
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -123,6 +124,24 @@ def test_a_covariance_stands_for_its_factor(tmp_path: Path) -> None:
         "  D: is missing; write a list of rows, such as [[1, 0], [0, 1]], or give R",
         "  S: has 2 columns, where C sets q = 1",
     ]
+
+
+@pytest.mark.parametrize(
+    ("R", "said"),
+    [
+        ("[9]", None),
+        ("[[9]]", None),
+        ("[9, 1]", "R: has 2 entries, where C sets q = 1"),
+        ("[9, [1]]", "R[1]: [1] is not a number"),
+        ("[]", "R: must be a list of rows"),
+    ],
+)
+def test_variances_may_be_a_list(R: str, said: str | None, tmp_path: Path) -> None:
+    text = GOOD["multirate"].replace("D = [[1]]", f"R = {R}")
+    if said is None:
+        assert np.ravel(read_plant(write(tmp_path, text), "multirate").values["R"]).tolist() == [9]
+    else:
+        assert said in message(tmp_path, text)
 
 
 @pytest.mark.parametrize(

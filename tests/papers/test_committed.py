@@ -66,11 +66,11 @@ def test_badges_and_picture_of_the_readme_are_of_a_fresh_run(fresh_run: Outcome)
     assert {f"docs/badges/{path.name}" for path in (ROOT / "docs" / "badges").iterdir()} == set(shown)
     for name, text in shown.items():
         assert (ROOT / name).read_text(encoding="utf-8") == text, "write it anew with `make readme`"
-    assert noted(ROOT / "docs" / "claims.png")[VERDICTS] == verdicts(fresh_run.results), "`make picture` takes it anew"
+    assert noted(ROOT / "docs" / "answer.png")[VERDICTS] == verdicts(fresh_run.results), "`make picture` takes it anew"
 
 
 def test_the_picture_is_of_sources_that_were_committed() -> None:
-    assert re.fullmatch("[0-9a-f]{40}", noted(ROOT / "docs" / "claims.png")[COMMIT])
+    assert re.fullmatch("[0-9a-f]{40}", noted(ROOT / "docs" / "answer.png")[COMMIT])
 
 
 def test_the_example_of_the_readme_is_the_file_and_what_it_gives() -> None:

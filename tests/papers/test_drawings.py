@@ -99,16 +99,16 @@ def changed(name: str, **columns: tuple[float, ...]) -> FigureData:
 def test_messages_follow_the_data() -> None:
     """A title that no longer holds is not printed: each of these says something else of other data."""
     plain = changed("okajima2023-periods", gamma_synchronous=tuple(float(k) for k in range(36)))
-    assert "(5, 6) have more than (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
+    assert "(5, 6) exceeds (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
     assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
     assert "unstable at every T" in stability.say_rates(rates)
     assert "not always unstable" in stability.say_rates(stable)
     gains = data("peet2019-gains")
-    other = changed("peet2019-gains", l6_2=gains.columns["l4_1"])
-    assert "L₅ and L₆ are equal" in observer.say_gains(gains)
-    assert "L₆" not in observer.say_gains(other)
+    other = changed("peet2019-gains", l5_2=gains.columns["l4_1"])
+    assert "L₅ equal, L₄ opposite" in observer.say_gains(gains)
+    assert "L₅" not in observer.say_gains(other)
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
@@ -131,7 +131,11 @@ def test_the_print_is_compared_with_the_errors_at_the_frequencies_of_the_table()
     """The extreme factors are the quotients themselves, as in the claims, whatever lies between the drawn points."""
     drawn = data("shao-error-frequency")
     errors = {name: drawn.columns[f"literal_{name}"] for name in ("pmi", "apo")}
-    drawn = changed("shao-error-frequency", table_pmi=errors["pmi"], table_apo=tuple(3 * x for x in errors["apo"]))
+    drawn = changed(
+        "shao-error-frequency",
+        table_pmi=errors["pmi"],
+        table_apo=(errors["apo"][0], *(3 * x for x in errors["apo"][1:])),
+    )
     assert "1.00 to 3.00 times" in tracking.say_error_curves(drawn)
     last = (*drawn.columns["table_apo"][:-1], 4 * errors["apo"][-1])
     assert "1.00 to 4.00 times" in tracking.say_error_curves(changed("shao-error-frequency", **(

@@ -17,9 +17,11 @@ from papers.mustafa.experiments.draws import LAWS, laws
 from papers.mustafa.experiments.levels import output_matrix
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES
-from papers.mustafa.readings import BOUND_9, CORRECTED_GRID, NOMINAL, READINGS
+from papers.mustafa.readings import BOUND_9, BY_SOLVER, CORRECTED_GRID, NOMINAL, READINGS
 from replication.audit.data import PrintedValue
+from replication.audit.inspect.sentences import require_short
 from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import AGREES
 from replication.audit.model import NO_READING, Kind, Verdict
 
 pytestmark = pytest.mark.slow
@@ -76,6 +78,10 @@ BROKEN: dict[str, Alteration] = {
     **{
         f"valid-own.{e}": both(to(0.10, f"own-grid.{e}", "lower"), to(0.11, f"own-grid.{e}", "upper")) for e in EXAMPLES
     },
+    "lemma-1": to(0.0, "bracket.1", "common"),
+    **dict.fromkeys(("theorem-1", "theorem-2", "theorem-3.stability"), to(1.001, "bracket.1", "filter_radius")),
+    "theorem-3.level": to(1e-6, "identities", "recovery"),
+    "performance-12": to(0.01, "bracket.2", "lower"),
     "lemma-2": to(1e-6, "identities", "lemma 2"),
     "lemma-3": to(1e-6, "identities", "lemma 3"),
     "map": to(1e-6, "identities", "map reordered"),
@@ -87,14 +93,15 @@ BROKEN: dict[str, Alteration] = {
     "recovery": to(1e-6, "identities", "recovery"),
     "congruence": to(1e-6, "identities", "congruence"),
     **{f"algorithm.{e}": to("STALLED", f"grids.{e}", "algorithm", CORRECT.name, "end") for e in EXAMPLES},
-    **{f"grid.{e}": to(int(DATA[f"grid-size-{e}"]), f"grids.{e}", "algorithm", CORRECT.name, "size") for e in EXAMPLES},
+    "grid.1": to(int(DATA["grid-size-1"]), "grids.1", "algorithm", CORRECT.name, "size"),
+    "grid.2": both(*(to(2, "condition.2", name) for name in ("elements", "modal_elements"))),
     "condition-8.1": both(
         *(to(0.9, "condition.1", name) for name in ("constant", "constant_bound", "modal", "modal_bound"))
     ),
     "condition-8.2": both(to(1.1, "condition.2", "modal"), to(1.11, "condition.2", "modal_bound")),
     "same-level": to(10.0, "robust.1", "lmi13"),
     "gamma.1": to(0.1018, "nominal.1", "formula"),
-    "gamma.2": to(0.0953, "bracket.2", "nominal"),
+    "gamma.2": to(0.0953, "nominal.2", "formula"),
     "filter.norm": to(0.0953, "bracket.2", "nominal"),
     "filter.output-matrix": to([0.7, 1.1], "output-matrix", "upper"),
     "filter.second-column": to(0.0375, "nominal.2", "Phi", 0, 1),
@@ -121,8 +128,8 @@ def verdict(name: str, results: dict[str, Any]) -> Verdict:
     claim, full = CLAIMS[name], {f"{KEY}.{key}": value for key, value in results.items()}
     erratum = next((erratum for erratum in PAPER.errata if erratum.id == claim.erratum), None)
     proof = None if erratum is None else erratum.prove(full)
-    inferred = erratum is not None and erratum.inference
-    record = make_record(claim, claim.answer(full), proof, inferred=inferred, readings=PAPER.readings)
+    sort = {} if erratum is None else {"inferred": erratum.inference, "scanned": erratum.scan}
+    record = make_record(claim, claim.answer(full), proof, readings=PAPER.readings, **sort)
     return record.judgement.verdict
 
 
@@ -162,10 +169,7 @@ def test_a_level_that_fails_on_the_grid_too_is_refuted_where_there_is_none_at_al
         assert verdict(f"robust-level.{e}", altered) is Verdict.REFUTED
 
 
-WITH_ERRATUM = ("gamma.1", "recovery", "condition-8.2", "filter.norm", "figure.attenuated", "l3", "stable.2")
-
-
-@pytest.mark.parametrize("name", [*WITH_ERRATUM, "conservative", "robust-level.2", "valid.2", "grid.1", "valid-own.2"])
+@pytest.mark.parametrize("name", ["recovery", "congruence", "theorem-3.level", "conservative", "grid.1", "valid-own.2"])
 def test_the_text_as_printed_alone_gives_none_of_these(name: str, results: dict[str, Any]) -> None:
     full = {f"{KEY}.{key}": value for key, value in results.items()}
     printed = CLAIMS[name].answer(full).as_printed
@@ -174,13 +178,24 @@ def test_the_text_as_printed_alone_gives_none_of_these(name: str, results: dict[
     assert printed.value is None
 
 
-def test_the_level_of_a_filter_is_one_of_two_answers_where_a_filter_is_printed(results: dict[str, Any]) -> None:
-    """Both must agree for more than compatible; in Example 1 the norm of our filter decides nothing."""
-    altered = copy.deepcopy(results)
-    to(float(DATA["gamma-2"]), "nominal.2", "formula")(altered)
-    to(0.2, "bracket.1", "nominal")(altered)
+@pytest.mark.parametrize(
+    ("share", "expected"), [(1.0, Verdict.REPRODUCED), (0.998, Verdict.COMPATIBLE), (0.99, Verdict.DIFFERS)]
+)
+def test_both_levels_fall_under_one_rule(share: float, expected: Verdict, results: dict[str, Any]) -> None:
+    """The print is the least level, or where a solver may have stopped, or neither."""
     for e in EXAMPLES:
-        assert verdict(f"gamma.{e}", altered) is Verdict.REPRODUCED_AFTER_ERRATUM
+        altered = copy.deepcopy(results)
+        to(share * float(DATA[f"gamma-{e}"]), f"nominal.{e}", "formula")(altered)
+        assert verdict(f"gamma.{e}", altered) is expected
+
+
+def test_what_rests_on_the_motor_constant_needs_its_proof(results: dict[str, Any]) -> None:
+    """It is not charged to the authors, and not taken for granted either."""
+    altered = copy.deepcopy(results)
+    altered["nominal.2"]["Phi"][0][1] *= 2
+    for name, claim in CLAIMS.items():
+        if claim.erratum == f"{KEY}.motor-constant" and claim.expected in AGREES:
+            assert verdict(name, altered) not in AGREES, name
 
 
 @pytest.mark.parametrize("e", EXAMPLES)
@@ -287,11 +302,11 @@ def test_every_claim_and_outcome_has_a_reading_of_the_paper(results: dict[str, A
         found = {claim.reading, *(outcome.reading for answer in answers for outcome in answer.outcomes)}
         assert found <= known, claim.id
         used |= found
-    assert used == known
+    # Under the level of a solver none is answered: it explains a print that is too high.
+    assert used == known - {BY_SOLVER.name}
 
 
 def test_findings_are_short(results: dict[str, Any]) -> None:
-    """At most 25 words and two numbers; numbers of equations and the marks of readings do not count."""
-    for finding in PAPER.findings({f"{KEY}.{key}": value for key, value in results.items()}):
-        assert len(finding.split()) <= 25, finding
-        assert len(re.findall(r"(?<![\w(])\d+(?:\.\d+)?", finding)) <= 2, finding
+    findings = PAPER.findings({f"{KEY}.{key}": value for key, value in results.items()})
+    assert [require_short(finding) for finding in findings] == list(findings)
+    assert len(findings) == len(set(findings)) >= 10

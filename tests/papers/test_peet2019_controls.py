@@ -20,6 +20,7 @@ from papers.peet2019.experiments.declared import OFF_THE_PRINT, degrees_of
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import MOST_SOLVED, READINGS
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
+from papers.peet2019.readings import POSITIVE
 from replication.audit.judge.recording import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
 
@@ -58,6 +59,7 @@ def agreeing() -> Results:
         "timed": {f"n{n}k{k}": {"assembly": 0.1, "solver": None} for n, k, _ in published()},
         "readings": {name: {e: _reading(e) for e in OFF_THE_PRINT} for name in READINGS},
         "rules": {name: {e: _solved(name, e) for e in EXAMPLES} for name in READINGS},
+        "no-gains": {"gap": 0.0, "with_gains": 1.0},
         "self-adjoint": {"coercive": 1.0, "largest": -0.1, "abscissa": 0.5},
     }
     for name in LOOPS:
@@ -145,6 +147,10 @@ def alterations() -> list[tuple[str, Alteration]]:
         ("theory.lemma-5", at("inversion/lemma_5/corrected", to(WRONG))),
         ("theory.present-only", at("inversion/present_only/corrected", to(WRONG))),
         ("theory.present-only", at("inversion/present_only/l0", to(WRONG))),
+        ("theory.theorem-3", at("identities/theorem_3/none", to(WRONG))),
+        ("theory.no-gains", at("no-gains/gap", to(1e-6))),
+        ("ex1.no-lower-bound", at("reference.ex1/chebyshev", by(0.999))),
+        *(("examples.one-disturbance", at(f"small.ex{name}/level", to(0.0011))) for name in EXAMPLES),
         ("observer.lumped-states", at("lumped.ex2/relative/0", to(-0.02))),
         ("fig1.below-level", at("fig1/scan/0/gain", to(2.34))),
         ("fig1.below-level", at("sos.ex2.d3/tensor/gamma", to(2.34))),
@@ -157,6 +163,7 @@ def alterations() -> list[tuple[str, Alteration]]:
         found += [
             *([(name, at(f"{name}/norms/-1", by(1.2))), (name, at(f"{name}/abscissa", to(1e-9)))] if claimed else []),
             ("theory.theorem-1", at(f"{name}/norms/-1", by(1.2))),
+            ("theory.theorem-3", at(f"{name}/norms/-1", by(1.2))),
             ("theory.vanishing-error", at(f"{name}/abscissa", to(1e-9))),
         ]
     for misprint in ("eq10-factor", "d-sign", "e-transposes", "f-sign", "theorem-1-sign"):
@@ -167,7 +174,6 @@ def alterations() -> list[tuple[str, Alteration]]:
         found += [
             (f"ex{example}.gamma-pade", at(f"reference.ex{example}/pade", by(1.0005))),
             (f"ex{example}.not-conservative", everywhere(example, 3)),
-            (f"ex{example}.one-disturbance", at(f"small.ex{example}/level", to(0.0011))),
         ]
     for example in ("1", "2"):
         degree = 3 if example == "1" else DATA["text-2-degree"]
@@ -178,6 +184,8 @@ def alterations() -> list[tuple[str, Alteration]]:
 
 ALTERATIONS = alterations()
 CLAIMS = {claim.id.removeprefix(f"{PAPER.key}."): claim for claim in PAPER.claims}
+OURS = {"examples.one-disturbance"}
+"""What rests on plants of ours: compatible at best."""
 NOT_SETTLED = {"ex4.unstable"}
 """Claims that are no citations and that the text does not settle: their outcomes must turn, not their verdict."""
 
@@ -205,7 +213,7 @@ def test_every_claim_has_a_control() -> None:
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in ALTERATIONS}))
 def test_a_claim_agrees_where_the_results_bear_it_out(name: str) -> None:
-    assert verdict(CLAIMS[name], agreeing()) in GOOD
+    assert verdict(CLAIMS[name], agreeing()) in ((Verdict.COMPATIBLE,) if name in OURS else GOOD)
 
 
 @pytest.mark.parametrize(("name", "number"), [(name, i) for i, (name, _) in enumerate(ALTERATIONS)])
@@ -225,7 +233,8 @@ def test_a_claim_fails_with_another_print(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(name for name, claim in CLAIMS.items() if claim.erratum))
 def test_a_correction_counts_only_with_its_proof(name: str) -> None:
-    assert verdict(CLAIMS[name], agreeing()) is Verdict.REPRODUCED_AFTER_ERRATUM
+    best = Verdict.COMPATIBLE if name in OURS else Verdict.REPRODUCED_AFTER_ERRATUM
+    assert verdict(CLAIMS[name], agreeing()) is best
     assert fails(CLAIMS[name], agreeing(), proof_holds=False)
 
 
@@ -269,7 +278,12 @@ def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
     results = agreeing()
     claim = CLAIMS["ex2.gamma-d1"]
     outcomes = claim.answer(results).outcomes
-    assert {outcome.reading for outcome in outcomes} == set(READINGS)
+    assert {outcome.reading for outcome in outcomes} == {*READINGS, POSITIVE}
+    (with_epsilon,) = (outcome.value for outcome in outcomes if outcome.reading == POSITIVE)
+    assert with_epsilon == float(DATA["gamma-2"]["d1"])
+    for parts in results["peet2019.readings"].values():
+        parts["3"]["solved"] = None  # no rule reaches both prints with ε > 0: there is no such outcome
+    assert {outcome.reading for outcome in claim.answer(results).outcomes} == set(READINGS)
     results["peet2019.readings"]["z2-outer"]["2"] |= {"gamma": 2.46, "rescaled": 2.463}
     found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
     # A rule whose certificates are those of z2-outer and more has its least gain at the print.
@@ -315,11 +329,11 @@ def test_a_bound_is_conservative_under_the_rules_whose_level_misses_the_digits_o
     claim = CLAIMS["ex2.not-conservative"]
     held = {outcome.reading: outcome.holds for outcome in claim.answer(results).outcomes}
     assert held == {name: name != "z2-outer" for name in READINGS}
-    assert verdict(claim, results) is claim.expected is Verdict.UNDETERMINED
+    assert verdict(claim, results) is Verdict.UNDETERMINED
     assert conservative({name.removeprefix("peet2019."): value for name, value in results.items()}) == ("z2-outer",)
-    assert PAPER.findings(results)[0].endswith("; z2-outer misses printed digits in some example.")
+    assert PAPER.findings(results)[1].endswith("; 1 other rules miss printed digits.")
     results["peet2019.rules"]["z2-inner"]["3"]["3"] *= 1.001
-    assert "z2-outer and z2-inner miss printed digits in some" in PAPER.findings(results)[0]
+    assert "; 2 other rules miss printed digits" in PAPER.findings(results)[1]
 
 
 def test_without_the_corrected_signs_there_is_no_level() -> None:

@@ -30,7 +30,7 @@ from typing import Any
 
 from replication.verify.statement import Statement
 
-ROOM = ("replication.verify", "replication.recheck")
+ROOM = ("replication.verify",)
 SECONDS = 20
 """Of the processor, after which a mutant counts as noticed: it runs for ever."""
 STRANGER = 8

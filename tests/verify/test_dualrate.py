@@ -108,7 +108,7 @@ CHEATS = [
     ("radius-motor-apo", {"plant__A__1": ["0", "1"]}, "plant.A must have rows of one length"),
     ("radius-motor-apo", {"plant__A": [["1", "2"]]}, "plant.A must be square"),
     ("radius-motor-apo", {"plant__M": "5/2"}, "plant.M must be whole"),
-    ("radius-motor-apo", {"plant__M": "101"}, "plant.M must be whole and at most 100"),
+    ("radius-motor-apo", {"plant__M": "2001"}, "plant.M must be whole and at most 2000"),
     ("radius-motor-apo", {"plant__T": "0"}, "plant.T must be positive"),
     ("radius-motor-apo", {"plant__T": "1/10"}, "not proved"),
     ("stable-apo", {"witness__radius": "9/10"}, "eigenvalues of Φ are not proved to lie inside"),

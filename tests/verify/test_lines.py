@@ -9,7 +9,6 @@ from unittest.mock import patch
 import pytest
 
 from benchmarks import sceptic
-from replication.machine.count import lines
 from replication.verify import run
 from replication.verify.algebra import linear, work
 
@@ -72,19 +71,6 @@ def test_what_can_only_refuse_is_not_counted_and_changes_no_sentence() -> None:
 
 def is_own(value: object) -> bool:
     return inspect.isfunction(value) and value.__module__ == work.__name__
-
-
-def test_what_the_exponential_would_take_in_coq_is_beyond_what_was_to_be_spent() -> None:
-    """By the lines of Coq for each of Python in the levels that are machine-checked; see docs/machine-checked.md."""
-    room = ROOT / "replication"
-
-    def python(name: str) -> int:
-        return len(sceptic.module(room / "recheck" / name).lines)
-
-    coq = sum(lines((room / "machine/multirate" / name).read_text("utf-8")) for name in ("Theory.v", "Checker.v"))
-    each = coq / python("multirate/levels.py")
-    assert each > 4
-    assert each * python("interval.py") > 400 and each * python("nonuniform/sampled.py") > 400
 
 
 def test_a_stale_page_is_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,7 @@
 """A declared statement reads its certificate in the order of its tables, and says what was proved, rounded safely."""
 
+import json
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -7,9 +9,11 @@ import pytest
 from flint import arb, ctx, fmpq, fmpq_mat
 
 from replication.verify.reading import Reader, integer, matrix, positive, rational, sized
-from replication.verify.run import STATEMENTS
+from replication.verify.run import STATEMENTS, check
 from replication.verify.statement import BOTH, DOUBLE, UPPER, Depends, Statement, collected, statement
 from replication.verify.theorem import Found, Refused
+
+CERTIFICATES = Path(__file__).parents[2] / "certificates"
 
 
 def certificate(**fields: Any) -> dict[str, Any]:
@@ -143,3 +147,21 @@ def test_every_statement_is_declared_once_under_its_name() -> None:
         assert isinstance(declared, Statement) and declared.name == name
         assert declared.sentence.endswith(".")
     assert len({id(declared.prove) for declared in STATEMENTS.values()}) == len(STATEMENTS)
+
+
+@pytest.mark.parametrize("name", STATEMENTS)
+def test_no_sentence_on_a_plant_of_ones_own_names_a_plant(name: str) -> None:
+    """Its name is free: `motor` would be read as that of a paper."""
+    try:
+        sentence = STATEMENTS[name].wording(None)
+    except Refused:
+        return
+    assert ".name}" not in sentence
+
+
+def test_a_plant_of_ones_own_that_is_called_as_that_of_a_paper() -> None:
+    """Of all statements on such loops; another gain makes it another plant."""
+    for name in ("stable-apo", "hurwitz-feedback", "radius-motor-src"):
+        given = json.loads((CERTIFICATES / "shao" / f"{name}.json").read_text(encoding="utf-8"))
+        own = {**given, "paper": None, "claims": []}
+        assert "motor" in check(given).sentence and "motor" not in check(own).sentence

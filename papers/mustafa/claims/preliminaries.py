@@ -16,7 +16,7 @@ from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Term, term
 
-LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)", reading=NO_READING)
+LEMMAS = Part("Sec. III, Lemmas 1 to 3, the map below (7)", reading=NO_READING)
 
 FILTER = {
     1: "our filter next to the nominal optimum (no filter is printed)",
@@ -25,11 +25,7 @@ FILTER = {
 """The filter that an example is about."""
 MISNAMED = "motor-constant"
 """The erratum without which A of Example 2 has no value."""
-WITHOUT_CONSTANT = Evidence(
-    method="A of Example 2 as printed.",
-    not_checkable="K_theta in A has no printed value, so that nothing comes out.",
-)
-MOTOR_CONSTANT = "A of Example 2 is formed with K_theta = K_q (erratum motor-constant)."
+MOTOR_CONSTANT = "K_theta in A of Example 2 is the K_q of the list of values (erratum motor-constant)."
 WITH_U3 = "(9) is used with case U3 corrected (erratum u3)."
 WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
 
@@ -45,11 +41,6 @@ def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evide
     return noted
 
 
-def without_constant(e: int) -> Evidence | None:
-    """What the text as printed gives for an example, where nothing else is corrected."""
-    return WITHOUT_CONSTANT if e == 2 else None
-
-
 def no_grid(e: int, results: Results) -> Evidence:
     """What Algorithm 1 as printed gives for what needs the grid that it ends with: the number of its elements."""
     runs = [results[f"grids.{e}"]["algorithm"][form.name] for form in (AS_PRINTED, WITH_SET_MINUS)]
@@ -59,8 +50,7 @@ def no_grid(e: int, results: Results) -> Evidence:
         return Evidence(method=method, value=float(ended[0]["size"]))
     return Evidence(
         method=method,
-        not_checkable="Its union cut to the range, the run stalls, with a set-minus as without, so that no grid comes "
-        "out.",
+        not_checkable="Its union cut to the range, the run stalls, with a set-minus or without, and ends with no grid.",
     )
 
 
@@ -110,6 +100,21 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
         method,
         quantities={"largest residual, reordered": right},
         as_printed=up_to_rounding(least, "The same, as printed.", quantities={"least residual": least}),
+    )
+
+
+@LEMMAS.feasible("lemma-1", place="Lemma 1", uses=("bracket.1", "bracket.2"), says=term("Lemma 1"))
+@on_motor
+def lemma_1(results: Results) -> Evidence:
+    """If (6) holds at all periods of the range with one P, the error system has the level for every sequence."""
+    # One Lyapunov function is the condition of the lemma; a sequence that exceeds its level would refute it.
+    rooms = {e: results[f"bracket.{e}"]["common"] - results[f"bracket.{e}"]["lower"] for e in EXAMPLES}
+    return Evidence(
+        method="Proof: along the error system the form of (6) is the loss of V(x) = x'P^-1 x. Beside it, the level of "
+        "one Lyapunov function in each example against the worst sequence found.",
+        holds=min(rooms.values()) > 0,
+        margin=min(rooms.values()),
+        quantities={f"level less the largest ratio found, Example {e}": room for e, room in rooms.items()},
     )
 
 

@@ -6,6 +6,7 @@ from decimal import Decimal
 from typing import Any
 
 from papers.mustafa.claims.preliminaries import down, up
+from papers.mustafa.findings import times
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
@@ -53,18 +54,18 @@ def plot_curves(figure: FigureData) -> Any:
             family="serif", arrowprops={"arrowstyle": "-", "color": FOREGROUND, "linewidth": 0.7},
         )  # fmt: skip
         axis.set_ylim(-0.02 * top, 1.2 * top)
-        name_axes(axis, f"Example {e}: gain (1)", "constant period h (s)" if e == EXAMPLES[-1] else "", ticks=3)
+        name_axes(axis, f"Example {e}: gain", "constant period h (s)" if e == EXAMPLES[-1] else "", ticks=3)
     return drawing
 
 
 def say_curves(figure: FigureData) -> str:
     """The message: how much larger the gains are than the printed levels."""
-    first, second = (down(_excess(figure, e), 1) for e in EXAMPLES)
-    return f"Over all sequences the gains are at least {first} and {second} times the printed levels"
+    first, second = (_excess(figure, e) for e in EXAMPLES)
+    return f"Varying periods: our filter's gain is {first} times the printed level, the printed filter's {second}"
 
 
-def _excess(figure: FigureData, e: int) -> float:
-    return figure.columns[f"lower_{e}"][0] / figure.columns[f"published_{e}"][0]
+def _excess(figure: FigureData, e: int) -> Decimal:
+    return times(figure.columns[f"lower_{e}"][0], GAMMA[e])
 
 
 def describe_curves(figure: FigureData) -> str:
@@ -77,7 +78,7 @@ def describe_curves(figure: FigureData) -> str:
             f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
             f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
             f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
-            f"{down(_excess(figure, e), 1)} times the printed level"
+            f"{_excess(figure, e)} times the printed level"
             for e in EXAMPLES
         )
         + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
@@ -102,7 +103,7 @@ def plot_brackets(figure: FigureData) -> Any:
     middle = c["h_u"][2]
     name_line(axis, upper, "no sequence exceeds it", middle, ha="right")
     name_line(axis, lower, "one sequence attains it", middle, side=-1, ha="left")
-    name_axes(axis, "worst-case gain (1)", "longest period (s)")
+    name_axes(axis, "worst-case gain", "longest period (s)")
     axis.set_ylim(0, 1.15 * max(c["upper"]))
     return drawing
 
@@ -148,7 +149,7 @@ def plot_worst(figure: FigureData) -> Any:
     times = [sum(c["h"][:k]) for k in range(ZOOMED)]
     for axis, (name, label, colour) in zip(
         axes,
-        (("h", "period h (s)", GREY), ("w", "disturbance w (1)", FOREGROUND), ("e", "error e (1)", OURS)),
+        (("h", "period h (s)", GREY), ("w", "disturbance w", FOREGROUND), ("e", "error e", OURS)),
         strict=True,
     ):
         axis.step(times, c[name][:ZOOMED], where="post", linewidth=1.3, color=colour)
@@ -181,11 +182,10 @@ def describe_worst(figure: FigureData) -> str:
 FIGURES = (
     Figure(
         name="levels", place="Beyond Sec. VI", title=say_curves,
-        caption="Gains at constant periods, of our filter next to the optimum at the middle of the range in Example 1, "
-        "where none is printed, and of the printed one in Example 2. The published level belongs to one period; over "
-        "most of the range the filter has a larger gain, and a larger one still when the period varies: the level "
-        "at the top is as thick as the bracket of that gain. Norms count samples. In Example 1 the optimum is zero "
-        "where Φ − ΓC/D is Schur.",
+        caption="Gains at constant periods, of our filter in Example 1, where none is printed, and of the printed one "
+        "in Example 2. The printed level belongs to one period, as the paper says. When the period varies the gain is "
+        "larger: the line at the top is as thick as its bracket. Norms count samples. In Example 1 the optimum is "
+        "zero where Φ − ΓC/D is Schur; for other filters than ours less is proved.",
         published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
         data=curves, plot=plot_curves, alt=describe_curves,
     ),

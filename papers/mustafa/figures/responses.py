@@ -36,7 +36,7 @@ def plot_responses(figure: FigureData) -> Any:
         color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
     )  # fmt: skip
     axis.set_ylim(1.2 * min(c["w"]), 1.2 * max(c["w"]))
-    name_axes(axis, "error e, disturbance w (1)", "sample k")
+    name_axes(axis, "error e, disturbance w", "sample k")
     return drawing
 
 

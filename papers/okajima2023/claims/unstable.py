@@ -53,7 +53,7 @@ def _one_real_one_pair(found: list[list[float]]) -> Numbers:
     return (real, (pair, abs(imaginary)))
 
 
-def _radius(found: list[list[float]]) -> float:
+def radius_of(found: list[list[float]]) -> float:
     """The largest modulus of some poles."""
     return max(float((real**2 + imaginary**2) ** 0.5) for real, imaginary in found)
 
@@ -82,7 +82,7 @@ def _by_stated_order(found: list[list[float]]) -> Numbers:
 )
 def same_setting(results: Results) -> Evidence:
     """With some A that has the stated poles, and all else as in Sec. IV-A, the gains (42) stabilise A_e."""
-    radius = _radius(results[RECOVERED]["outputs"]["error_poles_printed_C"])
+    radius = radius_of(results[RECOVERED]["outputs"]["error_poles_printed_C"])
     found, free = results[ALL_DIAGONALS], results[ANY_ENTRIES]
     least = [row["least_radius"] for row in found["found"]]
     others = [row["radius"] for row in found["found"][1:]]
@@ -110,7 +110,7 @@ def same_setting(results: Results) -> Evidence:
                 for i, pole in enumerate(free["error_poles"])
             },
             "spectral radius, diagonal on the grid": radius,
-            "spectral radius, A as printed": _radius(results[PRINTED]["error_poles"]),
+            "spectral radius, A as printed": radius_of(results[PRINTED]["error_poles"]),
         },
         note="The text excepts A and says no more. If A differs on its diagonal alone and has the stated poles, the "
         "gains (42) do not stabilise A_e: proved for two diagonals, and so at the points tried of the rounding. "
@@ -158,10 +158,10 @@ def plant_poles(results: Results) -> Evidence:
 def plant_unstable(results: Results) -> Evidence:
     """The matrix A of Sec. IV-C has a pole outside the unit circle."""
     return positive(
-        _radius(results[RECOVERED]["state"]["poles_recovered"]) - 1,
+        radius_of(results[RECOVERED]["state"]["poles_recovered"]) - 1,
         method="Largest modulus of the eigenvalues of A with the recovered diagonal, minus one.",
         note="The diagonal was chosen to have the stated poles, of which this follows.",
-        as_printed=positive(_radius(results[PRINTED]["poles"]) - 1, method="The same for A as printed."),
+        as_printed=positive(radius_of(results[PRINTED]["poles"]) - 1, method="The same for A as printed."),
     )
 
 
@@ -191,7 +191,7 @@ def gains_near_optimal(results: Results) -> Evidence:
             "pairs of B_d and D tried": inputs["tried"],
         },
         as_printed=positive(
-            1 - _radius(results[PRINTED]["error_poles"]),
+            1 - radius_of(results[PRINTED]["error_poles"]),
             method="Stability of A_e with A and C as printed, without which the gains have no finite level.",
         ),
         note=(
@@ -253,10 +253,10 @@ def error_poles(results: Results) -> Evidence:
 def error_stable(results: Results) -> Evidence:
     """The gains (42) stabilise the error system of the recovered plant."""
     return positive(
-        1 - _radius(results[RECOVERED]["outputs"]["error_poles"]),
+        1 - radius_of(results[RECOVERED]["outputs"]["error_poles"]),
         method="Spectral radius over one period with the gains (42), for the recovered plant.",
         as_printed=positive(
-            1 - _radius(results[PRINTED]["error_poles"]), method="The same with A and C as printed (a stable plant)."
+            1 - radius_of(results[PRINTED]["error_poles"]), method="The same with A and C as printed (a stable plant)."
         ),
     )
 

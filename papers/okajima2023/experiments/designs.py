@@ -15,8 +15,7 @@ from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.timing import search_timing
 
 INACCURATE = ("optimal", "optimal_inaccurate")

@@ -10,8 +10,7 @@ from papers.okajima2023.experiments.problem import Json, Matrix, build
 from papers.okajima2023.method.lmi import lmi_analysis, theorem1_matrix, theorem2_matrix
 from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 
 def identities(trials: int, seed: int) -> Json:

@@ -9,8 +9,7 @@ import numpy as np
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.multirate.optimum import Optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 Json = dict[str, Any]
 Matrix = list[list[float]]

@@ -79,7 +79,7 @@ def say_table_of_periods(figure: FigureData) -> str:
     if not found:
         return f"Up to {max(figure.columns['N1']):.0f} instants a longer period never lowers the level"
     (a, b), (c, d) = max(found)
-    return f"A longer period can lower the level: periods ({a:.0f}, {b:.0f}) have more than ({c:.0f}, {d:.0f})"
+    return f"A longer period can lower the level: ({a:.0f}, {b:.0f}) exceeds ({c:.0f}, {d:.0f})"
 
 
 def describe_table_of_periods(figure: FigureData) -> str:
@@ -88,7 +88,9 @@ def describe_table_of_periods(figure: FigureData) -> str:
     names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
     savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
     saving, first, second, offset = max(savings)
-    listed = ", ".join(f"({a:.0f}, {b:.0f}) has more than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in exceptions(figure))
+    listed = ", ".join(
+        f"({a:.0f}, {b:.0f}) has a larger level than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in exceptions(figure)
+    )
     return (
         f"Optimal levels for periods 1 to {max(columns['N1']):.0f}: from {min(columns['gamma_synchronous']):.4f} to "
         f"{max(columns['gamma_synchronous']):.4f} if all sensors start at instant 0. Of these periods the best timing "

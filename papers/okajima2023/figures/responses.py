@@ -95,9 +95,11 @@ def describe_errors(names: Mapping[str, str], figure: FigureData) -> str:
         sizes, beyond = ", ".join(f"{rms(v):.3f}" for v in values), sum(abs(e) > AXIS_LIMIT for v in values for e in v)
         parts.append(f"{title}: {sizes}, together {rms_of_all(name, figure):.3f}, {beyond} values beyond the axes")
     first, *others = (rms_of_all(name, figure) for name in names)
+    factor = _factor(first, others)
+    most = f"at most {factor} of any other" if float(factor) <= 1 else f"up to {factor} times as large as another"
     return (
         f"Root mean square of three estimation errors over the instants 0 to {LAST_SHOWN} of one draw of noise. "
-        f"{'; '.join(parts)}. In this draw the first is at most {_factor(first, others)} of any other."
+        f"{'; '.join(parts)}. In this draw the first is {most}."
     )
 
 

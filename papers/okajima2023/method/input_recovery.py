@@ -22,8 +22,7 @@ from replication.estimation.linear.periodic import frequency_response
 from replication.estimation.linear.riccati import RiccatiMap, compose
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 Json = dict[str, Any]

@@ -8,13 +8,12 @@ from typing import Any
 from papers._common import INPUTS
 from papers.peet2019 import common
 from papers.peet2019.experiments import examples, measured, scaling, timed
-from papers.peet2019.experiments.finite import lmi_3, self_adjoint
+from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.readings import least_gains, readings
 from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, OWN_SYSTEMS, STATES
 from papers.peet2019.readings import JORDAN
-from papers.peet2019.sensitivity import pade_level
 from replication.audit.declare import experiment
 from replication.audit.model import Experiment
 
@@ -112,6 +111,7 @@ EXPERIMENTS = (
     experiment(
         "hats", examples.without_histories, plant=SECOND, level=NEAR, degree=2, epsilon=EPSILON, order=24
     ),
+    experiment("no-gains", examples.no_gains, plant=SECOND, level=NEAR, degree=2, epsilon=EPSILON, order=24),
     experiment("gains", examples.gain_functions, plant=OWN, level=1.05, degree=2, epsilon=WIDER, points=101),
     experiment(
         "fig1", examples.fig_1, plant=SECOND, level=float(DATA["figure-level"]), degree=3, epsilon=WIDER, samples=1001,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from replication.estimation.delay.collocation import Scheme, grid
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain
 from replication.estimation.delay.models import chebyshev_model, pade_model
 from replication.estimation.delay.observer import ErrorSystem, assembled, error_system
-from replication.estimation.delay.operators.gains import evaluate, observer_gains
+from replication.estimation.delay.operators.gains import GainValues, evaluate, observer_gains
 from replication.estimation.delay.operators.galerkin import check
 from replication.estimation.delay.response import Trajectory, hinf_norm, simulate, spectral_abscissa
 from replication.estimation.delay.sos import lie, synthesis
@@ -168,6 +168,23 @@ def without_histories(plant: Json, level: float, degree: int, epsilon: float, or
         "level": level * _optimum(system),
         "all_gains": hinf_norm(meant).upper,
     }
+
+
+def no_gains(plant: Json, level: float, degree: int, epsilon: float, order: int) -> Json:
+    """How far the rightmost root of the observer's error lies from that of the plant, with no gains and with all.
+
+    gap, with_gains: |difference| over one plus the size of the plant's root, which solves the exact equation.
+    """
+    system, net = delay_system(**plant), grid(order, Scheme.CHEBYSHEV)
+    values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), net.points)
+    none = replace(values, **{each.name: np.zeros_like(getattr(values, each.name)) for each in fields(values)})
+    root = rightmost_roots(system, 1)[0]
+
+    def gap(gains: GainValues) -> float:
+        roots = np.linalg.eigvals(assembled(system, gains, net).a)
+        return float(np.min(np.abs(roots[np.argmax(roots.real)] - [root, root.conjugate()])) / (1.0 + abs(root)))
+
+    return {"gap": gap(none), "with_gains": gap(values)}
 
 
 def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:

@@ -1,4 +1,5 @@
-"""LMI (3), and with it Theorem 1, in finite dimensions: X = Z = R^n, all operators matrices, with D.
+"""LMI (3), and with it Theorem 1, in finite dimensions: X = Z = R^n, all operators matrices, with D; and how far levels
+by it on Padé models move with their parameters.
 
 For random plants a P and a Z near the best are found without a solver, by a Riccati equation. The least γ at which
 (3) holds for them is then compared with the gain of the error dynamics (6), computed by the Hamiltonian test.
@@ -11,8 +12,12 @@ from typing import Any
 import numpy as np
 import scipy
 
+from replication.audit.judge.perturb import Parameters, spread
+from replication.estimation.delay.lmi import riccati_gain
+from replication.estimation.delay.models import pade_model
 from replication.estimation.delay.observer import ErrorSystem
 from replication.estimation.delay.response import hinf_norm
+from replication.estimation.delay.system import delay_system
 from replication.estimation.validation import Array
 
 N, INPUTS, OUTPUTS, MEASURED = 3, 2, 2, 1
@@ -126,3 +131,22 @@ def _gain(plant: dict[str, Array], gain: Array) -> float:
     if np.linalg.eigvals(a).real.max() >= 0.0:
         return float("inf")
     return hinf_norm(ErrorSystem(a, -(plant["b"] + gain @ plant["d"]), plant["c1"])).upper
+
+
+def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
+    """The Riccati gain of the Padé model of `plant`; moved are A_0, A_i and the delays."""
+    delays = {f"tau_{i + 1}": f"{tau:g}" for i, tau in enumerate(plant["delays"])}
+    blocks = {f"A_{i}": _printed(block) for i, block in enumerate([plant["a0"], *plant["a"]])}
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        a0, *delayed = (numbers[name] for name in blocks)
+        taus = [numbers[name] for name in delays]
+        moved = delay_system(a0, delayed, taus, plant["b"], plant["c10"], plant["c2"])
+        return {claim: float(riccati_gain(pade_model(moved, order)))}
+
+    return spread({**blocks, **delays}, compute)
+
+
+def _printed(block: list[list[float]]) -> str:
+    """A matrix as it is printed: whole numbers without a point."""
+    return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in block) + "]"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from papers.peet2019.figures.columns import columns
+from papers.peet2019.figures import columns
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
 from replication.drawing.labels import RAISED, name_axes, name_end, name_line
@@ -25,7 +25,7 @@ def gains(results: Results) -> FigureData:
     return columns(s=found["s"], **{f"{name}_{i}": values for name in GAINS for i, values in enumerate(found[name], 1)})
 
 
-GAINS = ("l3", "l4", "l5", "l6")
+GAINS = ("l3", "l4", "l5")
 LABELS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
 
 
@@ -41,7 +41,7 @@ def plot_fig_1(figure: FigureData) -> Any:
     axis.set_ylim(1.25 * min(c["e_1"]), 1.25 * max(c["w"]))
     axis.set_xlim(-0.15 * t[-1], t[-1])
     axis.set_xticks([share * t[-1] for share in (0, 0.25, 0.5, 0.75, 1)])
-    name_axes(axis, "disturbance and errors (1)", "time (s)")
+    name_axes(axis, "disturbance and errors", "time (s)")
     return drawing
 
 
@@ -51,7 +51,7 @@ def _peak(values: Sequence[float]) -> int:
 
 def plot_gains(figure: FigureData) -> Any:
     """One panel per gain, in the power of ten that its numbers have; one curve where both states have the same gain."""
-    drawing, axes = new_axes(2, 2, row_height=1.7)
+    drawing, axes = new_axes(len(GAINS), row_height=1.45)
     c = figure.columns
     for axis, name in zip(axes, GAINS, strict=True):
         size = max(map(abs, c[f"{name}_1"] + c[f"{name}_2"]))
@@ -63,8 +63,9 @@ def plot_gains(figure: FigureData) -> Any:
             name_end(axis, curve, "both" if same else f"x{'₁₂'[i]}")
         axis.set_ylim(*_room([value for values in scaled for value in values]))
         axis.set_xticks((c["s"][0], c["s"][0] / 2, 0.0))
-        unit = f"10{str(power).translate(RAISED)}" if power else "1"
-        name_axes(axis, f"L{'₃₄₅₆'[GAINS.index(name)]} ({unit})", "history s (s)" if axis in axes[2:] else "", ticks=3)
+        unit = f" (10{str(power).translate(RAISED)})" if power else ""
+        last = axis is axes[-1]
+        name_axes(axis, f"L{'₃₄₅'[GAINS.index(name)]}{unit}", "history s (s)" if last else "", ticks=3)
     return drawing
 
 
@@ -113,14 +114,12 @@ def describe_fig_1(figure: FigureData) -> str:
 
 def say_gains(figure: FigureData) -> str:
     """The message: which gains are the same for both states."""
-    named = {
-        word: [f"L{'₃₄₅₆'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID
-    }
+    named = {word: [f"L{'₃₄₅'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID}
     said = [f"{' and '.join(names)} {_SAID[word]}" for word, names in named.items() if names]
-    return f"In one observer of ours, for both states {', '.join(said) or 'all gains differ'}"
+    return f"Gains of both states in one observer of ours: {', '.join(said) or 'all differ'}"
 
 
-_SAID = {"same": "are equal", "opposite": "opposite"}
+_SAID = {"same": "equal", "opposite": "opposite"}
 
 
 def describe_gains(figure: FigureData) -> str:
@@ -131,7 +130,7 @@ def describe_gains(figure: FigureData) -> str:
         f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
         for name in GAINS
     ]
-    return f"Four gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
+    return f"Three gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
 
 
 FIGURES = (
@@ -150,7 +149,7 @@ FIGURES = (
         name="gains",
         place="Sec. VIII",
         title=say_gains,
-        caption="L₃ to L₆ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
+        caption="L₃ to L₅ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
         "optimum, a system of ours with one delay; equal or opposite to one per cent of the first state's gain.",
         published=False,
         uses=("gains",),

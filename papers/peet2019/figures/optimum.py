@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from papers.peet2019.claims.gains import optimum_of
-from papers.peet2019.figures.columns import columns
+from papers.peet2019.figures import columns
 from papers.peet2019.printed import DEGREES
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
@@ -105,7 +105,7 @@ def plot_against_delay(figure: FigureData) -> Any:
     ticks = (1, 2, 5, 10)
     axis.set_yticks(ticks, [str(tick) for tick in ticks])
     axis.set_yticks([], minor=True)
-    name_axes(axis, "least gain γ (1)", "delay τ (s)")
+    name_axes(axis, "least gain γ", "delay τ (s)")
     return drawing
 
 
@@ -134,8 +134,9 @@ FIGURES = (
         place="Example 2",
         title=say_convergence,
         caption=(
-            "Example 2, Theorem 3 as corrected under z2-each. Distance of γ from the optimum, the middle of its "
-            "bracket; in the shaded part, nearer than half that bracket, distances mean nothing. Low orders of "
+            "Example 2, Theorem 3 as corrected, the degree counted in each variable. Distance of γ from the optimum; "
+            "in the "
+            "shaded part, where the optimum itself is not known that well, distances mean nothing. Low orders of "
             "collocation lie on either side."
         ),
         published=False,
@@ -148,8 +149,8 @@ FIGURES = (
         name="tau",
         place="Example 2",
         title=say_against_delay,
-        caption="Example 2: Theorem 3 as corrected at degree 2 under z2-each, and the Riccati equation of the "
-        "collocated model.",
+        caption="Example 2: Theorem 3 as corrected at degree 2, counted in each variable, and the Riccati equation "
+        "of the collocated model.",
         published=False,
         uses=("tau",),
         data=against_delay,

@@ -76,8 +76,8 @@ def any_window(results: Results) -> Evidence:
             "windows of half a period or more tried, over all readings and starts": float(
                 sum(cell["long"] for cell in cells)
             ),
-            "numbers that come out over a window of half a period or more": float(hit["long"]),
-            "numbers that come out over a shorter window": float(hit["short"]),
+            "printed numbers met over a window of half a period or more": float(hit["long"]),
+            "printed numbers met over a shorter window": float(hit["short"]),
         },
         note=("Half a period of the reference holds the largest modulus of a sinusoid; a shorter window may miss it."),
     )

@@ -52,7 +52,7 @@ for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C")):
     MOTOR.feasible(
         f"motor.hurwitz-{which}",
         place="Sec. V, gains, and Sec. IV, below eq. (10)",
-        statement=f"{matrix} is Hurwitz for the printed gains, as the theorem supposes.",
+        statement=f"{matrix} is Hurwitz for the printed gains, as Sec. IV supposes.",
         uses="motor",
         says=term("Hurwitz", "motor", matrix=which),
     )(partial(hurwitz, which))

@@ -53,18 +53,9 @@ def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
     return {"periods": list(periods), "moduli": moduli}
 
 
-def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
-    """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
-    names, counts = (PMI, APO, RESTARTED), list(range(1, largest_ratio + 1))
-    return {
-        "ratios": list(ratios),
-        "intervals": {
-            name: [[list(ends) for ends in stable_periods(replace(DESIGN, ratio=M), name, periods)] for M in ratios]
-            for name in names
-        },
-        "counts": counts,
-        "radii": {name: [radius(DESIGN, name, ratio=M) for M in counts] for name in names},
-    }
+def stable_sets(periods: Sequence[float]) -> dict[str, Any]:
+    """Intervals of T (s) in which DRC-APO keeps the motor stable at the printed M."""
+    return {"intervals": [list(ends) for ends in stable_periods(DESIGN, APO, periods)]}
 
 
 def radius(design: DualRateDesign, observer: str, **changes: Any) -> float:

@@ -1,4 +1,4 @@
-"""Experiments on the stability theorem: its condition, its counter-example, and the inequalities of its proof."""
+"""Experiments on the stability result of Sec. IV: its condition, counter-examples, and the steps of its proof."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ from papers.shao.method.lyapunov import (
 )
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
 from replication.errors import InfeasibleError
+from replication.estimation.dualrate.loop import close_loop
+from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
+from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import held
 from replication.estimation.validation import Array
 
@@ -83,6 +86,47 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
     loops = [replace(COUNTEREXAMPLE, period=T) for T in periods]
     rates = {name: [float(np.max(slow_rates(loop, name).real)) for loop in loops] for name in COMPARED}
     return {"periods": list(periods), "rates": rates}
+
+
+def longer_ratios(stable: int, unstable: int, beyond: Sequence[int]) -> dict[str, Any]:
+    """The counter-example with the restarted predictor: the least M between two ratios at which it is unstable.
+
+    Found by bisection, which needs a stable and an unstable end; radius: at that M and at the one below. beyond: ratios
+    from there on, with their radii. (18) has no M: its left side is that of the printed predictor. Raises
+    InfeasibleError if the ends do not part.
+    """
+
+    def at(ratio: int) -> float:
+        return radius(COUNTEREXAMPLE, RESTARTED, ratio=ratio)
+
+    if not at(stable) < 1.0 < at(unstable):
+        raise InfeasibleError(f"the loop must be stable at M = {stable} and unstable at M = {unstable}")
+    while unstable - stable > 1:
+        middle = (stable + unstable) // 2
+        stable, unstable = (middle, unstable) if at(middle) < 1.0 else (stable, middle)
+    return {"ratio": unstable, "radius": [at(stable), at(unstable)], "beyond": {str(M): at(M) for M in beyond}}
+
+
+def divergence(ratio: int, length: float, points: int) -> dict[str, Any]:
+    """x of the counter-example over `length` s from x(0) = 1 and ζ(0) = 0, at about as many points.
+
+    printed, restarted, fast: by predictor at the M of the counter-example. longer: restarted and fast at `ratio`.
+    """
+    fast_periods = round(length / COUNTEREXAMPLE.period)
+    step = fast_periods // points
+
+    def response(name: str, design: DualRateDesign) -> list[float]:
+        loop = close_loop(design, OBSERVERS[name])
+        found = time_response(loop, [1.0], [0.0], slow_periods=fast_periods // design.ratio + 1, substeps=1)
+        return [float(x) for x in found.output[: fast_periods + 1 : step]]
+
+    longer = replace(COUNTEREXAMPLE, ratio=ratio)
+    return {
+        "time": [COUNTEREXAMPLE.period * k for k in range(0, fast_periods + 1, step)],
+        "ratio": ratio,
+        "own": {name: response(name, COUNTEREXAMPLE) for name in COMPARED},
+        "longer": {name: response(name, longer) for name in (RESTARTED, FAST)},
+    }
 
 
 def step_bounds(trials: int, seed: int) -> dict[str, Any]:

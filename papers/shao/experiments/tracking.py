@@ -65,6 +65,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
 
     ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
+    innovation: the model alone, corrected at each measurement by a gain on y − C ζ, for L and for half of it.
     weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
@@ -78,6 +79,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
             }
             for choice, (structure, points) in MEASURES.items()
         },
+        "innovation": {str(share): _percent(_corrected_at_once(f, share) for f in FREQUENCIES) for share in (1.0, 0.5)},
         "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
         "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
         "radius": radii,
@@ -183,6 +185,12 @@ def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -
         size = stability_radius(loop)
         found.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
     return found
+
+
+def _corrected_at_once(frequency: float, share: float) -> DualRateLoop:
+    """The literal loop of an exact innovation form: ζ moves by a share of L (y − C ζ) at measurements, else freely."""
+    weaker = replace(READINGS, design=replace(DESIGN, injection=share * DESIGN.injection))
+    return weaker.loop(SINGLE, Structure(discrete_gain=True), frequency)
 
 
 def _percent(loops: Iterable[DualRateLoop], points: Points = Points.BETWEEN) -> list[float]:

@@ -39,21 +39,20 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     """A line for each observer with a mark for each structure, the nearest one filled."""
     drawing, (axis,) = new_axes(row_height=3.2)
     observers = _observers(drawn)
-    axis.axvspan(LEAST, rounding(), facecolor=BAND, alpha=0.55, linewidth=0)
-    say(axis, "rounds to the print", (rounding(), -0.75), side=0, ha="left")
+    axis.axvspan(1.0, math.exp(rounding()), facecolor=BAND, linewidth=0)
+    say(axis, "the print", (1.0, -0.9), side=0, ha="left")
     for row, distances in enumerate(observers.values()):
-        axis.plot(distances, [row] * len(distances), "o", color=GREY, markerfacecolor="none", markersize=5)
-        axis.plot(min(distances), row, "D", color=OURS, markersize=6)
-        axis.text(min(distances), row - 0.22, f"{min(distances):.3f}", color=OURS, ha="center", va="bottom")
-    axis.set(xscale="log", xlim=(LEAST, 2.5), ylim=(len(observers) - 0.5, -1.1))
+        factors = [math.exp(distance) for distance in distances]
+        axis.plot(factors, [row] * len(factors), "o", color=GREY, markerfacecolor="none", markersize=5)
+        axis.plot(min(factors), row, "D", color=OURS, markersize=6)
+        axis.text(min(factors), row - 0.2, f"×{min(factors):.2f}", color=OURS, ha="left", va="bottom")
+    axis.set(xscale="log", xlim=(0.98, 1.1 * math.exp(max(map(max, observers.values())))))
+    axis.set_ylim(len(observers) - 0.5, -1.1)
     axis.set_yticks(range(len(observers)), [NAMES[name].replace(", ", ",\n") for name in observers])
-    axis.set_xticks((0.01, 0.1, 1), ("0.01", "0.1", "1"))
+    axis.set_xticks((1, 1.5, 2, 3, 5), ("×1", "×1.5", "×2", "×3", "×5"))
     axis.minorticks_off()
-    axis.set_xlabel("largest |ln(ours/print)| of a column")
+    axis.set_xlabel("factor between print and ours,\nworst number of a column")
     return drawing
-
-
-LEAST = 0.003
 
 
 def _observers(drawn: FigureData) -> dict[str, tuple[float, ...]]:
@@ -69,7 +68,7 @@ def rounding() -> float:
 def say_reading_scores(drawn: FigureData) -> str:
     """The message: how near the nearest reading of each column comes."""
     pmi, apo = (_nearest(drawn, group) for group in (PMI_READINGS, APO_READINGS))
-    return f"Nearest readings searched miss columns of Table I by factors up to {pmi:.2f} and {apo:.2f}"
+    return f"The nearest settings miss a number of Table I by factors {pmi:.2f} and {apo:.2f}"
 
 
 def _nearest(drawn: FigureData, group: Iterable[str]) -> float:
@@ -79,37 +78,37 @@ def _nearest(drawn: FigureData, group: Iterable[str]) -> float:
 
 def describe_reading_scores(drawn: FigureData) -> str:
     """The nearest reading of each observer, and of each column."""
-    parts = [f"{NAMES[name]}: {min(distances):.3f}" for name, distances in _observers(drawn).items()]
+    parts = [f"{NAMES[name]}: {math.exp(min(distances)):.2f}" for name, distances in _observers(drawn).items()]
     pmi, apo = (_nearest(drawn, group) for group in (PMI_READINGS, APO_READINGS))
     return (
-        f"Distance of the nearest of {len(drawn.columns['structure'])} structures for each observer. "
+        f"By observer, the factor by which the nearest of {len(drawn.columns['structure'])} structures misses its "
+        "worst "
+        "number of a column. "
         f"{'; '.join(parts)}. "
-        f"The nearest reading searched of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
-        f"up to {apo:.2f}; the print allows a distance of {rounding():.4f}."
+        f"The nearest setting searched of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
+        f"up to {apo:.2f}; rounding allows {math.exp(rounding()):.4f}."
     )
 
 
 def plot_decoys(drawn: FigureData) -> Any:
-    """Share of decoys nearer than a distance; a mark where the printed column stands."""
+    """Share of made-up tables that are missed by less than a factor; a mark where the printed one lies."""
     drawing, (axis,) = new_axes(row_height=2.5)
     c = drawn.columns
     for index, (key, name) in enumerate(TABLES.items()):
-        decoys = c[f"decoys_{key}"]
+        decoys = [math.exp(distance) for distance in c[f"decoys_{key}"]]
         share = [100 * (k + 1) / len(decoys) for k in range(len(decoys))]
         (curve,) = axis.step(decoys, share, where="post", **line(index))
-        own = c[f"nearest_{key}"][0]
+        own = math.exp(c[f"nearest_{key}"][0])
         axis.plot(own, 100 * nearer(drawn, key) / len(decoys), "D", color=curve.get_color(), markersize=8)
         k, side, ha = WORDS[key]
         say(axis, name, (decoys[k], share[k]), side=side, ha=ha, color=str(curve.get_color()))
-    axis.set_xscale("log")
-    axis.set_xlim(0.005, 4)
-    axis.set_xticks((0.01, 0.1, 1), ("0.01", "0.1", "1"))
-    axis.minorticks_off()
-    name_axes(axis, "made-up columns met as nearly (%)", "distance of the nearest reading")
+    axis.set_xlim(1.0, 2.6)
+    axis.set_xticks((1, 1.5, 2, 2.5), ("×1", "×1.5", "×2", "×2.5"))
+    name_axes(axis, "share of made-up tables (%)", "largest miss of the nearest setting")
     return drawing
 
 
-WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "center"), "common": (22, -1, "left")}
+WORDS = {"pmi": (30, 0, "left"), "apo": (36, 0, "right"), "common": (22, -1, "left")}
 """Where the name of a curve stands: at which decoy, above it (1) or beside it (0), and which end of the words."""
 
 
@@ -121,17 +120,18 @@ def nearer(drawn: FigureData, key: str) -> int:
 def say_decoys(drawn: FigureData) -> str:
     """The message: how little the nearest reading proves."""
     met, of = nearer(drawn, "common"), len(drawn.columns["decoys_common"])
-    return f"Some reading meets {met} of {of} made-up tables as nearly as Table I"
+    return f"Of {of} made-up tables {met} are met as closely as Table I"
 
 
 def describe_decoys(drawn: FigureData) -> str:
     """The nearest readings and how many decoys come as near."""
     c = drawn.columns
     parts = [
-        f"{name}: {c[f'nearest_{key}'][0]:.3f}, as near as for {nearer(drawn, key)} of {len(c[f'decoys_{key}'])} decoys"
+        f"{name}: {math.exp(c[f'nearest_{key}'][0]):.2f}, as closely as {nearer(drawn, key)} of "
+        f"{len(c[f'decoys_{key}'])} made-up ones"
         for key, name in TABLES.items()
     ]
-    return f"Distance of the nearest reading. {'; '.join(parts)}."
+    return f"Factor by which the nearest setting misses its worst number. {'; '.join(parts)}."
 
 
 FIGURES = (
@@ -139,9 +139,8 @@ FIGURES = (
         name="readings",
         place="Table I",
         title=say_reading_scores,
-        caption="Each mark is the best reading of one structure (feedforward, timing of the reference, kind of gain, "
-        "form of the observer) with that observer; filled: the nearest one, with its distance. In the shaded part "
-        "all six numbers of a column would come out.",
+        caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "
+        "observer. Filled: the nearest one. A setting in the shaded strip would reproduce all six numbers of a column.",
         uses=SEARCH,
         data=reading_scores,
         plot=plot_reading_scores,
@@ -151,8 +150,8 @@ FIGURES = (
         name="decoys",
         place="Table I",
         title=say_decoys,
-        caption="The same search for smooth random columns like those of Table I. Diamonds: the printed columns. A "
-        "reading would be singled out if its diamond stood at the foot of its curve.",
+        caption="The same search for smooth random tables. Diamonds: Table I. Only a diamond at the foot of its curve "
+        "would single a setting out.",
         uses=SEARCH,
         data=decoy_distances,
         plot=plot_decoys,

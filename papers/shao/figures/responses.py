@@ -15,8 +15,8 @@ from replication.drawing.style import GREY, new_axes
 
 ROWS = {
     "output": ("time_s", "position θ (rad)"),
-    "error": ("time_s", "tracking error (rad)"),
-    "estimation_error": ("instant_s", "estimation error (rad)"),
+    "error": ("time_s", "tracking error (rad), RMS of the second half"),
+    "estimation_error": ("instant_s", "estimation error (rad), RMS of the second half"),
 }
 """Rows of Figs. 2 and 3: what is drawn against which time, and its label."""
 
@@ -47,7 +47,7 @@ def responses(sigma: str, results: Results) -> FigureData:
 
 
 def plot_responses(drawn: FigureData) -> Any:
-    """A row for each signal, a column for each start; the numbers are RMS values of the second half."""
+    """A row for each signal, a column for each start; RMS values are those of the second half."""
     drawing, axes = new_axes(len(ROWS), len(FROM), row_height=1.45, sharey="row")
     c = drawn.columns
     for row, (key, (time, label)) in enumerate(ROWS.items()):

@@ -1,4 +1,4 @@
-"""Figures on stability: stable sets over (T, M), rates of the counter-example."""
+"""Figures on stability: the counter-example in time, its rates, eigenvalues of the motor loop."""
 
 from __future__ import annotations
 
@@ -10,68 +10,76 @@ from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.labels import name_axes, name_line, out_of_bounds, say
-from replication.drawing.style import FOREGROUND, GREY, OURS, new_axes
+from replication.drawing.style import FOREGROUND, GREY, new_axes
 
-SETS = (PMI, APO, RESTARTED)
-
-
-def stable_sets(results: Results) -> FigureData:
-    """Ends of the stable intervals of T for each M and observer."""
-    found = results["stable-sets"]
-    columns: dict[str, list[float]] = {}
-    for name in SETS:
-        rows = [
-            (ratio, start, end)
-            for ratio, intervals in zip(found["ratios"], found["intervals"][name], strict=True)
-            for start, end in intervals
-        ]
-        for key, values in zip(("ratio", "from_s", "to_s"), zip(*rows, strict=True), strict=True):
-            columns[f"{name}_{key}"] = list(values)
-    return columns_of(columns)
+ENDS = 4.0, 15.0
+"""What the upper panel of the counter-example shows: until when, in s, and how high."""
 
 
-BARS = {APO: (7.0, OURS), RESTARTED: (1.5, GREY), PMI: (4.0, FOREGROUND)}
-"""Thickness and colour of the bars, from above; each loop has its own line of each ratio."""
+def counter_example(results: Results) -> FigureData:
+    """x(t) of the counter-example at its own M and at a longer one, by predictor."""
+    found = results["divergence"]
+    own = {name: found["own"][name] for name in (APO, RESTARTED, FAST)}
+    longer = {f"longer_{name}": found["longer"][name] for name in (RESTARTED, FAST)}
+    return columns_of({"time_s": found["time"]} | own | longer | {"longer_ratio": [found["ratio"]]})
 
 
-def plot_stable_sets(drawn: FigureData) -> Any:
-    """Horizontal bars over T, three lines of bars per M."""
-    figure, (axis,) = new_axes(row_height=3.4)
+def plot_counter_example(drawn: FigureData) -> Any:
+    """Above the printed predictor at M = 5, below the restarted one where the sensor is slower."""
+    figure, axes = new_axes(2, row_height=2.3, share_x=False)
     c = drawn.columns
-    ratios = sorted(set(c[f"{APO}_ratio"]))
-    for index, (name, (thickness, colour)) in enumerate(BARS.items()):
-        heights = [ratios.index(ratio) - 0.25 * (index - 1) for ratio in c[f"{name}_ratio"]]
-        axis.hlines(heights, c[f"{name}_from_s"], c[f"{name}_to_s"], color=colour, linewidth=thickness)
-    start = min(c[f"{APO}_from_s"])
-    for index, (name, (_, colour)) in enumerate(BARS.items()):
-        say(axis, NAMES[name], (start * 3 ** (1.8 * index), len(ratios) - 0.55), ha="left", color=colour)
-    axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
-    say(axis, "printed T", (DESIGN.period, -0.75), side=0, ha="right")
-    axis.set(xscale="log", ylim=(-1, len(ratios)))
-    name_axes(axis, "ratio M", "fast period T (s)")
-    axis.set_yticks(range(len(ratios)), [f"{ratio:.0f}" for ratio in ratios])
-    axis.grid(visible=False)
+    period = COUNTEREXAMPLE.period
+    panels = (
+        (COUNTEREXAMPLE.ratio, {name: name for name in (FAST, RESTARTED, APO)}, WORDS_ABOVE),
+        (int(c["longer_ratio"][0]), {name: f"longer_{name}" for name in (FAST, RESTARTED)}, WORDS_BELOW),
+    )
+    for axis, (ratio, curves, words) in zip(axes, panels, strict=True):
+        for name, column in curves.items():
+            (curve,) = axis.plot(c["time_s"], c[column], **look(name))
+            text, at, side, ha = words[name]
+            if text:
+                name_line(axis, curve, text, at, side=side, ha=ha)
+        every = ratio * period
+        name_axes(axis, f"x, measured every {f'{every:g} s' if every >= 1 else f'{1000 * every:g} ms'}")
+    axes[0].set_xlim(0.0, ENDS[0])
+    axes[0].set_ylim(-1.0, ENDS[1])
+    axes[1].set_xlim(0.0, c["time_s"][-1])
+    axes[1].set_ylim(bottom=-8.0)
+    axes[1].set_xlabel("time (s)")
     return figure
 
 
-def say_stable_sets(drawn: FigureData) -> str:
-    """The message: in how many pieces the stable set of the printed ratio falls."""
-    return f"At the printed ratio DRC-APO is stable for T in at least {len(_own(drawn))} separate intervals"
+WORDS_ABOVE = {
+    APO: ("DRC-APO as printed", 3.0, 1, "right"),
+    RESTARTED: ("", 0.0, 0, "left"),
+    FAST: ("restarted predictor, and fast sensor", 1.4, 1, "left"),
+}
+WORDS_BELOW = {RESTARTED: ("restarted predictor", 6.4, 1, "right"), FAST: ("fast sensor", 5.0, -1, "left")}
+"""By panel: the name of each curve, at which time it stands, on which side, and which end of the words is there."""
 
 
-def _own(drawn: FigureData) -> list[tuple[float, float]]:
+def _grown(drawn: FigureData) -> float:
+    """x of the printed loop at the end of the upper panel."""
+    return min(zip(drawn.columns["time_s"], drawn.columns[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1]
+
+
+def say_counter_example(drawn: FigureData) -> str:
+    """The message: how far the printed loop has grown."""
+    return f"x grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed, and decays with a fast sensor"
+
+
+def describe_counter_example(drawn: FigureData) -> str:
+    """Where each curve ends."""
     c = drawn.columns
-    rows = zip(c[f"{APO}_ratio"], c[f"{APO}_from_s"], c[f"{APO}_to_s"], strict=True)
-    return [(start, end) for ratio, start, end in rows if ratio == DESIGN.ratio]
-
-
-def describe_stable_sets(drawn: FigureData) -> str:
-    """How many intervals were found for the printed ratio."""
-    own = _own(drawn)
-    listed = ", ".join(f"{start:.4f} to {end:.4f} s" for start, end in own)
+    size = max(map(abs, c[f"longer_{RESTARTED}"]))
     return (
-        f"Stable periods found for each ratio. For M = {DESIGN.ratio} DRC-APO is stable for T in {len(own)} sets: "
-        f"{listed}."
+        f"The state x of the counter-example from x(0) = {c[APO][0]:g}. Measured at every {COUNTEREXAMPLE.ratio}th "
+        "fast "
+        f"instant, DRC-APO as printed reaches {_grown(drawn):.1f} after {ENDS[0]:g} s; with the restarted predictor "
+        "and "
+        f"with a true fast sensor x decays. Measured at every {c['longer_ratio'][0]:.0f}th one, the restarted "
+        "predictor "
+        f"diverges too: |x| reaches {size:.0f} in {c['time_s'][-1]:g} s."
     )
 
 
@@ -111,7 +119,7 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
     axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
     say(axis, "printed T", (DESIGN.period, 0.06), side=0, ha="right")
     axis.set_ylim(0, TOP)
-    name_axes(axis, "moduli of the eigenvalues (1)", "fast period T (s)")
+    name_axes(axis, "moduli of the eigenvalues", "fast period T (s)")
     return figure
 
 
@@ -122,22 +130,35 @@ def _at_print(drawn: FigureData, key: str) -> float:
     return drawn.columns[key][nearest]
 
 
+def _at_short(drawn: FigureData) -> float:
+    """The largest modulus under DRC-APO at the short periods."""
+    c = drawn.columns
+    return max(value for T, value in zip(c["period_s"], c[f"{APO}_1"], strict=True) if T < SHORT)
+
+
 def say_eigenvalues(drawn: FigureData) -> str:
-    """The message: both largest moduli at the printed period."""
-    own, fast = _at_print(drawn, f"{APO}_1"), _at_print(drawn, FAST)
-    return f"Near the printed T the largest modulus is {own:.2f} (DRC-APO) and {fast:.2f} (fast sensor)"
+    """The message: whether the largest modulus touches one at short periods."""
+    largest = _at_short(drawn)
+    told = "stays below one" if largest < 1.0 else "exceeds one"
+    return f"DRC-APO's largest modulus {told} at short periods: at most {largest:.4f}"
 
 
 def describe_eigenvalues(drawn: FigureData) -> str:
     """Range of T shown, and how the radii compare over it."""
     c = drawn.columns
     slower = sum(own > fast for own, fast in zip(c[f"{APO}_1"], c[FAST], strict=True))
+    unstable = sum(value > 1.0 for value in c[f"{APO}_1"])
     return (
-        f"Moduli of the eigenvalues of the motor loop over one slow period for T from {c['period_s'][0]:g} to "
-        f"{c['period_s'][-1]:g} s. The largest one under DRC-APO exceeds that with a true fast sensor at {slower} of "
-        f"{len(c[FAST])} periods; nearest to the printed T they are {_at_print(drawn, f'{APO}_1'):.2f} and "
+        f"Moduli of the eigenvalues of the motor loop over one slow period, {len(c[FAST])} periods T from "
+        f"{c['period_s'][0]:g} to {c['period_s'][-1]:g} s. The largest under DRC-APO is at most {_at_short(drawn):.4f} "
+        f"up to {1000 * SHORT:g} ms, and exceeds one at {unstable} periods. It exceeds that with a true fast sensor at "
+        f"{slower} periods; nearest to the printed T they are {_at_print(drawn, f'{APO}_1'):.2f} and "
         f"{_at_print(drawn, FAST):.2f}."
     )
+
+
+SHORT = 0.006
+"""Periods in s below the first at which the fast mode of the motor is folded."""
 
 
 def rates(results: Results) -> FigureData:
@@ -192,21 +213,23 @@ def describe_rates(drawn: FigureData) -> str:
 
 FIGURES = (
     ours(
-        name="stable-sets",
-        place="Sec. V",
-        title=say_stable_sets,
-        caption="Bars cover the periods with a stable motor loop; gaps narrower than the grid of T may be missed.",
-        uses=("stable-sets",),
-        data=stable_sets,
-        plot=plot_stable_sets,
-        alt=describe_stable_sets,
+        name="counter-example",
+        place="Sec. IV",
+        title=say_counter_example,
+        caption="A = B = C = 1, K = −2, L = 2, T = 1 ms, from x(0) = 1 and ζ(0) = 0. Condition (18) holds in both "
+        "panels: it does not contain the measuring period.",
+        uses=("divergence",),
+        data=counter_example,
+        plot=plot_counter_example,
+        alt=describe_counter_example,
     ),
     ours(
         name="motor-eigenvalues",
         place="Sec. V",
         title=say_eigenvalues,
-        caption="Moduli of the eigenvalues of the monodromy matrix at the printed M: all of DRC-APO (thick: the "
-        "largest), the largest of the other loops. Above one the loop is unstable.",
+        caption="Eigenvalues over one slow period at the printed M: all of DRC-APO (thick: the largest), the largest "
+        "of "
+        "the other loops. Above one the loop is unstable; sampling folds the fast mode of the motor.",
         uses=("eigenvalues",),
         data=eigenvalues,
         plot=plot_eigenvalues,

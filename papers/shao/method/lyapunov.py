@@ -1,6 +1,6 @@
-"""The sufficient condition (18) of the stability theorem, the inequality (15) it rests on, and the true slow rates.
+"""The sufficient condition (18) of the stability result, the inequality (15) it rests on, and the true slow rates.
 
-The theorem says that the loop with the virtual measurement (6) converges if A + B K and A − L C are Hurwitz and
+Sec. IV says that the loop with the virtual measurement (6) converges if A + B K and A − L C are Hurwitz and
 α₄ λ_max(P) T < 1, whatever the ratio M.
 """
 
@@ -39,7 +39,7 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     margins = hurwitz_margins(design)
     if max(margins) >= 0.0:
         raise InfeasibleError(
-            f"the theorem needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
+            f"Sec. IV needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
         )
     A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection

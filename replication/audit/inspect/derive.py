@@ -124,7 +124,7 @@ def _environment(run: RunRecord, here: Environment, *, trusted: bool) -> Iterato
         "package_version": (run.package_version, replication.__version__),
         "lock_sha256": (run.lock_sha256, here.lock_sha256),
         "python": (python_minor(run.python), here.python),
-        "packages": (run.packages, here.packages),
+        "packages": (run.packages, here.versions),
         "blas": (here.kernel in run.blas, True),
         "threads": (run.threads, THREADS),
     }

@@ -47,6 +47,15 @@ def notes(
     """
     if unused:
         yield f"no claim, erratum, figure or finding uses {listed(unused)}"
+    if results.run.unlocked:
+        yield f"not as locked: {listed(results.run.unlocked)}"
+    bare = [
+        claim.id
+        for claim in results.claims
+        if claim.evidence.value is not None and not (claim.claim.uses or claim.judgement.proved)
+    ]
+    if bare:
+        yield f"a number that rests on no experiment: {listed(bare)}"
     unchecked = [
         claim.id
         for claim in results.claims

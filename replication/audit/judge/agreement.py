@@ -118,9 +118,19 @@ class Measured:
         """How far a number lies from the print, in units of its last place."""
         return (number - self.entry.value) / self.entry.unit
 
+    @property
+    def prefix(self) -> str:
+        """The label of its entry before it."""
+        return f"{self.label}: " if self.label else ""
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a known whole number."""
+        return self.bracket.low == self.bracket.high and self.value.denominator == 1
+
     def describe(self, *ends: Fraction | None) -> str:
         """The number or its bracket in digits, enough of them to tell it from `ends`."""
-        prefix = f"{self.label}: " if self.label else ""
+        prefix = self.prefix
         if not self.has_bracket:
             return f"{prefix}computed {numerals.digits(self.value, *ends)}"
         return f"{prefix}bracket {numerals.enclosure(self.bracket.low, self.bracket.high, *ends)}"
@@ -142,9 +152,13 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
     index = max(found, key=lambda i: abs(measured[i].deviation))
     count = _COUNTS[decisive].format(found=len(found), all=len(measured)) if len(measured) > 1 else ""
     worst = max(measured, key=lambda number: abs(number.deviation))
+    exact = all(number.bracket.low == number.bracket.high == number.entry.value for number in measured)
+    reason = f"{count}{_against(measured[index], ends[index], decisive.value)}"
+    if exact and len(measured) > 1:
+        reason = f"all {len(measured)} entries equal the printed ones"
     return Judgement(
         verdict=_VERDICTS[decisive],
-        reason=_sentence(f"{count}{_against(measured[index], ends[index], decisive.value)}"),
+        reason=_sentence(reason),
         deviation_ulp=numerals.nearest(worst.deviation),
     )
 
@@ -231,6 +245,10 @@ def position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
 
 
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
+    if number.bracket.low == number.bracket.high == number.entry.value:
+        return f"{number.prefix}{number.entry.text}, as printed"
+    if number.whole and number.entry.value.denominator == 1:
+        return f"{number.prefix}{numerals.of_decimals(number.value)}, not {number.entry.text}"
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
     deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)

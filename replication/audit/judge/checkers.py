@@ -1,28 +1,51 @@
-"""Which programs beside the verifier have checked a certificate: what their last runs left beside the papers.
+"""By what else a certificate is checked, a second arithmetic or Coq: what their last runs left beside the papers.
 
-They take too long for every run, so that each records the checksums of the certificates that it accepted. A certificate
-that has changed since does not count.
+They take too long for every run, so that each records the checksums of the certificates that it accepted, and of all
+that it read beside them. What has changed since does not count.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from replication.errors import AuditError
+from replication.machine.theory import sum_for
+from replication.twice import RECORD, second
 
 
-def machine_checked(folder: Path) -> tuple[str, dict[str, str]]:
-    """What Coq left beside a paper: the file of its statement, and the checksum of each certificate, by name."""
-    found = _left(folder / "machine-checked.json", "make coq", "statement", "certificates")
-    return (found["statement"], found["certificates"]) if found else ("", {})
+def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[str, str]]:
+    """What Coq left beside a paper: the file of its statement, and the checksum of each certificate, by name.
+
+    Nothing where the theory, the decimals or the list of theorems have changed since.
+    stated: the theorems that Coq has a statement of. Raises AuditError if the record names another one.
+    """
+    found = _left(folder / "machine-checked.json", "make coq", "statement", "theory", "certificates")
+    others = sorted(found.get("certificates", {}).keys() - set(stated))
+    if others:
+        raise AuditError(
+            f"{folder / 'machine-checked.json'} names {', '.join(others)}, of which Coq has no statement; run "
+            "`make coq` again, or remove the file"
+        )
+    fresh = found and found["theory"] == sum_for(folder)
+    return (found["statement"], found["certificates"]) if fresh else ("", {})
 
 
-def checked_twice(folder: Path) -> dict[str, str]:
-    """What the second verifier left: the checksum of each certificate of which both prove the same, by name."""
-    found = _left(folder / "checked-twice.json", "make verify-both", "certificates")
-    return dict(found.get("certificates", {}))
+def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
+    """What the second arithmetic left: the checksum of each certificate of which both prove the same, by name.
+
+    Nothing where the second arithmetic has changed since. listed: the theorems that the paper wants. Raises AuditError
+    if the record names another one.
+    """
+    found = _left(folder / RECORD, "make verify-both", "arithmetic", "certificates")
+    others = sorted(found.get("certificates", {}).keys() - set(listed))
+    if others:
+        raise AuditError(
+            f"{folder / RECORD} names {', '.join(others)}, which theorems.json does not; run `make verify-both` again"
+        )
+    return dict(found["certificates"]) if found and found["arithmetic"] == second() else {}
 
 
 def _left(path: Path, command: str, *keys: str) -> dict[str, Any]:

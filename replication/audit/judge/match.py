@@ -12,7 +12,7 @@ from replication.audit.judge.agreement import Interval, Position, Target, positi
 from replication.audit.model import Evidence
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.errors import AuditError
-from replication.verify.predicate import Exported, Predicate, Relation, Term
+from replication.verify.predicate import NO_READING, Exported, Predicate, Relation, Term
 from replication.verify.quantities import differences, in_words
 
 NO_PREDICATE = "The claim states no predicate that a theorem could be compared with."
@@ -43,14 +43,16 @@ class Match:
 def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Match:
     """Decide a claim by certificates of its paper that are proved; raises AuditError if they contradict each other.
 
-    Where the evidence tells outcomes under several readings, it rests on each of these.
+    It rests on its own reading and, where the evidence tells outcomes under several, on each of these.
     """
     if not claim.says:
         return Match(by_reading={}, difference=NO_PREDICATE, bounds=())
     paper = claim.id.partition(".")[0]
     offers = [(one.name, said) for one in certificates if one.paper == paper and one.proved for said in one.says]
     decided = [(predicate, _decided(predicate, claim, offers)) for predicate in claim.says]
-    readings = dict.fromkeys([*(one.reading for one in claim.says), *(one.reading for one in evidence.outcomes)])
+    # A claim without a reading of its own may have outcomes under several, of which the text leaves the choice.
+    own = [claim.reading] if claim.reading and not (claim.reading == NO_READING and evidence.outcomes) else []
+    readings = dict.fromkeys([*own, *(one.reading for one in claim.says), *(one.reading for one in evidence.outcomes)])
     by_reading = {name: _all([holds for one, holds in decided if one.reading == name]) for name in readings}
     missing = [_lacking(one, claim, offers) for one, holds in decided if holds is None]
     missing += [f"nothing is said under the reading {name}" for name in readings if not _under(name, claim.says)]
@@ -80,8 +82,8 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
     words = {True: "says", False: "denies"}
     ways = {holds: [name for name, found in by_reading.items() if found is holds] for holds in words}
     decided = [f"A theorem {words[holds]} it under {', '.join(names)}. " for holds, names in ways.items() if names]
-    more = f"; and {len(missing) - 1} more" if len(missing) > 1 else ""
-    return f"{''.join(decided)}{missing[0][:1].upper()}{missing[0][1:]}{more}."
+    told = "; ".join(missing)
+    return f"{''.join(decided)}{told[:1].upper()}{told[1:]}."
 
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
@@ -150,7 +152,14 @@ def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[
     found = [one.items for one in _fitting(term, predicate, offers) if any(end for pair in one.items for end in pair)]
     if len({len(items) for items in found}) != 1:
         return ()
-    return tuple(_narrowest(pairs) for pairs in zip(*found, strict=True))
+    narrow = tuple(_narrowest(pairs) for pairs in zip(*found, strict=True))
+    for one in narrow:
+        if one.low is not None and one.high is not None and one.low > one.high:
+            raise AuditError(
+                f"the theorems on {in_words(predicate)} contradict each other: one says at least {one.low}, another "
+                f"at most {one.high}; one of their statements or certificates is wrong"
+            )
+    return narrow
 
 
 def _narrowest(pairs: Iterable[tuple[str | None, str | None]]) -> Interval:

@@ -13,7 +13,7 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
-from replication.audit.judge.numerals import short
+from replication.audit.judge.numerals import of_decimals, short
 from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, Verdict
 from replication.audit.store.records import ClaimRecord, StatedClaim
 from replication.errors import AuditError
@@ -88,7 +88,12 @@ def with_excess(
     relative = excess(target, evidence) if judgement.verdict is Verdict.DIFFERS else None
     if relative is None:
         return judgement
-    words = f"{judgement.reason} The least number that rounds to the print is {_percent(relative)} above the optimum"
+    (number,) = measure(target, evidence)
+    rounded = of_decimals(round(number.value / number.entry.unit) * number.entry.unit)
+    words = (
+        f"{judgement.reason} The optimum rounds to {rounded}. The least number that rounds to the print is "
+        f"{_percent(relative)} above the optimum"
+    )
     if solver is None or solver.accuracy is None:
         return msgspec.structs.replace(judgement, reason=f"{words}, and the text names no means that would explain it.")
     within = (1 + relative) ** 2 - 1 <= Fraction(str(solver.accuracy))

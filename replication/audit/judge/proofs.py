@@ -17,7 +17,10 @@ from replication.audit.judge.match import Match, match
 from replication.audit.model import Claim, Evidence, Kind, Numbers
 from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord, StatedClaim
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
+from replication.machine.theory import STATEMENTS
+from replication.twice import second
 from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
@@ -74,7 +77,9 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
             raise AuditError(str(refusal)) from None
         folder = root / package / paper
         shared = {f"{package}/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
-        (statement, sums), twice = machine_checked(folder), checked_twice(folder)
+        shared |= imported(root, package, folder)
+        by_coq = [name for name, entry in listed.items() if entry.statement in STATEMENTS]
+        (statement, sums), twice = machine_checked(folder, by_coq), checked_twice(folder, listed)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
             subject = {path: sha256(root / path), **shared}
@@ -92,6 +97,17 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
             )
         reasons |= {claim: entry.reason for entry in unproved for claim in entry.claims}
     return tuple(found), reasons
+
+
+def imported(root: Path, package: str, folder: Path) -> dict[str, str]:
+    """The checksums of the project's files that the plants and the statements of a paper import, directly or not."""
+    places = {package: root / package, "replication": Path(__file__).parents[2]}
+    sources = SourceTree({name: place for name, place in places.items() if place.is_dir()})
+    found = {"replication/verify/stdlib": second()}
+    for name in ("plants", "statements"):
+        if (folder / f"{name}.py").is_file():
+            found |= sources.files_of(f"{package}.{folder.name}.{name}")
+    return found
 
 
 def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:

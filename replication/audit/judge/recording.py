@@ -36,6 +36,7 @@ def make_record(
     error: str = "",
     certificates: Sequence[CertificateRecord] = (),
     unproved: str = "",
+    untraced: Sequence[str] = (),
 ) -> ClaimRecord:
     """The record of `claim` with its verdict; never raises.
 
@@ -44,7 +45,7 @@ def make_record(
     hand. readings: those of the paper. code: file:line of the
     answer. seconds: of its experiments. error: the failure, or empty.
     certificates: those that support the claim; what they prove takes the place of what was computed.
-    unproved: why no theorem is possible.
+    unproved: why no theorem is possible. untraced: what its experiments did that nothing can follow.
     """
     stated = StatedClaim(**{name: getattr(claim, name) for name in StatedClaim.__struct_fields__})
     try:
@@ -57,9 +58,10 @@ def make_record(
         usable, standing, failure = Evidence(method=""), Standing(), f"{unusable}{where}"
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
-    usable = change(usable, code=code, seconds=seconds, certificates=paths)
+    usable = change(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
     holds = None if proof is None else proof.holds
     judgement = judge(stated, usable, holds, inferred=inferred, scanned=scanned, readings=readings)
+    judgement = _with_untraced(judgement, usable)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
     judgement = change(judgement, proved=standing.proved, supported=standing.supported, unproved=unproved)
@@ -85,7 +87,13 @@ def rejudge(
     judgement = judge(record.claim, record.evidence, holds, target, readings=readings, **sort)
     kept = record.judgement
     told = {name: getattr(kept, name) for name in ("proved", "supported", "unproved")}
-    return msgspec.structs.replace(judgement, **told)
+    return msgspec.structs.replace(_with_untraced(judgement, record.evidence), **told)
+
+
+def _with_untraced(judgement: Judgement, evidence: Evidence) -> Judgement:
+    if not evidence.untraced:
+        return judgement
+    return msgspec.structs.replace(judgement, reason=f"{judgement.reason} Not traced: {', '.join(evidence.untraced)}.")
 
 
 def plain(evidence: Evidence | None) -> Evidence:

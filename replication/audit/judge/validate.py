@@ -15,7 +15,7 @@ from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 from replication.verify.predicate import YES_NO, Predicate
-from replication.verify.quantities import ESTIMATORS, unit_of
+from replication.verify.quantities import ESTIMATORS, in_words, unit_of
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
@@ -109,7 +109,9 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
                 f"{str(known[claim.repeats].expected)!r}; one fact has one verdict"
             )
     for table in paper.tables:
-        cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
+        cells = [
+            cell.removeprefix(_CELL).partition("|")[0] for row in table.rows for cell in row if cell.startswith(_CELL)
+        ]
         yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims, at)
 
 
@@ -183,7 +185,7 @@ def _predicates(paper: Paper) -> Iterator[str]:
     known = {reading.name for reading in paper.readings} | {NO_READING}
     for claim in paper.claims:
         for predicate in claim.says:
-            mistakes = [*_terms(predicate), *_relation(predicate)]
+            mistakes = [*_terms(predicate), *_relation(predicate)] or [*_print(claim, predicate)]
             yield from (f"claim {claim.id!r} {mistake}" for mistake in mistakes)
             if predicate.reading not in known:
                 yield f"claim {claim.id!r} says something under {predicate.reading!r}, a reading that nobody defines"
@@ -204,6 +206,16 @@ def _terms(predicate: Predicate) -> Iterator[str]:
             yield f"says something of {term.quantity!r} in the unit {predicate.unit!r}; it has the unit {unit!r}"
         if term.estimators not in ESTIMATORS and term.estimators:
             yield f"speaks of the estimators {term.estimators!r}, which are no known class; add it to {where}"
+
+
+def _print(claim: Claim, predicate: Predicate) -> Iterator[str]:
+    """Of a number a theorem decides whether it is the print, and nothing weaker or beside it."""
+    number = claim.kind in (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
+    if number and predicate.unit != YES_NO and (predicate.relation, predicate.to) != ("is", claim.printed):
+        yield (
+            f"prints {claim.printed!r} and says as data: {in_words(predicate)}; a number "
+            f'is what is printed: leave out relation and number, or say relation="is" and to="{claim.printed}"'
+        )
 
 
 def _relation(predicate: Predicate) -> Iterator[str]:

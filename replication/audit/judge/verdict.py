@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value
-from replication.audit.judge.numerals import apart, digits
+from replication.audit.judge.numerals import apart, digits, short
 from replication.audit.judge.policies import once_corrected, slipped, touched, with_excess, with_inputs, with_own
 from replication.audit.judge.proofs import NUMERIC
 from replication.audit.model import NO_READING, Evidence, Judgement, Kind, Outcome, Policy, Reading, Verdict
@@ -275,11 +275,13 @@ def _statement(case: Case) -> Judgement:
     if margin is not None:
         if margin != 0 and holds != (margin > 0):
             raise AuditError(f"the evidence contradicts itself: holds is {holds} and the margin is {margin!r}")
-        by = f", by a margin of {digits(Fraction(margin), Fraction(0))}"
+        by = f", by a margin of {short(margin, 3)}"
     if margin is not None and case.evidence.threshold is not None:
         allowed = Fraction(case.evidence.threshold)
         by = ". Residual {}, allowed {}".format(*apart(allowed - Fraction(margin), allowed, least=3))
     words = "The statement holds" if holds else "The statement does not hold"
+    if case.claim.kind is Kind.STATISTICAL and case.claim.printed and case.evidence.probability is None:
+        words = f"A draw as extreme has probability {'at least' if holds else 'under'} {SMALLEST_PROBABILITY}"
     return Judgement(verdict=Verdict.CONSISTENT if holds else Verdict.REFUTED, reason=f"{words}{by}.")
 
 
@@ -293,7 +295,9 @@ def _statistical(case: Case) -> Judgement:
     if not 0 <= probability <= 1:
         raise AuditError(f"a probability lies between 0 and 1, got {probability!r}")
     probable = probability >= SMALLEST_PROBABILITY
-    told = digits(Fraction(probability), Fraction(str(SMALLEST_PROBABILITY)))
+    # A rank among draws carries one digit, far from the least probability.
+    clear = probability >= 2 * SMALLEST_PROBABILITY
+    told = f"about {short(probability, 1)}" if clear else digits(Fraction(probability), Fraction("0.01"))
     draws = case.evidence.draws
     if draws is not None and probability <= least_rank(draws):
         told = f"at most {told}, the least that a rank among {draws} draws can show"

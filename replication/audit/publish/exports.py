@@ -14,6 +14,7 @@ from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Verdict
 from replication.audit.publish.linked_data import Json, claims_graph, without_empty
 from replication.audit.publish.software import Software, read_software
+from replication.audit.report.consequence import standing
 from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile
 from replication.files import write_atomically
 
@@ -22,10 +23,9 @@ HEIGHT, PADDING, MARK = 20, 7, 16
 CHARACTER = 6.6
 """Width in pixels that one character of 11 px text is given; `textLength` then makes the text as wide as its box."""
 
-GOOD, BAD = "#0b6b46", "#a11d2f"
-"""Both with a contrast of more than 4.5:1 to white text."""
-
-TICK, CROSS = "M4 10.5l3.5 3.5l6-8", "M4.5 5.5l8 8m0-8l-8 8"
+TICK, CROSS, DIAMOND = "M4 10.5l3.5 3.5l6-8", "M4.5 5.5l8 8m0-8l-8 8", "M8.5 5.5l4.5 4.5l-4.5 4.5l-4.5-4.5z"
+GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
+"""Colour, with a contrast of more than 4.5:1 to white, and mark: all agree, something does not, a theorem fails."""
 
 
 def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
@@ -55,7 +55,7 @@ def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Pa
 def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     """One badge: how many of the claims that could be checked agree, and whether every verdict is the pinned one.
 
-    A tick says that nothing is off its pin, a cross that something is; a known disagreement is no defect of the audit.
+    A tick says that all agree, a diamond that some do not, a cross that a theorem fails or a verdict has changed.
     """
     chosen = tuple(claims)
     found = counts(chosen)
@@ -63,11 +63,13 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     agree = sum(found[verdict] for verdict in AGREES)
     moved = sum(claim.unexpected for claim in chosen)
     text = f"{moved} off the pin" if moved else f"{agree} of {checked} agree"
-    return draw(label, text, fine=not moved)
+    stands = standing(chosen)
+    return draw(label, text, BAD if moved or stands.broken else SOME if stands.failing else GOOD)
 
 
-def draw(label: str, text: str, *, fine: bool) -> str:
-    """A badge of two boxes as stand-alone SVG: `label`, then a tick or a cross and `text`."""
+def draw(label: str, text: str, look: tuple[str, str]) -> str:
+    """A badge of two boxes as stand-alone SVG: `label`, then the mark and `text` on the colour of `look`."""
+    colour, mark = look
     left = _width(label)
     right = _width(text) + MARK
     full = html.escape(f"{label}: {text}")
@@ -76,8 +78,8 @@ def draw(label: str, text: str, *, fine: bool) -> str:
         f'aria-label="{full}"><title>{full}</title>'
         f'<rect width="{left + right:g}" height="{HEIGHT}" rx="3" fill="#3a3f45"/>'
         f'<path d="M{left:g} 0h{right - 3:g}a3 3 0 0 1 3 3v{HEIGHT - 6}a3 3 0 0 1-3 3h-{right - 3:g}z" '
-        f'fill="{GOOD if fine else BAD}"/>'
-        f'<path d="{TICK if fine else CROSS}" transform="translate({left:g})" fill="none" stroke="#fff" '
+        f'fill="{colour}"/>'
+        f'<path d="{mark}" transform="translate({left:g})" fill="none" stroke="#fff" '
         f'stroke-width="2"/>'
         f'<g fill="#fff" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11">'
         f"{_text(label, PADDING)}{_text(text, left + MARK)}</g></svg>\n"

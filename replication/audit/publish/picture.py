@@ -1,4 +1,4 @@
-"""The picture of the README: all claims as the report draws them, of a run whose sources were committed.
+"""The picture of the README: the answer as the report draws it, of a run whose sources were committed.
 
 `make picture` takes it; Chromium and its driver must be on the path. The picture notes which commit and which verdicts
 it shows, so that one that is out of date can be told.
@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from selenium import webdriver
 
 WIDTH, HEIGHT = 1240, 2000
-PART = "#field"
+PART = "#rows"
 """The part of the report that is shown."""
-STILL = """.field .read, .field .seg, .field .hint { display: none !important }
-.field-body { display: block !important } .field { padding: 1rem; border: 0 } .k.on { background: none }"""
-"""What answers to a reader has no place in a picture."""
+STILL = """#rows { display: grid; grid-template-columns: 1fr 1fr; gap: 0 3rem; padding: 1rem 1.5rem; border: 0 }
+#rows > .row { display: block; border: 0 } .row h2 { min-height: 3.9em } .row a { text-decoration: none !important }
+.row .foot, .row p:not(.who, .yl, .xl, .hint) { display: none }"""
+"""Two rows of two; the sentences stand in the README."""
 COMMIT, VERDICTS = "Commit", "Verdicts"
 """What the picture notes, as texts of the PNG."""
 COLOURS = 64
@@ -56,7 +57,7 @@ def noted(picture: Path) -> dict[str, str]:
 
 
 def take(report: Path, results: ResultsFile, picture: Path) -> None:
-    """Write the part of the report that shows all claims, in light colours, to `picture`."""
+    """Write the part of the report that shows the answer, in light colours, to `picture`."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
@@ -101,4 +102,4 @@ def _screenshot(report: Path) -> bytes:
 
 if __name__ == "__main__":
     root = find_project(Path.cwd()).root
-    take(root / "report" / "index.html", read_results(root / "report" / "results.json"), root / "docs" / "claims.png")
+    take(root / "report" / "index.html", read_results(root / "report" / "results.json"), root / "docs" / "answer.png")

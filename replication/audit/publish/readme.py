@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from replication.audit.inspect.headline import theorems
-from replication.audit.inspect.sentences import LINK
 from replication.audit.judge.policies import once
 from replication.audit.project import find_project
 from replication.audit.publish.examples import Ran, run_example
 from replication.audit.publish.exports import badge
+from replication.audit.report.consequence import standings
+from replication.audit.report.opening.told import BriefView, briefs
 from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -24,7 +25,7 @@ SHOWN_WIDTH = 380
 
 
 def results_block(results: ResultsFile) -> str:
-    """Markdown: how many claims are proved, and of each paper its badge and what the report says of it first."""
+    """Markdown: how many claims are proved, and of each paper its badge, its result and what explains it."""
     shown = badges(results)
     every = f"{_image(f'{BADGES}/all.svg', shown)} {theorems(once(results.claims))}".strip()
     return "\n".join([BEGIN, "", *_lines(results, shown), "", every, "", END])
@@ -73,9 +74,10 @@ def update(root: Path, results: ResultsFile, ran: Ran) -> None:
 
 
 def _lines(results: ResultsFile, shown: dict[str, str]) -> Iterator[str]:
-    for paper in results.papers:
-        name = f"{BADGES}/{paper.key}.svg"
-        yield f"- **{paper.cited}** {_image(name, shown)} {_line(paper)}"
+    papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
+    for key in standings(results):
+        badge_of = _image(f"{BADGES}/{key}.svg", shown)
+        yield f"- **{papers[key].cited}** {badge_of} {_line(papers[key], told.get(key))}"
 
 
 def _image(name: str, shown: dict[str, str]) -> str:
@@ -83,11 +85,12 @@ def _image(name: str, shown: dict[str, str]) -> str:
     return f"![{said}]({name})"
 
 
-def _line(paper: PaperRecord) -> str:
-    """What the card of the paper says, without its links."""
-    if paper.brief is None:
+def _line(paper: PaperRecord, told: BriefView | None) -> str:
+    """What the opening of the report says of the paper, without its links."""
+    if told is None:
         return paper.findings[0] if paper.findings else ""
-    return LINK.sub(lambda found: found[1], paper.brief.card)
+    headline = f"{told.headline.text}. " if told.headline.text else ""
+    return headline + told.card.text
 
 
 if __name__ == "__main__":

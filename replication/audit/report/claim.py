@@ -1,12 +1,11 @@
-"""What the report shows of a claim, in the order in which it shows it: entries side by side, worst first."""
+"""What the report shows of a claim: its entries side by side, in the order of the paper."""
 
 from __future__ import annotations
 
 import contextlib
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 from markupsafe import Markup
@@ -25,26 +24,14 @@ MOST_ENTRIES = 6
 MOST_COLUMNS = 2
 """Entries that the line of a claim lists; a larger list or matrix is shown in full in the evidence."""
 
-LARGE = 1.5
-"""Ratio of a computed number to its print from which on it is told as such."""
+LARGE = 10
+"""Ratio of a computed number to its print from which on it is told as such, and not in per cent."""
 
 HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
 """Verdicts of claims that a reader need not look at first."""
 
 CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 """Verdicts of claims that agree with what is meant, not with what is printed."""
-
-WORST_FIRST = (
-    Verdict.ERROR,
-    Verdict.REFUTED,
-    Verdict.DIFFERS,
-    Verdict.UNDETERMINED,
-    Verdict.COMPATIBLE,
-    Verdict.REPRODUCED_AFTER_ERRATUM,
-    Verdict.CONSISTENT,
-    Verdict.REPRODUCED,
-)
-"""Order of the claims table; after error come all verdicts that are not the expected ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,25 +114,13 @@ def targets(claims: Iterable[ClaimRecord]) -> dict[str, Target]:
 
 
 def views(claims: Iterable[ClaimRecord], read: Mapping[str, Target]) -> tuple[ClaimView, ...]:
-    """The claims of one paper, worst first: by verdict, then by deviation, then as they stand in the paper.
-
-    read: their `targets`.
-    """
-    made = (_view(place, record, read.get(record.id)) for place, record in enumerate(claims))
-    return tuple(sorted(made, key=_badness))
+    """The claims of one paper as they stand in it; read: their `targets`."""
+    return tuple(_view(place, record, read.get(record.id)) for place, record in enumerate(claims))
 
 
 def anchor(kind: str, name: str) -> str:
     """An id for `name` that is unique, readable and valid in HTML and in a URL, whatever characters the name has."""
     return f"{kind}-" + re.sub(r"[^A-Za-z0-9.-]", lambda match: f"_{ord(match.group()):x}_", name)
-
-
-def _badness(view: ClaimView) -> tuple[float, float]:
-    rank: float = WORST_FIRST.index(view.record.verdict)
-    if view.record.unexpected:
-        rank = min(rank, 0.5)
-    deviation = view.record.judgement.deviation_ulp
-    return rank, 0.0 if deviation is None or not math.isfinite(deviation) else -abs(deviation)
 
 
 def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
@@ -156,6 +131,8 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         # The verdict of a claim whose numbers do not fit is `error`, and its reason says what does not.
         with contextlib.suppress(AuditError, OverflowError, ValueError):
             entries, strip = side_by_side(target, evidence)
+    if record.claim.kind is Kind.CITED and record.claim.unit == "s":
+        entries = tuple(map(_timed, entries))
     return ClaimView(
         record=record,
         place=place,
@@ -171,6 +148,12 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         off=_off(target, record),
         elsewhere=_elsewhere(target, record, entries),
     )
+
+
+def _timed(entry: EntryView) -> EntryView:
+    """Seconds of two computers: two digits, none of which agrees or differs."""
+    seconds = float(entry.full.replace(numerals.MINUS, "-"))
+    return replace(entry, head=f"{seconds:.0f}" if seconds >= 100 else numerals.short(seconds, 2), tail="", agreed=0)
 
 
 def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryView, ...]) -> tuple[str, str] | None:
@@ -198,15 +181,17 @@ def _meant(record: ClaimRecord) -> tuple[tuple[tuple[EntryView, ...], ...], ...]
 
 
 def _off(target: Target | None, record: ClaimRecord) -> tuple[float, str] | None:
-    """How far one printed number is from what was computed for it: a factor, below `LARGE` per cent."""
+    """How far one printed decimal is from what was computed for it: per cent, a factor from `LARGE` on."""
     computed = record.evidence.value
     if record.verdict is not Verdict.DIFFERS or target is None or not isinstance(computed, (int, float)):
+        return None
+    if "." not in record.claim.printed:
         return None
     (entry,) = target.printed.entries
     if not entry.value or not computed or (computed < 0) is not (entry.value < 0):
         return None
     ratio = computed / float(entry.value)
-    if not 1 / LARGE < ratio < LARGE:
+    if ratio >= LARGE:
         return ratio, "times the print"
     return 100 * abs(ratio - 1), "% below the print" if ratio < 1 else "% above the print"
 

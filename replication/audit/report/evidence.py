@@ -32,7 +32,7 @@ def drawings(environment: Environment, shown: Mapping[str, Any]) -> dict[str, st
     return {name: _SPACE.sub("> <", html).strip() for name, html in (claims | inputs).items()}
 
 
-def packed(parts: Mapping[str, str]) -> str:
+def packed(parts: Mapping[str, Any]) -> str:
     """`parts` as JSON, deflated, in base64: what no HTML parser can take for anything else."""
     return base64.b64encode(zlib.compress(json.dumps(parts, ensure_ascii=False).encode(), 9)).decode()
 

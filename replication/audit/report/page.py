@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,21 +19,23 @@ from markupsafe import Markup
 import replication
 from replication.audit.inspect.headline import headline
 from replication.audit.publish.linked_data import summary_graph
+from replication.audit.report.checks import checks, played
 from replication.audit.report.claim import targets
-from replication.audit.report.consequence import MEANING
+from replication.audit.report.consequence import MEANING, standings
 from replication.audit.report.evidence import drawings, packed
 from replication.audit.report.guard import require_sourced
 from replication.audit.report.opening.field import field
-from replication.audit.report.opening.key import examples
+from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
-from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
+from replication.audit.report.sections.across import across, chart
+from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
 from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
 from replication.files import made_from, write_page
 
-UNPRINTED = ("scope", "tolerances", "sensitivity", "lineage", "experiments")
+UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
 
 
@@ -47,21 +49,22 @@ def build_report(results: ResultsFile, figures: Path, output: Path, root: Path |
     """
     place = output.resolve()
     depth = len(place.relative_to(root).parts) - 1 if root is not None and place.is_relative_to(root) else 1
-    key = _key(results, figures, depth)
+    proofs = checks(results, root)
+    key = _key(results, figures, depth, proofs)
     if made_from(output) == key:
         return output
-    page, evidence, shown = _made(results, figures, "../" * depth)
+    page, evidence, shown = _made(results, figures, "../" * depth, proofs)
     require_sourced({"": page, **evidence}, results, shown)
     write_page(output, page, key)
     return output
 
 
-def _key(results: ResultsFile, figures: Path, depth: int) -> str:
+def _key(results: ResultsFile, figures: Path, depth: int, proofs: Mapping[str, Any]) -> str:
     """The checksum of all that a page is made from; versions of packages stand in the results."""
     code = sorted(Path(replication.__file__).parent.rglob("*.py"))
     words = (path for path in sorted(SOURCES.iterdir()) if path.suffix in {".j2", ".css", ".js"})
     drawn = (figures / f"{figure.name}{kind}" for figure in results.figures for kind in (".svg", ".csv"))
-    digest = hashlib.sha256(to_json(results) + str(depth).encode())
+    digest = hashlib.sha256(to_json(results) + str(depth).encode() + json.dumps(proofs).encode())
     for path in (*code, *words, *drawn):
         digest.update(hashlib.sha256(path.read_bytes() if path.is_file() else b"").digest())
     return digest.hexdigest()
@@ -72,14 +75,17 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
 
     Other arguments and errors as for `build_report`.
     """
-    return _made(results, figures, root)[0]
+    return _made(results, figures, root, checks(results, None))[0]
 
 
 def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     """What the templates show."""
     _require_known(results)
     read = targets(results.claims)
-    papers = [paper_view(paper, results, figures, read) for paper in results.papers]
+    order = list(standings(results))
+    records = sorted(results.papers, key=lambda paper: order.index(paper.key))
+    papers = [paper_view(paper, results, figures, read) for paper in records]
+    told, shown = dict.fromkeys(order, None) | briefs(results), field(papers)
     return {
         "results": results,
         "run": results.run,
@@ -88,9 +94,11 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
-        "field": field(papers),
-        "examples": examples(view for paper in papers for view in paper.claims),
-        "briefs": dict.fromkeys((paper.key for paper in results.papers), None) | briefs(results),
+        "field": shown,
+        "rows": rows(shown.lanes, told, figures),
+        "costs": chart(across(results)),
+        "briefs": told,
+        "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
         "linked_data": Markup(_inside_script(summary_graph(results))),
@@ -103,20 +111,26 @@ def _inside_script(content: dict[str, Any]) -> str:
     return json.dumps(content).replace("<", "\\u003c")
 
 
-def _made(results: ResultsFile, figures: Path, root: str) -> tuple[str, dict[str, str], dict[str, Any]]:
+def _made(
+    results: ResultsFile, figures: Path, root: str, proofs: Mapping[str, Any]
+) -> tuple[str, dict[str, str], dict[str, Any]]:
     """The page, the evidence that is packed into it, and what both were made from."""
-    made, script = environment(), source("script.js")
-    shown = _shown(results, figures)
+    made = environment()
+    plays = played(proofs)
+    wanted = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
+    scripts = {name: source(f"{name}.js") for name, there in wanted.items() if there}
+    shown = _shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
     evidence = drawings(made, {**shown, "root": root})
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
     page = made.get_template("template.html.j2").render(
         shown,
         root=root,
         packed=Markup(packed(evidence)),
-        style=Markup(style_sheet()),
+        certificates=Markup(packed(proofs)) if proofs["entries"] else "",
+        style=Markup(style_sheet() + source("check.css")),
         drawn=Markup(_rules(shown["papers"])),
-        script=Markup(script),
-        script_hash=f"sha256-{digest}",
+        scripts={name: Markup(code) for name, code in scripts.items()},
+        allowed=Markup(" ".join(f"'sha256-{digest}'" for digest in digests)),
     )
     return page, evidence, shown
 
@@ -131,7 +145,7 @@ def _require_known(results: ResultsFile) -> None:
     papers = {paper.key for paper in results.papers}
     strangers = sorted({claim.paper for claim in results.claims} - papers)
     cells = (cell for paper in results.papers for table in paper.tables for row in table.rows for cell in row)
-    named = {cell.removeprefix(CLAIM_CELL) for cell in cells if cell.startswith(CLAIM_CELL)}
+    named = {name for cell in cells if (name := claim_of(cell))}
     named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
     unknown = sorted(named - {claim.id for claim in results.claims})
     paths = {path for claim in results.claims for path in claim.evidence.certificates}

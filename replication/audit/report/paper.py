@@ -55,6 +55,32 @@ class PaperView:
     tables: tuple[TableView, ...]
 
     @property
+    def headings(self) -> dict[str, str]:
+        """The heading of each part: its result, where it has one."""
+        judged, agreeing = sum(t.judged for t in self.tables), sum(t.agree + t.corrected for t in self.tables)
+        failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
+        certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
+        missed = sum(not made.inside for made in self.ladders)
+        told = {
+            "tables": f"{agreeing} of {judged} table entries agree" if judged else "Tables as printed, and ours",
+            "ladder": f"{missed} of {len(self.ladders)} proved numbers miss their print"
+            if missed
+            else "Proved numbers agree with their print",
+            "errata": f"{certain} of {len(self.errata)} corrections are certain",
+            "findings": "What we found",
+            "claims": f"{failing} of {self.total} claims fail" if failing else f"None of {self.total} claims fails",
+            "figures": "The figures, drawn anew",
+            "readings": "What the text leaves to choose",
+            "scope": "What was checked, and what was left out",
+        }
+        return dict(self.parts) | {name: heading for name, heading in told.items() if name in dict(self.parts)}
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The numbers in the headings."""
+        return tuple(int(word) for heading in self.headings.values() for word in heading.split() if word.isdecimal())
+
+    @property
     def readings(self) -> dict[str, Reading]:
         """What is assumed where the text leaves a choice, by name."""
         return {reading.name: reading for reading in self.record.readings}
@@ -75,14 +101,14 @@ class PaperView:
     def parts(self) -> tuple[tuple[str, str], ...]:
         """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
         present = {
-            ("tables", "As printed, and ours"): self.tables,
-            ("ladder", "Print to proof"): self.ladders,
-            ("explore", "In pictures"): self.explorers,
-            ("errata", "Printed → meant"): self.errata,
             ("findings", "Findings"): self.record.findings,
+            ("tables", "Tables"): self.tables,
+            ("ladder", "How close"): self.ladders,
+            ("explore", "Pictures"): self.explorers,
+            ("errata", "Corrections"): self.errata,
             ("claims", "All claims"): self.claims,
             ("figures", "Figures"): self.figures,
-            ("readings", "Readings"): self.record.readings,
+            ("readings", "Choices"): self.record.readings,
             ("formulas", "Formulas"): self.formulas,
             ("scope", "Scope"): self.record.scope,
         }

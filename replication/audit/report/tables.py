@@ -13,7 +13,7 @@ from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Policy, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import ClaimView
-from replication.audit.report.templates import CLAIM_CELL
+from replication.audit.report.templates import CLAIM_CELL, claim_of
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")
 """A heading that says nothing without the name of what is counted."""
@@ -21,9 +21,14 @@ _NUMBERS = re.compile(r"[\d\s.,()]+")
 
 @dataclass(frozen=True, kw_only=True)
 class CellView:
-    """A text, or a claim with the headings of its row and its column; a row of a table begins with its heading."""
+    """A text, or a claim with the headings of its row and its column; a row of a table begins with its heading.
+
+    printed, ours: what stands in the paper, and what that means if it holds, where a claim prints no number.
+    """
 
     text: str = ""
+    printed: str = ""
+    ours: str = ""
     claim: ClaimView | None = None
     headings: tuple[str, ...] = ()
 
@@ -74,8 +79,9 @@ def _cells(header: tuple[str, ...], row: tuple[str, ...], claims: Mapping[str, C
         if cell.startswith(CLAIM_CELL):
             beside = () if row[0].startswith(CLAIM_CELL) else (named(down, row[0]),)
             above = (named(across, header[place]),) if place else ()
-            claim = claims[cell.removeprefix(CLAIM_CELL)]
-            yield CellView(claim=claim, headings=tuple(filter(None, (*beside, *above))))
+            _, printed, ours = (*cell.split("|"), "", "")[:3]
+            headings = tuple(filter(None, (*beside, *above)))
+            yield CellView(claim=claims[claim_of(cell)], headings=headings, printed=printed, ours=ours)
         else:
             yield CellView(text=cell)
 

@@ -153,6 +153,8 @@ def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRe
         seconds=done.seconds,
         solvers=done.entry.solvers if done.entry is not None else (),
         error=done.error,
+        read=tuple(done.entry.data) if done.entry is not None else (),
+        untraced=_untraced(done),
     )
 
 
@@ -193,8 +195,13 @@ def _claim(
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
         certificates=certificates,
+        untraced=sorted({words for name in claim.uses for words in _untraced(state.computed[name])}),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
+
+
+def _untraced(done: Computed) -> tuple[str, ...]:
+    return done.entry.untraced if done.entry is not None else ()
 
 
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:

@@ -19,7 +19,9 @@ from typing import Any
 import msgspec
 
 from replication.audit.run.pool import KILLED, end_with
+from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
+from replication.audit.store.installed import loaded, plain
 from replication.audit.store.provenance import kernel, read_environment, read_packages
 from replication.audit.store.sources import SourceTree, default_packages, project_of
 from replication.errors import AuditError
@@ -39,6 +41,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     python: str
     packages: dict[str, str]
     kernel: str
+    timeout: float | None = None
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,9 @@ def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
             inputs=task.inputs,
             sources=sources.files_of(task.function.partition(":")[0]),
             python=environment.python,
-            packages=environment.packages,
+            packages={**environment.packages, **plain(loaded(sources.installed_of(task.function.partition(":")[0])))},
             kernel=environment.kernel,
+            timeout=task.timeout,
         )
 
 
@@ -94,7 +98,7 @@ def compute_apart(order: bytes) -> bytes:
         [sys.executable, "-m", "replication.audit.run.cluster", str(os.getpid())],
         input=order,
         stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
+        env={**os.environ, **FIXED, "PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
         check=False,
     )
     if done.returncode or not done.stdout:
@@ -111,7 +115,8 @@ def fulfil(order: Order) -> Answer:
         refusal = f"the worker on {os.uname().nodename}: {error}"
     if refusal:
         return Answer(order.name, None, 0.0, refusal)
-    return compute(Task(order.name, order.function, order.inputs, packages))
+    sources, loaded = tuple(order.sources), tuple(order.packages)
+    return compute(Task(order.name, order.function, order.inputs, packages, sources, loaded, True, order.timeout))
 
 
 def _project(function: str) -> Path:

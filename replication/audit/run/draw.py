@@ -11,6 +11,7 @@ import hashlib
 import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,10 @@ from replication.audit.inspect.sentences import require_title
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
 from replication.audit.run.settled import settled
+from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry
+from replication.audit.store.installed import loaded
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import Environment, read_environment
 from replication.audit.store.records import FigureRecord, shared
@@ -67,15 +70,20 @@ def draw_figures(
     root, packages: as for `runner.run`.
     """
     records = []
+    tree = SourceTree(packages or default_packages(root))
     for paper, figure, dependencies in _asked(papers, results, root, packages):
-        entry = _kept(cache, figure, dependencies)
+        entry = _kept(cache, figure, dependencies, tree)
         if entry is not None and entry[1] == checksums(directory, figure.name):
             record = entry[0]
         else:
-            record = _write_figure(figure, paper.key, results, directory, packages or default_packages(root))
-            if not record.error:
+            with traced(root) as trace:
+                trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
+                record = _write_figure(figure, paper.key, results, directory, tree.packages)
+            if not (record.error or untraced(trace, tree, dependencies.sources)):
                 result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
-                cache.store(_entry(figure), Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
+                data = labels(trace, tree, dependencies.sources)
+                made = Entry(dependencies=dependencies, data=data, seconds=0.0, solvers=(), result=result)
+                cache.store(_entry(figure), made)
         records.append(record)
     return tuple(records)
 
@@ -92,8 +100,9 @@ def kept_figures(
 
     environment: `read_environment(root)`, for who has read it.
     """
+    tree = SourceTree(default_packages(root))
     for _, figure, dependencies in _asked(papers, results, root, None, environment):
-        yield figure.name, _kept(cache, figure, dependencies)
+        yield figure.name, _kept(cache, figure, dependencies, tree)
 
 
 def to_csv(data: FigureData) -> bytes:
@@ -170,7 +179,8 @@ def _dependencies(
     files = {**sources.files_of(f"{package}.{paper.key}"), **sources.files_of(__name__)}
     used = {name: found for name in figure.uses if (found := checksum(name))}
     inputs = encode(figure.name, used, sort=True)
-    return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs)
+    packages = loaded(sources.installed_of(f"{package}.{paper.key}"))
+    return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs, loaded=packages)
 
 
 def _asked(
@@ -196,8 +206,8 @@ def _entry(figure: Figure) -> str:
     return f"figure.{figure.name}"
 
 
-def _kept(cache: Cache, figure: Figure, dependencies: Dependencies) -> Kept | None:
-    entry = cache.lookup(_entry(figure), dependencies).entry
+def _kept(cache: Cache, figure: Figure, dependencies: Dependencies, tree: SourceTree) -> Kept | None:
+    entry = cache.lookup(_entry(figure), dependencies, partial(state, tree=tree)).entry
     return None if entry is None else (msgspec.convert(entry.result["record"], FigureRecord), entry.result["files"])
 
 

@@ -12,11 +12,15 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.provenance import THREADS
 from replication.errors import AuditError
 
-KILLED = "the process was killed while it computed this, perhaps for want of memory, or the code ended it"
+KILLED = (
+    "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
+    "or the code ended it"
+)
 
 
 class Executor(Protocol):
@@ -42,6 +46,12 @@ class Processes:
 
     def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
         """Yield the answer of each task, in the order in which they finish."""
+        for task in tasks:
+            if task.alone:
+                yield from _one_by_one([task])
+        tasks = [task for task in tasks if not task.alone]
+        if not tasks:
+            return
         jobs = min(self.jobs or os.cpu_count() or 1, len(tasks))
         if jobs <= 1:
             yield from _one_by_one(tasks)
@@ -113,15 +123,24 @@ def _single_process() -> Any:
 
 @contextlib.contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Processes begun meanwhile ignore Ctrl-C, which reaches them too: this one decides, and ends them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Processes begun meanwhile ignore Ctrl-C, which reaches them too: this one decides, and ends them.
+
+    They have the language and the time zone of every experiment.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+    before = {name: os.environ.get(name) for name in FIXED}
+    os.environ.update(FIXED)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, handler)
+        if main:
+            signal.signal(signal.SIGINT, handler)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def end_with(parent: int) -> None:

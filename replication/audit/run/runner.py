@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from replication.audit.declare import unlisted
 from replication.audit.judge.proofs import Wanted, record, wanted
 from replication.audit.judge.typed import require_typed
 from replication.audit.judge.validate import validate_claims, validate_theorems
 from replication.audit.model import Experiment
+from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.project import read_settings
 from replication.audit.run.assemble import Computed, assemble
+from replication.audit.run.command import execute
 from replication.audit.run.pool import Executor, Processes
 from replication.audit.run.progress import Action, Silent, Step
 from replication.audit.run.prove import prove
-from replication.audit.run.tracing import data_tree
+from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import Answer, Task, describe, function_name
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
+from replication.audit.store.installed import canonical, loaded, plain
 from replication.audit.store.jsonvalues import encode, solvers_in
 from replication.audit.store.provenance import Environment, read_environment, run_record
 from replication.audit.store.records import ResultsFile
-from replication.audit.store.sources import SourceTree, default_packages
+from replication.audit.store.sources import SourceTree, default_packages, parents
 from replication.errors import AuditError
 
 EDITED = "not kept: its sources or data were edited while it ran"
+TIMEOUT = 3600.0
+"""Seconds that an experiment may take unless it says otherwise."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +49,8 @@ class Outcome:
     results_by_experiment: result by name, without the experiments that failed. results: the file, without figures.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
     those of findings, sensitivity and common levels. unused: experiments whose results nobody read.
-    environment: that in which it ran.
+    environment: that in which it ran. traced: the state of all that was read beside the sources. untraced: what was
+    done that cannot be followed.
     """
 
     results_by_experiment: Mapping[str, Any]
@@ -51,16 +59,23 @@ class Outcome:
     failures: tuple[str, ...]
     unused: tuple[str, ...]
     environment: Environment
+    traced: Mapping[str, str]
+    untraced: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class _Plan:
-    """A task of the run. arguments: JSON text of what its function is given, which may hold places on this disk."""
+    """A task of the run. arguments: JSON text of what its function is given, which may hold places on this disk.
+
+    alone, timeout: as for `Task`.
+    """
 
     name: str
     dependencies: Dependencies
     lookup: Lookup
     arguments: str
+    alone: bool
+    timeout: float
 
 
 def run(
@@ -71,6 +86,7 @@ def run(
     executor: Executor | None = None,
     progress: Silent | None = None,
     packages: Mapping[str, Path] | None = None,
+    timeout: float = TIMEOUT,
 ) -> Outcome:
     """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`; None: one process per core.
 
@@ -78,56 +94,147 @@ def run(
     stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
     fails is an error in the records of what uses it and leaves the rest alone.
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
+    timeout: seconds of an experiment that names none.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
     packages = packages or default_packages(root)
-    sources, data = SourceTree(packages), data_tree(packages)
+    sources = SourceTree(packages)
     require_typed(papers, sources)
+    lost = [words for paper in papers for words in unlisted(paper, read_settings(root).papers)]
+    if lost:
+        raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add the part to parts=..., or take it away")
     validate_claims(papers, sources.mentioned)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     environment = read_environment(root)
-    plans = _plan(papers, certificates, root, environment, partial(cache.lookup, now=data.now), sources)
-    stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
-    computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
-    steps = {name: Step(name, Action.REUSED, plans[name].lookup.reason, stored[name].seconds) for name in stored}
-    tasks = _longest_first([plan for name, plan in plans.items() if name not in computed], packages)
+    now = partial(state, tree=sources)
+    plans: dict[str, _Plan] = {}
+    computed: dict[str, Computed] = {}
+    steps: dict[str, Step] = {}
+    lookup = partial(cache.lookup, now=now)
     with progress or Silent() as watcher:
-        watcher.begin(len(tasks))
-        for answer in (executor or Processes()).compute(tasks) if tasks else ():
-            done, step = _finish(answer, plans[answer.name], cache, sources, data)
-            computed[answer.name], steps[answer.name] = done, step
-            watcher.step(step)
-    values = {name: done.entry.result for name in plans if (done := computed[name]).entry is not None}
+        for index, wave in enumerate(_waves(list(_all(papers)), sources)):
+            ready, blocked = _ready(wave, computed, sources)
+            proofs_too = certificates if index == 0 else ()
+            planned = _plan(ready, proofs_too, (root, cache.files), environment, lookup, sources, timeout)
+            for name, (error, needed) in blocked.items():
+                computed[name] = Computed(needed, None, error, 0.0)
+                steps[name] = Step(name, Action.FAILED, "not started", 0.0, error)
+            stored = {name: plan.lookup.entry for name, plan in planned.items() if plan.lookup.entry is not None}
+            for name, entry in stored.items():
+                computed[name] = Computed(entry.dependencies, entry, "", entry.seconds)
+                steps[name] = Step(name, Action.REUSED, planned[name].lookup.reason, entry.seconds)
+            plans |= planned
+            open_plans = [plan for name, plan in planned.items() if name not in stored]
+            tasks = [_task(plan, packages) for plan in _longest_first(open_plans)]
+            watcher.begin(len(tasks))
+            for answer in (executor or Processes()).compute(tasks) if tasks else ():
+                computed[answer.name], steps[answer.name] = _finish(answer, plans[answer.name], cache, sources)
+                watcher.step(steps[answer.name])
+    environment = _with_loaded(environment, plans.values())
+    order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
+    values = {name: done.entry.result for name in order if (done := computed[name]).entry is not None}
     proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
-    results, failures, unused = assemble(papers, computed, run_record(root, environment), sources, proofs, unproved)
+    with traced(root) as trace:
+        results, failures, unused = assemble(papers, computed, run_record(root, environment), sources, proofs, unproved)
+    entries = [done.entry for done in computed.values() if done.entry is not None]
+    read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
+    own = (".", *packages)
+    elsewhere = [(label, sha) for plan in plans.values() for label, sha in plan.dependencies.sources.items()]
+    read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in own}
+    loose = {words for entry in entries for words in entry.untraced} | set(untraced(trace, sources, ()))
     results = msgspec.structs.replace(results, project=read_settings(root))
-    return Outcome(values, results, tuple(steps[name] for name in plans), failures, unused, environment)
+    return Outcome(
+        values, results, tuple(steps[name] for name in order), failures, unused, environment, read, tuple(sorted(loose))
+    )
+
+
+def _with_loaded(environment: Environment, plans: Iterable[_Plan]) -> Environment:
+    """With the distributions that the experiments import beside those that the project declares."""
+    declared = set(map(canonical, environment.packages))
+    found = {name: version for plan in plans for name, version in plan.dependencies.packages.items()}
+    return replace(environment, loaded={k: v for k, v in plain(found).items() if canonical(k) not in declared})
+
+
+def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[list[Experiment]]:
+    """The experiments, those first that need no other; AuditError for one that is needed and not there, or a circle."""
+    known = {experiment.name for experiment in experiments}
+    for experiment in experiments:
+        for name in experiment.needs:
+            if name not in known:
+                where = sources.mentioned(experiment.name)
+                raise AuditError(f"experiment {experiment.name!r} needs {name!r}; {meant(name, known)}{where}")
+    done: set[str] = set()
+    waiting = list(experiments)
+    while waiting or not done:
+        wave = [experiment for experiment in waiting if done.issuperset(experiment.needs)]
+        if waiting and not wave:
+            names = ", ".join(experiment.name for experiment in waiting)
+            raise AuditError(f"experiments need each other in a circle: {names}; take one `needs` away")
+        yield wave
+        done |= {experiment.name for experiment in wave} or {""}
+        waiting = [experiment for experiment in waiting if experiment.name not in done]
+
+
+def _ready(
+    wave: Sequence[Experiment], computed: Mapping[str, Computed], sources: SourceTree
+) -> tuple[list[tuple[Experiment, dict[str, str]]], dict[str, tuple[str, Dependencies]]]:
+    """The experiments of a wave with the files that they need, and by name why others cannot start."""
+    ready: list[tuple[Experiment, dict[str, str]]] = []
+    blocked: dict[str, tuple[str, Dependencies]] = {}
+    for experiment in wave:
+        failed = [name for name in experiment.needs if computed[name].entry is None]
+        if failed:
+            inputs = encode(experiment.name, dict(experiment.inputs), sort=True)
+            none = Dependencies(
+                sources={},
+                function=function_name(experiment),
+                inputs=inputs,
+                lock="",
+                python="",
+                packages={},
+                kernel="",
+            )
+            blocked[experiment.name] = (f"it needs {', '.join(failed)}, which failed", none)
+            continue
+        entries = [computed[name].entry for name in experiment.needs]
+        ready.append((experiment, {name: sha for entry in entries if entry for name, sha in entry.files.items()}))
+    return ready, blocked
 
 
 def _plan(
-    papers: Sequence[Paper],
+    experiments: Sequence[tuple[Experiment, dict[str, str]]],
     certificates: Sequence[Wanted],
-    root: Path,
+    places: tuple[Path, Path],
     environment: Environment,
     lookup: Callable[[str, Dependencies], Lookup],
     sources: SourceTree,
+    timeout: float,
 ) -> dict[str, _Plan]:
     """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
     verifier = f"{prove.__module__}:{prove.__name__}"
-    here = {"root": str(root)}
-    wanted_inputs = ({"path": certificate.path, "subject": dict(certificate.subject)} for certificate in certificates)
-    asked = [
-        *((experiment.name, function_name(experiment), dict(experiment.inputs), {}) for experiment in _all(papers)),
-        *((one.task, verifier, inputs, here) for one, inputs in zip(certificates, wanted_inputs, strict=True)),
-    ]
+    root, store = map(str, places)
+    runs = f"{execute.__module__}:{execute.__name__}"
+    asked: list[tuple[str, str, dict[str, Any], dict[str, Any], dict[str, str], float | None]] = []
+    for experiment, needed in experiments:
+        function = function_name(experiment)
+        place = {"root": root, "store": store, "needed": needed} if function == runs else {}
+        asked.append((experiment.name, function, dict(experiment.inputs), place, needed, experiment.timeout))
+    for one in certificates:
+        asked.append((one.task, verifier, {"path": one.path, "subject": dict(one.subject)}, {"root": root}, {}, None))
     plans: dict[str, _Plan] = {}
-    for name, function, inputs, place in asked:
+    packages = functools.cache(lambda module: loaded(sources.installed_of(module)))
+    for name, function, inputs, place, needed, limit in asked:
+        module = function.partition(":")[0]
         text = encode(f"the inputs of {name}", inputs, sort=True)
-        files = sources.files_of(function.partition(":")[0])
-        dependencies = Dependencies.on(environment, files, function, text, exact=function == verifier)
+        files, exact, dynamic = sources.files_of(module), function == verifier, sources.is_dynamic(module)
+        if dynamic:  # it may import by a computed name whatever its package imports, too
+            files |= {label: sha for parent in parents(module) for label, sha in sources.files_of(parent).items()}
+        dependencies = Dependencies.on(
+            environment, files, function, text, loaded=packages(module), needed=needed, exact=exact
+        )
         arguments = encode(f"the inputs of {name}", {**inputs, **place}) if place else text
-        plans[name] = _Plan(name, dependencies, lookup(name, dependencies), arguments)
+        plans[name] = _Plan(name, dependencies, lookup(name, dependencies), arguments, dynamic, limit or timeout)
     return plans
 
 
@@ -141,15 +248,21 @@ def _all(papers: Sequence[Paper]) -> Iterator[Experiment]:
         yield experiment
 
 
-def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list[Task]:
-    """Tasks by falling duration as last known, those never run in front: the short ones then fill the gaps."""
+def _longest_first(plans: Sequence[_Plan]) -> list[_Plan]:
+    """Those by falling duration as last known, those never run in front: the short ones then fill the gaps."""
     known = [plan.lookup.last_seconds for plan in plans]
     durations = [math.inf if seconds is None else seconds for seconds in known]
     order = sorted(range(len(plans)), key=lambda index: -durations[index])
-    return [Task(plans[i].name, plans[i].dependencies.function, plans[i].arguments, packages) for i in order]
+    return [plans[i] for i in order]
 
 
-def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree, data: SourceTree) -> tuple[Computed, Step]:
+def _task(plan: _Plan, packages: Mapping[str, Path]) -> Task:
+    needed = plan.dependencies
+    names = tuple(needed.sources), tuple(needed.packages)
+    return Task(plan.name, needed.function, plan.arguments, packages, *names, plan.alone, plan.timeout)
+
+
+def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:
     """Store an answer, unless it failed or its sources and data are no longer those that it was computed from."""
     name, reason, seconds = answer.name, plan.lookup.reason, answer.seconds
     try:
@@ -157,9 +270,16 @@ def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree, data
             result = json.loads(answer.text)
             solvers = solvers_in(f"the result of {name}", result)
             entry = Entry(
-                dependencies=plan.dependencies, data=answer.data, seconds=seconds, solvers=solvers, result=result
+                dependencies=plan.dependencies,
+                data=answer.data,
+                untraced=answer.untraced,
+                files=answer.files,
+                seconds=seconds,
+                solvers=solvers,
+                result=result,
             )
-            whole = sources.unchanged(plan.dependencies.sources) and data.unchanged(answer.data)
+            moved = any(state(label, sources) != now for label, now in answer.data.items())
+            whole = sources.unchanged(plan.dependencies.sources) and not moved
             reason = (cache.store(name, entry) if whole else EDITED) or reason
             return Computed(plan.dependencies, entry, "", seconds), Step(name, Action.COMPUTED, reason, seconds)
         error = answer.error

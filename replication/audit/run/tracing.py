@@ -1,64 +1,291 @@
-"""Which data files of the project a computation reads: it depends on them, and nobody has to declare them.
+"""What a computation depends on beside its sources, noted while it runs, so that nobody has to declare it.
 
-What is read while a module is imported is seen in its source instead (`store.sources`); what another program reads that
-a computation starts is not seen.
+Noted are files that are opened for reading, also outside the project; folders that are listed; environment variables
+that are read; modules and packages that are imported by a computed name. What cannot be followed is named instead:
+programs that are started, and the network. What a module reads while it is imported counts for whoever imports it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
+import hashlib
+import importlib.metadata
+import json
 import os
+import re
+import shutil
+import subprocess
 import sys
+import sysconfig
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
-from replication.audit.store.sources import SourceTree, project_of
+import replication
+from replication.audit.project import CONFIGURATION
+from replication.audit.store.installed import OWN, owners
+from replication.audit.store.sources import SourceTree
 
-CODE = (".py", ".pyc", ".so")
-_opened: list[str] | None = None
+ABSENT = "absent"
+FIXED = {"LC_ALL": "C.UTF-8", "TZ": "UTC"}
+"""Language and time zone of every experiment, so that no result depends on those of the user."""
+PROGRAMS = ("subprocess.Popen", "os.exec", "os.posix_spawn", "os.spawn", "os.system", "pty.spawn")
+NETWORK = ("socket.connect", "socket.getaddrinfo", "socket.gethostbyname")
+LISTS = ("os.listdir", "os.scandir")
+_OWN = ("TMP", "TEMP", "TMPDIR", "HOME", "USER", "PATH", "PWD", "LANG", "LANGUAGE", "TZ", "COLUMNS", "LINES", "TERM")
+_OURS = re.compile(r"LC_|XDG_|PYTHON|OMP_|MKL_|OPENBLAS_|BLIS_|NUMEXPR_|VECLIB_|JOBLIB_|LOKY_|MPL|SETUPTOOLS_|NO_COLOR")
+"""Variables of the machine that libraries ask for; a project that reads one of them depends on it all the same."""
+_STDLIB = sysconfig.get_path("stdlib")
+_MACHINE = ("/usr/", "/lib", "/proc/", "/sys/", "/dev/", "/etc/ld.so", "/etc/localtime", "/etc/ssl", "/etc/fonts")
+_LIBRARY = ("site-packages", "dist-packages")
+_HOME = str(Path(replication.__file__).parent) + os.sep
+_SEEKERS = ("/importlib/metadata/__init__.py", "/pkgutil.py")
+"""Python's modules that list folders in search of packages, which count by their versions."""
+_MAKERS = (".git", ".cache", ".venv", "__pycache__")
 
 
-def data_tree(packages: Mapping[str, Path]) -> SourceTree:
-    """The files that count as data: those of the packages, and of the project in which the papers lie."""
-    root = project_of(packages)
-    return SourceTree({**packages, **({} if root is None else {".": root})})
+@dataclass
+class Trace:
+    """What was noted: files and folders by path, variables, and in words what cannot be followed.
+
+    named: dependencies by the names of `state`, and files: made files by name and checksum, which a command declares.
+    """
+
+    root: str = ""
+    read: dict[str, None] = field(default_factory=dict)
+    written: set[str] = field(default_factory=set)
+    variables: dict[str, None] = field(default_factory=dict)
+    untraced: dict[str, None] = field(default_factory=dict)
+    named: set[str] = field(default_factory=set)
+    files: dict[str, str] = field(default_factory=dict)
+
+
+_active: Trace | None = None
+_imported: dict[str, Trace] = {}
+"""What modules of the project did while they were imported, by file: that happens once in a process."""
 
 
 @contextlib.contextmanager
-def opened_files() -> Iterator[list[str]]:
-    """The paths that are opened for reading meanwhile."""
-    global _opened
+def traced(root: Path | None) -> Iterator[Trace]:
+    """Note what is read meanwhile, for a project at `root`."""
+    global _active
     _listen()
-    found: list[str] = []
-    _opened = found
+    before, _active = _active, Trace(root=f"{root}{os.sep}" if root else "\0")
     try:
-        yield found
+        yield _active
     finally:
-        _opened = None
+        _active = before
 
 
-def checksums(paths: Iterable[str], tree: SourceTree) -> dict[str, str]:
-    """SHA-256 by label of the data files among `paths`; code, hidden folders and installed packages are none."""
-    labels = {tree.label(Path(path).resolve()) for path in paths if not path.endswith(CODE)}
-    data = {label: tree.now(label) for label in sorted(labels) if not _foreign(label)}
-    return {label: sha256 for label, sha256 in data.items() if sha256 is not None}
+def labels(
+    trace: Trace, tree: SourceTree, sources: Iterable[str] | None, modules: Iterable[str] = ()
+) -> dict[str, str]:
+    """By name of a dependency its state now; see `state`.
+
+    sources: labels of the files that the computation imports; None for all that this process imported.
+    modules: imported beside these, by a computed name.
+    """
+    parts = _parts(trace, tree, None if sources is None else {*sources, *modules})
+    names = {f"env:{name}" for part in parts for name in part.variables}
+    names |= {_label(path, tree) for part in parts for path in part.read if _counts(path, trace.root)}
+    names |= {name for part in parts for name in part.named} | set(modules)
+    names -= {f"env:{name}" for name in FIXED}
+    return {name: state(name, tree) for name in sorted(names - set(sources or ())) if name}
 
 
-def _foreign(label: str) -> bool:
-    inside = label.removeprefix("./").split("/")
-    return not label or any(part.startswith(".") or part == "site-packages" for part in inside)
+def untraced(trace: Trace, tree: SourceTree, sources: Iterable[str] | None) -> tuple[str, ...]:
+    """What cannot be followed, in words; sources: as for `labels`."""
+    parts = _parts(trace, tree, None if sources is None else set(sources))
+    return tuple(sorted({words for part in parts for words in part.untraced}))
+
+
+def _parts(trace: Trace, tree: SourceTree, sources: set[str] | None) -> list[Trace]:
+    imported = {tree.label(Path(path)): part for path, part in _imported.items()}
+    return [trace, *(part for label, part in imported.items() if sources is None or label in sources)]
+
+
+def others(tree: SourceTree, sources: Iterable[str], known: Iterable[str]) -> set[str]:
+    """Of what this process imported, the files of the project outside `sources`, and packages outside `known`."""
+    files: set[str] = set()
+    packages: set[str] = set()
+    for name, module in list(sys.modules.items()):
+        path = getattr(module, "__file__", None)
+        if path and (label := tree.label(Path(path))) and not label.startswith(f"{replication.__name__}/"):
+            files.add(label)
+        elif "." not in name and name not in sys.stdlib_module_names:
+            packages |= {f"package:{owner}" for owner in owners().get(name, ()) if owner != OWN}
+    return (files - set(sources)) | (packages - {f"package:{name}" for name in known})
+
+
+def note(*names: str, files: Mapping[str, str] | None = None) -> None:
+    """Note dependencies by the names of `state`, and files that were made, of the computation that goes on."""
+    if _active is not None:
+        _active.named.update(names)
+        _active.files.update(files or {})
+
+
+def state(label: str, tree: SourceTree) -> str:
+    """A word that changes when a dependency does: checksum of a file, names in a folder, value of a variable."""
+    kind, _, name = label.partition(":")
+    if kind == "env":
+        value = os.environ.get(name)
+        return ABSENT if value is None else _sha256(value.encode(errors="surrogateescape"))
+    if kind == "package":
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            return importlib.metadata.version(name)
+        return ABSENT
+    if kind == "version":
+        return _said(tuple(json.loads(name)))
+    if kind == "program":
+        path = Path(shutil.which(name) or "\0").resolve()
+        return f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}" if path.is_file() else ABSENT
+    path = Path(label) if label.startswith("/") else tree.path(label)
+    with contextlib.suppress(OSError, ValueError):
+        if label.endswith("/"):
+            seen = (
+                entry.name for entry in path.iterdir() if not entry.name.startswith(".") and entry.name != "__pycache__"
+            )
+            return _sha256("\n".join(sorted(seen)).encode())
+        return _sha256(path.read_bytes())
+    return ABSENT
+
+
+@functools.cache
+def _said(command: tuple[str, ...]) -> str:
+    """The first line of what a program says of its version."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    except (OSError, subprocess.TimeoutExpired):
+        return ABSENT
+    return next(iter((done.stdout + done.stderr).strip().splitlines()), ABSENT)
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _label(path: str, tree: SourceTree) -> str:
+    folder = path.endswith("/")
+    where = Path(path).resolve()
+    return f"{(tree.label(where) or str(where)).removesuffix('/.')}{'/' if folder else ''}"
+
+
+def _counts(path: str, root: str) -> bool:
+    """Whether a path is data: neither of the machine, nor of Python and its packages, nor what programs keep aside."""
+    parts = Path(path).parts
+    if any(part in _LIBRARY or part in _MAKERS for part in parts) or path.startswith(_HOME):
+        return False
+    if path.startswith(root):
+        return not path.startswith((f"{sys.prefix}/", f"{sys.exec_prefix}/"))
+    kept = (*_MACHINE, f"{sys.prefix}/", f"{sys.base_prefix}/", str(Path.home() / ".config"))
+    return not path.startswith(kept) and not (path.startswith(tempfile.gettempdir()) and not Path(path).exists())
 
 
 @functools.cache
 def _listen() -> None:
     """Python keeps such a listener as long as the process lives."""
     sys.addaudithook(_hear)
+    value_of = os._Environ.__getitem__
+
+    def asked(self: Any, key: Any) -> Any:
+        if _active is not None:
+            _ask(os.fsdecode(key) if isinstance(key, bytes) else str(key), sys._getframe(1))
+        return value_of(self, key)
+
+    os._Environ.__getitem__ = asked  # type: ignore[method-assign]
 
 
 def _hear(event: str, arguments: tuple[Any, ...]) -> None:
-    if event != "open" or _opened is None or not isinstance(arguments[0], str | bytes):
+    if _active is None or not event.startswith(
+        ("open", "os.", "subprocess.", "socket.", "sqlite3.", "ctypes.", "pty.")
+    ):
         return
-    if not (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR):
-        _opened.append(os.path.abspath(os.fsdecode(arguments[0])))  # noqa: PTH100 - the folder may change later
+    frame = sys._getframe(1)
+    by = frame.f_code.co_filename
+    if event == "open" or event in ("sqlite3.connect", "ctypes.dlopen"):
+        if isinstance(arguments[0], str | bytes | os.PathLike) and not by.startswith("<frozen importlib"):
+            flags = (arguments[2] or 0) if event == "open" else 0
+            path = os.fsdecode(arguments[0])
+            own = path.endswith(f"/{CONFIGURATION}") and _asking(frame).startswith(_HOME)
+            if not own and not by.endswith(("/linecache.py", "/tokenize.py")):
+                _open(path, flags, frame, library=event == "ctypes.dlopen")
+    elif event in LISTS:
+        # What this program lists, such as the papers there are, is no data of a computation.
+        own = by.startswith("<frozen importlib") or by.endswith(_SEEKERS) or _asking(frame).startswith(_HOME)
+        if not (own or isinstance(arguments[0], int)):
+            _owner(frame).read[f"{os.path.abspath(os.fsdecode(arguments[0] or '.'))}/"] = None  # noqa: PTH100
+    elif event in PROGRAMS:
+        machine = ("/ctypes/util.py", "/platform.py", "/font_manager.py")
+        if not _asking(frame).startswith(_HOME) and not any(name.endswith(machine) for name in _callers(frame)):
+            _owner(frame).untraced[f"program {_program(arguments)}"] = None
+    elif event in NETWORK:
+        _owner(frame).untraced["network"] = None
+
+
+def _program(arguments: tuple[Any, ...]) -> str:
+    first = arguments[0] if arguments[0] is not None else arguments[1]
+    word = first[0] if isinstance(first, list | tuple) and first else first
+    return Path(os.fsdecode(word).split()[0] if word else "?").name
+
+
+def _open(path: str, flags: int, frame: FrameType, *, library: bool) -> None:
+    path = os.path.abspath(path) if os.sep in path or not library else ""  # noqa: PTH100 - the folder may change later
+    owner = _owner(frame)
+    if flags & (os.O_WRONLY | os.O_RDWR):
+        if path not in owner.read:
+            owner.written.add(path)
+    elif path and path not in owner.written:
+        owner.read[path] = None
+
+
+def _ask(name: str, frame: FrameType) -> None:
+    """Note a variable, unless Python or this program asks for it, or a library for one of the machine."""
+    while frame.f_code.co_filename.endswith(
+        ("/os.py", "_collections_abc.py", "<frozen os>", "<frozen _collections_abc>")
+    ):
+        if frame.f_back is None:
+            return
+        frame = frame.f_back
+    by = frame.f_code.co_filename
+    library = _library(by)
+    if by.startswith(("<", _HOME)) or (by.startswith(_STDLIB) and not library):
+        return
+    if not library or not (name in _OWN or _OURS.match(name) or _importing(frame)):
+        _owner(frame).variables[name] = None
+
+
+def _owner(frame: FrameType) -> Trace:
+    """Where to note: for the module of the project that is being imported, else for the computation."""
+    assert _active is not None
+    for place in _frames(frame):
+        by = place.f_code.co_filename
+        if place.f_code.co_name == "<module>" and by.startswith(_active.root) and _counts(by, _active.root):
+            return _imported.setdefault(by, Trace())
+    return _active
+
+
+def _library(file: str) -> bool:
+    return any(f"{os.sep}{part}{os.sep}" in file for part in _LIBRARY)
+
+
+def _asking(frame: FrameType) -> str:
+    """The file of the innermost caller that is not Python's own."""
+    return next((name for name in _callers(frame) if _library(name) or not name.startswith((_STDLIB, "<"))), "")
+
+
+def _importing(frame: FrameType) -> bool:
+    return any(name.startswith("<frozen importlib") for name in _callers(frame))
+
+
+def _callers(frame: FrameType) -> Iterator[str]:
+    return (place.f_code.co_filename for place in _frames(frame))
+
+
+def _frames(frame: FrameType | None) -> Iterator[FrameType]:
+    while frame is not None:
+        yield frame
+        frame = frame.f_back

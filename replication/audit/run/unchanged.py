@@ -1,8 +1,9 @@
 """A run of which nothing has changed since is not repeated: its words are said again, and its files are left alone.
 
 What may matter to a run is every file of the project that is not hidden, the package itself, the results, figures and
-entries of the cache that it left, the machine and its packages. If all that is as it was when the last run ended, so is
-what a run would write. Whatever is in doubt is run again, from results that are kept one by one.
+entries of the cache that it left, the machine, what is installed, and what else it was seen to read. If all that is as
+it was when the last run ended, so is what a run would write. Whatever is in doubt is run again, from results that are
+kept one by one.
 """
 
 from __future__ import annotations
@@ -10,18 +11,22 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 import replication
+from replication.audit.run.tracing import state
+from replication.audit.store.installed import listing
 from replication.audit.store.provenance import kernel, run_record
-from replication.audit.store.sources import KEPT
+from replication.audit.store.sources import KEPT, SourceTree, default_packages
 from replication.files import write_atomically
 
 NAME = "last-run"
+LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV")
+"""How variables begin that may matter though nobody asks for them by name."""
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
 INDEX = (f"{NAME}.json", KEPT)
@@ -54,26 +59,37 @@ class LastRun:
         try:
             kept = json.loads(self._path.read_bytes())
             told = msgspec.convert(kept["said"], Said)
-            whole = kept["sha256"] == self._checksum(self._before, told)
+            whole = kept["sha256"] == self._checksum(self._before, told, kept["traced"])
+            whole = whole and self._traced(kept["traced"]) == kept["traced"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
         return told if whole else None
 
-    def keep(self, said: Said) -> None:
-        """Keep what this run said, unless something else than the run itself changed files while it ran."""
+    def keep(self, said: Said, traced: Iterable[str] = ()) -> None:
+        """Keep what this run said, unless something else than the run itself changed files while it ran.
+
+        traced: what the run read besides, by the names of `tracing.state`.
+        """
         after = self._files()
         changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
         if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
-            text = json.dumps({"said": msgspec.to_builtins(said), "sha256": self._checksum(after, said)})
-            write_atomically(self._path, text.encode())
+            now = self._traced(traced)
+            kept = {"said": msgspec.to_builtins(said), "traced": now, "sha256": self._checksum(after, said, now)}
+            write_atomically(self._path, json.dumps(kept).encode())
+
+    def _traced(self, names: Iterable[str]) -> dict[str, str]:
+        tree = SourceTree(default_packages(self._root))
+        return {name: state(name, tree) for name in names}
 
     def _files(self) -> dict[str, str]:
         found = {path.resolve() for place in self._places for path in _visible(place)}
         return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(found)}
 
-    def _checksum(self, files: Mapping[str, str], said: Said) -> str:
+    def _checksum(self, files: Mapping[str, str], said: Said, traced: Mapping[str, str]) -> str:
         record = msgspec.structs.replace(run_record(self._root), date="", blas=kernel())
-        whole: list[Any] = [self._asked, msgspec.to_builtins(record), files, msgspec.to_builtins(said)]
+        language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
+        machine = [msgspec.to_builtins(record), language, listing()]
+        whole: list[Any] = [self._asked, machine, files, msgspec.to_builtins(said), traced]
         return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
 
 

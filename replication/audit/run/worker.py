@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
+import os
+import signal
+import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +17,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.tracing import checksums, data_tree, opened_files
+from replication.audit.run.tracing import labels, others, traced, untraced
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
@@ -23,21 +27,38 @@ from replication.extras import told
 LARGEST = 20_000_000
 """Characters of a result; ten times those of the largest one of this project."""
 
+GRACE = 5.0
+"""Seconds that an experiment has to end after its time-out, before its process is ended."""
+
 
 @dataclass(frozen=True)
 class Task:
-    """An experiment in a form that any process can read. inputs: JSON text. packages: those of the project."""
+    """An experiment in a form that any process can read. inputs: JSON text. packages: those of the project.
+
+    sources: labels of the files that its function imports. loaded: names of the distributions that it imports.
+    alone: whether it needs a process of its own, which shows what it imports by computed names.
+    timeout: seconds after which it is ended.
+    """
 
     name: str
     function: str
     inputs: str
     packages: Mapping[str, Path]
+    sources: tuple[str, ...] = ()
+    loaded: tuple[str, ...] = ()
+    alone: bool = False
+    timeout: float | None = None
+
+
+class Late(BaseException):
+    """The time of an experiment is over; no `except Exception` of a paper stops it."""
 
 
 class Answer(msgspec.Struct, frozen=True):
     """What came of a task: the result as JSON text, or None and the error; wall-clock seconds either way.
 
-    data: SHA-256 of the project's data files that it read.
+    data: the state of all that it read. untraced: what it did that cannot be followed.
+    files: those that a command made, by name.
     """
 
     name: str
@@ -45,6 +66,8 @@ class Answer(msgspec.Struct, frozen=True):
     seconds: float
     error: str
     data: dict[str, str] = {}
+    untraced: tuple[str, ...] = ()
+    files: dict[str, str] = {}
 
 
 def function_name(experiment: Experiment) -> str:
@@ -63,19 +86,50 @@ def compute(task: Task) -> Answer:
     """Run a task with one BLAS thread. Whatever fails in it ends up in the answer, except an interruption."""
     import threadpoolctl
 
+    tree = SourceTree(task.packages)
     begin = time.perf_counter()
     text, error, data = None, "", {}
+    loose: tuple[str, ...] = ()
+    files: dict[str, str] = {}
     try:
-        function = _find(task.function)
-        begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
-        # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-        with threadpoolctl.threadpool_limits(THREADS), opened_files() as opened:
-            text = _encoded(task.name, function(**json.loads(task.inputs)))
-        data = checksums(opened, data_tree(task.packages))
+        with traced(tree.root) as trace:
+            function = _find(task.function)
+            begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
+            # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
+            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout):
+                text = _encoded(task.name, function(**json.loads(task.inputs)))
+        files = trace.files
+        more = others(tree, task.sources, task.loaded) if task.alone else set()
+        data, loose = labels(trace, tree, task.sources, more), untraced(trace, tree, {*task.sources, *more})
+    except Late:
+        error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
-        error = describe(failure, SourceTree(task.packages))
+        error = describe(failure, tree)
         text = None
-    return Answer(task.name, text, time.perf_counter() - begin, error, data)
+    return Answer(task.name, text, time.perf_counter() - begin, error, data, loose, files)
+
+
+@contextlib.contextmanager
+def limited(seconds: float | None) -> Iterator[None]:
+    """Raise `Late` after so many seconds; what does not listen, such as a loop in C, ends with its process after."""
+    if seconds is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def ring(number: int, frame: object) -> None:
+        raise Late
+
+    last = threading.Timer(seconds + GRACE, os._exit, [1])
+    last.daemon = True
+    before = signal.signal(signal.SIGALRM, ring)
+    last.start()
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        last.cancel()
 
 
 def _encoded(name: str, value: Any) -> str:

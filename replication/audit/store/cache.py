@@ -21,6 +21,7 @@ NEVER_RAN = "never ran"
 UNREADABLE = "entry unreadable"
 NOT_ASKED = "the cache was not asked"
 NOT_KEPT = "not kept: the cache cannot be written"
+NOT_TRACED = "cannot be followed"
 NAMED = 4
 """Changes that a reason names; it counts the others."""
 FIELDS = ("function", "inputs", "lock", "python", "kernel")
@@ -35,6 +36,7 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     sources: SHA-256 by file. function: `module:name`. inputs: canonical JSON. lock: SHA-256 of requirements.lock.
     python: minor version. packages: the versions installed, because an environment need not be the locked one.
     kernel: of the linear algebra; empty for what computes in exact numbers only.
+    needed: SHA-256 of the files of other experiments that a command gets.
     """
 
     sources: dict[str, str]
@@ -44,19 +46,32 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     python: str
     packages: dict[str, str]
     kernel: str
+    needed: dict[str, str] = {}
 
     @classmethod
     def on(
-        cls, environment: Environment, sources: Mapping[str, str], function: str, inputs: str, *, exact: bool = False
+        cls,
+        environment: Environment,
+        sources: Mapping[str, str],
+        function: str,
+        inputs: str,
+        *,
+        loaded: Mapping[str, str] | None = None,
+        needed: Mapping[str, str] | None = None,
+        exact: bool = False,
     ) -> Dependencies:
-        """Those of a result that is computed in this environment; exact: without linear algebra in floating point."""
+        """Those of a result that is computed in this environment; exact: without linear algebra in floating point.
+
+        loaded: the distributions that are imported, beside those that the project declares.
+        """
         return cls(
             sources=dict(sources),
             function=function,
             inputs=inputs,
             lock=environment.lock_sha256,
             python=environment.python,
-            packages=environment.packages,
+            packages={**environment.packages, **(loaded or {})},
+            needed=dict(needed or {}),
             kernel="" if exact else environment.kernel,
         )
 
@@ -69,11 +84,15 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
     """A stored result with what it was computed from, how long that took and what the solvers said.
 
-    data: SHA-256 of the files that it read while it was computed, which nobody knows before.
+    data: the state of what it read while it was computed, which nobody knows before; see `run.tracing.state`.
+    untraced: what it did that cannot be followed, so that it is computed again by every run. files: SHA-256 of the
+    files that a command made, by name.
     """
 
     dependencies: Dependencies
     data: dict[str, str] = {}
+    untraced: tuple[str, ...] = ()
+    files: dict[str, str] = {}
     seconds: float
     solvers: tuple[SolverRecord, ...]
     result: Any
@@ -106,6 +125,11 @@ class Cache:
     read: bool = True
     write: bool = True
 
+    @property
+    def files(self) -> Path:
+        """Where files that commands made are kept, by their checksum."""
+        return self.directory / "files"
+
     def lookup(self, name: str, dependencies: Dependencies, now: Checksums = lambda label: None) -> Lookup:
         """The entry of experiment `name` if it was computed from exactly these dependencies, else the reason.
 
@@ -125,6 +149,10 @@ class Cache:
         if changes:
             more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
             return Lookup(None, f"changed: {', '.join(changes[:NAMED])}{more}", entry.seconds)
+        if any(not (self.files / sha256).is_file() for sha256 in entry.files.values()):
+            return Lookup(None, "the files that it made are gone", entry.seconds)
+        if entry.untraced:
+            return Lookup(None, f"{NOT_TRACED}: {', '.join(entry.untraced)}", entry.seconds)
         if not self.read:
             return Lookup(None, NOT_ASKED, entry.seconds)
         return Lookup(entry, "unchanged", entry.seconds)
@@ -161,6 +189,7 @@ def _read(text: bytes) -> Entry | None:
 
 def _changes(old: Dependencies, new: Dependencies) -> Iterator[str]:
     yield from (name for name in FIELDS if getattr(old, name) != getattr(new, name))
+    yield from _moved(old.needed, new.needed)
     yield from _moved(old.packages, new.packages)
     yield from _moved(old.sources, new.sources)
 

@@ -12,16 +12,17 @@ import shutil
 import subprocess
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import replication
+from replication.audit.store.installed import OWN, against_lock
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
 
-DISTRIBUTION = "slow-sensor-replication"
+DISTRIBUTION = OWN
 COMPUTING = ("estimation", "proofs")
 """The extras of this package with which papers compute."""
 LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
@@ -37,12 +38,19 @@ class Environment:
     """What every result depends on beside its own sources: checksum of the lock, Python, installed packages, kernel.
 
     kernel: the instruction set for which the linear algebra chose its code; another one rounds differently.
+    loaded: versions of what experiments import beside the packages that the project declares.
     """
 
     lock_sha256: str
     python: str
     packages: dict[str, str]
     kernel: str
+    loaded: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Of all packages, declared or loaded."""
+        return dict(sorted({**self.packages, **self.loaded}.items()))
 
 
 def read_environment(root: Path) -> Environment:
@@ -71,7 +79,8 @@ def run_record(root: Path, environment: Environment | None = None) -> RunRecord:
         dirty=dirty,
         lock_sha256=environment.lock_sha256,
         python=platform.python_version(),
-        packages=environment.packages,
+        packages=environment.versions,
+        unlocked=against_lock(environment.versions, root / LOCK),
         blas=_blas(),
         threads=THREADS,
         cpu=_cpu_model(),

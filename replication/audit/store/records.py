@@ -118,7 +118,10 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Provenance of one experiment: what ran, on what, how long it took when it ran, what the solvers said."""
+    """Provenance of one experiment: what ran, on what, how long it took when it ran, what the solvers said.
+
+    read: what it read while it ran, which its key covers. untraced: what it did that no key can cover.
+    """
 
     name: str
     paper: Name
@@ -129,6 +132,8 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     seconds: float
     solvers: tuple[SolverRecord, ...]
     error: str
+    read: tuple[str, ...] = ()
+    untraced: tuple[str, ...] = ()
 
 
 class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -136,7 +141,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
     machine: below the project, the statement that Coq proved of this very file; empty if it did not. second: whether
-    the second verifier, too, proved the same of it.
+    the second arithmetic, too, proved the same of it.
     says: the terms that the theorem speaks of, with what it proves of each.
     """
 
@@ -207,7 +212,10 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Provenance of a run: the sources, the lock, the machine. `date` is SOURCE_DATE_EPOCH when that is set."""
+    """Provenance of a run: the sources, the lock, the machine. `date` is SOURCE_DATE_EPOCH when that is set.
+
+    unlocked: packages that are installed in another version than the lock says.
+    """
 
     package_version: str
     date: str
@@ -216,6 +224,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     lock_sha256: str
     python: str
     packages: dict[str, str]
+    unlocked: tuple[str, ...] = ()
     blas: str
     threads: int
     cpu: str
@@ -257,8 +266,8 @@ def write_results(path: Path, results: ResultsFile) -> None:
     write_atomically(path, to_json(results))
 
 
-def read_results(path: Path) -> ResultsFile:
-    """Read and validate a results file.
+def read_results(path: Path, *, whole: bool = True) -> ResultsFile:
+    """Read and validate a results file; whole: with every field, without which it may only be compared.
 
     Raises AuditError that names the file and the wrong, missing or unknown field, or the schema that is not read.
     """
@@ -271,7 +280,8 @@ def read_results(path: Path) -> ResultsFile:
                 "make it again with `python -m replication run`"
             )
         results = msgspec.convert(content, ResultsFile)
-        _require_whole(content, msgspec.to_builtins(results), "$")
+        if whole:
+            _require_whole(content, msgspec.to_builtins(results), "$")
     except FileNotFoundError:
         raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

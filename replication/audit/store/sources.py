@@ -6,6 +6,7 @@ import ast
 import contextlib
 import functools
 import hashlib
+import importlib.util
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -27,6 +28,9 @@ CALLERS = tuple(
 
 _FILE = re.compile(rb"""(["'])([\w./-]{1,100}\.(?!py["'])[a-z0-9]{1,5})\1""")
 """A text that may name a file, as it stands in quotes."""
+_DYNAMIC = re.compile(rb"\b(?:import_module|__import__|run_path|run_module|exec|spec_from_file_location)\s*\(")
+"""How a module imports what its text does not name."""
+_INSTALLED = ("site-packages", "dist-packages")
 _BODIES = ("body", "orelse", "finalbody", "handlers", "cases")
 """Where a statement holds others."""
 
@@ -36,6 +40,7 @@ class _Module(msgspec.Struct, frozen=True, kw_only=True):
     imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
     texts: tuple[str, ...]  # that may name a file
     bound: frozenset[str]  # the names that the module binds itself, at any depth
+    dynamic: bool  # whether it imports by a computed name
 
 
 class _Kept(msgspec.Struct, frozen=True, kw_only=True):
@@ -44,14 +49,18 @@ class _Kept(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class SourceTree:
-    """The project's packages by name and directory; everything outside them is covered by the lock.
+    """The project's packages by name and directory, and whatever these import that no distribution installed.
 
-    Files are called by the package and the path inside it, with forward slashes: `replication/errors.py`.
-    A file is read once; make a new tree to see later edits.
+    Files are called by the package and the path inside it, with forward slashes: `replication/errors.py`; others of the
+    project by their path in its folder, `./model/core.py`. A file is read once; make a new tree to see later edits.
     """
 
     def __init__(self, packages: Mapping[str, Path]) -> None:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
+        self.root = project_of(self.packages)
+        self._others: dict[str, Path | None] = {}
+        self._tops: dict[str, set[str]] = {}
+        self._followed: dict[str, set[str]] = {}
         self._modules: dict[str, _Module | None] = {}
         self._paths: dict[str, Path | None] = {}
         self._labels: dict[str, str] = {}
@@ -71,6 +80,17 @@ class SourceTree:
             self._files[module] = self._found(module)
         return dict(self._files[module])
 
+    def installed_of(self, module: str) -> set[str]:
+        """The top-level modules that `module` imports, transitively, and that are no files of the project or Python."""
+        self.files_of(module)
+        return self._tops[module]
+
+    def is_dynamic(self, module: str) -> bool:
+        """Whether it, or a file of the papers and beside them that it imports, imports by a computed name."""
+        self.files_of(module)
+        names = (name for name in self._followed[module] if not name.startswith(f"{replication.__name__}."))
+        return any(found.dynamic for name in names if (found := self._module(name)) is not None)
+
     def _found(self, module: str) -> dict[str, str]:
         if self._module(module) is None:
             known = ", ".join(self.packages)
@@ -84,7 +104,12 @@ class SourceTree:
                 if name not in self._directly:
                     self._directly[name] = tuple(dict.fromkeys(self._imported_by(name)))
                 waiting.extend(self._directly[name])
-        enclosing = {parent for name in followed for parent in _parents(name)}
+        tops = {name.partition(".")[0] for name in followed}
+        self._followed[module] = followed
+        self._tops[module] = {
+            name for name in tops if self._place(name) is None and name not in sys.stdlib_module_names
+        }
+        enclosing = {parent for name in followed for parent in parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
         files = {self._label_of(name): found.sha256 for name, found in listed.items() if found}
         for name, found in listed.items():
@@ -103,16 +128,31 @@ class SourceTree:
         return all(self.now(label) == sha256 for label, sha256 in files.items())
 
     def label(self, path: Path | None) -> str:
-        """`package/inside/file.py` of a path inside one of the packages; empty for any other path."""
-        for name, directory in self.packages.items():
+        """`package/inside/file.py` of a path inside a package, `./file` elsewhere in the project; else empty."""
+        elsewhere = {name: place for name, place in self._others.items() if place is not None}
+        places = {**self.packages, **({} if self.root is None else {".": self.root}), **elsewhere}
+        for name, directory in places.items():
             if path is not None and path.is_relative_to(directory):
-                return f"{name}/{path.relative_to(directory).as_posix()}"
+                inside = path.relative_to(directory)
+                # An environment below the project holds packages, which count by their versions.
+                return "" if set(_INSTALLED) & set(inside.parts) else f"{name}/{inside.as_posix()}"
+            if name in elsewhere and path == directory.with_suffix(".py"):
+                return path.name
         return ""
+
+    def path(self, label: str) -> Path:
+        """Where the file or folder of this label lies."""
+        package, folder, inside = label.partition("/")
+        if not folder:
+            module = self._place(label.removesuffix(".py")) if label.endswith(".py") else None
+            return Path("\0") if module is None else module.with_suffix(".py")
+        place = self.root if package == "." else self.packages.get(package) or self._place(package)
+        return (place or Path(package)) / inside
 
     def _label_at(self, file: str) -> str:
         """`label` of a path as code notes it."""
         if file not in self._located:
-            self._located[file] = self.label(Path(file).resolve())
+            self._located[file] = "" if file.startswith("<") else self.label(Path(file).resolve())
         return self._located[file]
 
     def location(self, function: Callable[..., Any]) -> str:
@@ -170,9 +210,8 @@ class SourceTree:
 
     def now(self, label: str) -> str | None:
         """The checksum of a file as it is on the disk now, None if there is none."""
-        package, _, inside = label.partition("/")
-        path = self.packages[package] / inside if package in self.packages else None
-        return hashlib.sha256(path.read_bytes()).hexdigest() if path is not None and path.is_file() else None
+        path = self.path(label)
+        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
@@ -187,11 +226,38 @@ class SourceTree:
 
     def _sought(self, module: str) -> Path | None:
         package, *inside = module.split(".")
-        if package not in self.packages:
+        directory = self._place(package)
+        if directory is None:
             return None
-        place = self.packages[package].joinpath(*inside)
-        candidates = (place / "__init__.py", place.parent / f"{place.name}.py") if inside else (place / "__init__.py",)
-        return next((path for path in candidates if path.is_file()), None)
+        place = directory.joinpath(*inside)
+        return next(
+            (path for path in (place / "__init__.py", place.with_name(f"{place.name}.py")) if path.is_file()), None
+        )
+
+    def _place(self, package: str) -> Path | None:
+        """The folder of a top-level package, or of a module without its suffix; None if Python or pip brought it."""
+        if package in self.packages:
+            return self.packages[package]
+        if package not in self._others:
+            self._others[package] = self._beside(package)
+        return self._others[package]
+
+    def _beside(self, package: str) -> Path | None:
+        if self.root is None or not package.isidentifier():
+            return None
+        here = self.root / package
+        if here.with_suffix(".py").is_file() or (here / "__init__.py").is_file() or any(here.glob("*.py")):
+            return here
+        if package in sys.stdlib_module_names:
+            return None
+        try:
+            spec = importlib.util.find_spec(package)
+        except (ImportError, ValueError):
+            return None
+        places = list(spec.submodule_search_locations or ()) if spec else []
+        origin = spec.origin if spec and spec.has_location else None
+        file = Path(places[0]) if places else Path(origin).with_suffix("") if origin else None
+        return None if file is None or set(_INSTALLED) & set(file.parts) else file.resolve()
 
     def _module(self, name: str) -> _Module | None:
         if name not in self._modules:
@@ -228,7 +294,8 @@ def project_of(packages: Mapping[str, Path]) -> Path | None:
     return next((folder.parent for name, folder in packages.items() if name != "replication"), None)
 
 
-def _parents(module: str) -> Iterator[str]:
+def parents(module: str) -> Iterator[str]:
+    """The packages that enclose a module, the nearest first."""
     while "." in module:
         module = module.rpartition(".")[0]
         yield module
@@ -295,7 +362,8 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
     texts = tuple(match[2].decode() for match in _FILE.finditer(content))
     sha256 = hashlib.sha256(content).hexdigest()
-    return _Module(sha256=sha256, imports=imports, texts=texts, bound=frozenset(_bound(tree)))
+    bound = frozenset(_bound(tree))
+    return _Module(sha256=sha256, imports=imports, texts=texts, bound=bound, dynamic=bool(_DYNAMIC.search(content)))
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:
@@ -312,7 +380,7 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
     if isinstance(node, ast.Import):
         for alias in node.names:
             # `import a.b.c` binds a, through which everything that a and a.b hold can be reached.
-            yield from ((module, "") for module in (alias.name, *_parents(alias.name)))
+            yield from ((module, "") for module in (alias.name, *parents(alias.name)))
     elif isinstance(node, ast.ImportFrom):
         base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
         module = ".".join([*base, *([node.module] if node.module else [])])

@@ -16,8 +16,7 @@ from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.optimum import Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 

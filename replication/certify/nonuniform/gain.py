@@ -14,9 +14,8 @@ import scipy.sparse.linalg
 from replication.certify.nonuniform.constant import storage_matrix
 from replication.certify.rounding import as_floats, rational, rounded, rounded_array, rounded_down, rounded_up
 from replication.errors import SolverError
-from replication.estimation.linear.lifted import LiftedResponse
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain

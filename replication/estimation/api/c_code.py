@@ -40,12 +40,13 @@ INSTANTS = """\
 obs_init(&s, NULL) or, with a start of OBS_STARTS numbers, obs_init(&s, start); then at every instant
    obs_step(&s, u, y, estimate): u holds OBS_INPUTS known inputs, y holds OBS_MEASUREMENTS measurements (NAN where
    one did not come), and estimate receives OBS_ESTIMATES numbers. It returns 0, or 1 and changes nothing if a number
-   is infinite, an input is missing, or the sample is one that the observer refuses."""
+   is infinite, an input is missing, or the sample is one that the observer refuses. s.missed counts samples that did
+   not come, s.unscheduled those of sensors that were not due, which are left out."""
 """How an observer with instants of its own is called."""
 PERIODIC = """\
 typedef struct {
     double state[OBS_ORDER];
-    unsigned long instant, missed;
+    unsigned long instant, missed, unscheduled, gated;
 } obs_t;
 
 void obs_init(obs_t *s, const double *start)
@@ -65,18 +66,23 @@ void obs_estimate(const obs_t *s, double *estimate)
 int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
 {
     const unsigned long k = s->instant % OBS_PHASES;
-    double completed[OBS_MEASUREMENTS], next[OBS_ORDER] = {0};
-    unsigned long missed = 0, row = k * OBS_MEASUREMENTS;
+    double completed[OBS_MEASUREMENTS], next[OBS_ORDER] = {0}, expected;
+    unsigned long missed = 0, gated = 0, unscheduled = 0, row = k * OBS_MEASUREMENTS;
     int i;
     if (obs_bad(u, OBS_INPUTS, 0) || obs_bad(y, OBS_MEASUREMENTS, 1))
         return 1;
-    /* A measurement that should be there and is not is replaced by the one that is expected. */
+    /* A measurement that should be there and is not, or is beyond the gate, is replaced by the one that is expected. */
     for (i = 0; i < OBS_MEASUREMENTS; i++, row++) {
-        completed[i] = isnan(y[i]) ? 0.0 : y[i];
-        if (obs_due[row] && isnan(y[i])) {
-            missed++;
-            obs_add(completed + i, obs_expected + row * OBS_ORDER, s->state, 1, OBS_ORDER, 1);
-            obs_add(completed + i, obs_direct + i * OBS_INPUTS, u, 1, OBS_INPUTS, 1);
+        completed[i] = isnan(y[i]) || !obs_due[row] ? 0.0 : y[i];
+        unscheduled += !isnan(y[i]) && !obs_due[row] ? 1u : 0u;
+        if (obs_due[row] && (OBS_GATED || isnan(y[i]))) {
+            expected = 0.0;
+            obs_add(&expected, obs_expected + row * OBS_ORDER, s->state, 1, OBS_ORDER, 1);
+            obs_add(&expected, obs_direct + i * OBS_INPUTS, u, 1, OBS_INPUTS, 1);
+            missed += isnan(y[i]) ? 1u : 0u;
+            gated += OBS_GATED && fabs(y[i] - expected) > obs_limit[row] ? 1u : 0u;
+            if (isnan(y[i]) || (OBS_GATED && fabs(y[i] - expected) > obs_limit[row]))
+                completed[i] = expected;
         }
     }
     /* One that waits lets a sample that does not come make the interval longer, and refuses one with gaps. */
@@ -89,6 +95,8 @@ int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
         memcpy(s->state, next, sizeof next);
     }
     s->missed += missed;
+    s->gated += gated;
+    s->unscheduled += unscheduled;
     s->instant++;
     obs_estimate(s, estimate);
     return 0;
@@ -123,6 +131,7 @@ def c_source(name: str, comment: str, recursion: Recursion) -> str:
     sensors, waits = tables["injection"].shape[2], recursion.expected is None
     tables["expected"] = np.zeros((count, sensors, order)) if waits else np.stack(recursion.expected or ())
     tables["direct"] = np.zeros((sensors, inputs)) if recursion.direct is None else recursion.direct
+    tables["limit"] = np.zeros(1) if recursion.limits is None else recursion.limits
     sizes = {"order": order, "starts": recursion.starts, "estimates": tables["readout"].shape[1], "inputs": inputs}
-    sizes |= {"measurements": sensors, "phases": count, "waits": int(waits)}
+    sizes |= {"measurements": sensors, "phases": count, "waits": int(waits), "gated": int(recursion.limits is not None)}
     return c_file(name, comment, INSTANTS, PERIODIC, sizes, tables)

@@ -16,11 +16,9 @@ import numpy as np
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError
-from replication.estimation.api.baselines import baselines
 from replication.estimation.api.phase import Recursion
-from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
+from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.running import PeriodicObserver
-from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.linear.norms import (
@@ -32,7 +30,7 @@ from replication.estimation.linear.norms import (
     worst_case_response,
 )
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array, frozen, positive_integer
 
 if TYPE_CHECKING:
     import control

@@ -50,12 +50,15 @@ class Recursion:
         for the next sample.
     direct : array (q, m), optional
         Effect of the known inputs on the measurements; none unless given.
+    limits : array (count, q), optional
+        At each instant, how far a measurement may be from the expected one, which replaces it if it is farther.
     """
 
     phases: Sequence[Phase]
     starts: int
     expected: Sequence[Array] | None = None
     direct: Array | None = None
+    limits: Array | None = None
 
     def stacked(self, field: str) -> Array:
         """One field of all phases."""

@@ -136,7 +136,8 @@ def parts_of(
     dt = None if continuous else 1.0 if system.dt is True else float(system.dt)
     inputs = tuple(labels[i] for i in known)
     measurements, shown = (tuple(outputs[i] for i in part) for part in (seen, wanted))
-    signals = Signals(tuple(system.state_labels), inputs, measurements, shown, dt)
+    disturbing = tuple(labels[i] for i in chosen)
+    signals = Signals(tuple(system.state_labels), inputs, measurements, shown, dt, disturbances=disturbing)
     D_d, D_u = D[np.ix_(seen, chosen)], D[np.ix_(seen, known)]
     return Parts(A, B[:, chosen], B[:, known], C[seen], D_d, D_u, C[wanted], signals)
 

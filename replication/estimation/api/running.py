@@ -4,31 +4,74 @@
 the state at the next one, x^(k+1); before the first step `estimate` is x^(0). So a controller may use x^(k) in u(k).
 (Of a delayed plant, in continuous time, it returns the estimate at the same instant; of a filter (4), that of z.)
 
-Entries of y of sensors that do not measure at an instant are ignored, be they numbers, None or NaN. An entry that is
-None, NaN or masked although its sensor should measure is missing: the observer goes on as if it were what it expects
-(no correction), and `missed` counts it. The guaranteed level holds for the schedule without misses.
+An entry of y that is None, NaN or masked although its sensor should measure is missing: the observer goes on as if it
+were what it expects (no correction), and `missed` counts it. A number of a sensor that should not measure is a sample
+off its schedule: `unscheduled` counts it. A filter that follows its covariance uses it; where gains are fixed it is
+left out, with one warning. The guaranteed level holds for the schedule without misses.
 """
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.forms.statespace import statespace
 from replication.estimation.api.phase import Phase, Recursion
-from replication.estimation.validation import Array, as_array
+from replication.estimation.validation import Array, as_array, positive_scalar
 
 if TYPE_CHECKING:
     import control
 
+Mask = NDArray[np.bool_]
+
+
+LARGEST_GATE = 100.0
+
+
+class UnscheduledSampleWarning(UserWarning):
+    """A sensor gave a number at an instant at which it should not measure, and the gains have no place for it."""
+
+
+def warn_unscheduled(before: int) -> None:
+    """Warn of the first sample that is left out."""
+    if not before:
+        warnings.warn(
+            "a sample came off its schedule and was left out, as the gains of this observer have no place for it "
+            "(`unscheduled` counts them); give None where a sensor is not due, shift the offsets of the design, or "
+            "take the Kalman filter from a start: design(goal='h2').filter(P0=..)",
+            UnscheduledSampleWarning,
+            stacklevel=4,
+        )
+
+
+def gate_of(gate: float | None) -> float:
+    """The gate in standard deviations of an innovation, 0 for none.
+
+    Below one it is the probability that a good sample passes (chi-square with one degree of freedom), from one on the
+    standard deviations themselves. Raises InvalidInputError for what is neither.
+    """
+    if gate is None:
+        return 0.0
+    number = positive_scalar("gate", gate)
+    if number > LARGEST_GATE:
+        raise InvalidInputError(
+            f"gate must be a probability below 1 or from 1 to {LARGEST_GATE:g} standard deviations, got {gate!r}"
+        )
+    return number if number >= 1 else float(ndtri((1 + number) / 2))
+
 
 class RunningObserver(Portable, ABC):
     """An observer with its present state; `instant` counts the steps, `missed` the measurements that did not come.
+
+    `unscheduled` counts samples of sensors that were not due.
 
     Parameters
     ----------
@@ -63,7 +106,7 @@ class RunningObserver(Portable, ABC):
             `estimate` has another length, or is not finite.
         """
         start = np.zeros(self.states) if estimate is None else as_array("estimate", estimate, (self.states,))
-        self.instant, self.missed = 0, 0
+        self.instant, self.missed, self.unscheduled = 0, 0, 0
         self._begin(start)
         return self.estimate
 
@@ -105,11 +148,18 @@ class RunningObserver(Portable, ABC):
     @abstractmethod
     def _advance(self, u: Array, y: Array) -> None: ...
 
-    def _completed(self, y: Array, expected: Array, due: Array) -> Array:
-        """y with what is not due or missing replaced by what is expected; counts what is missing."""
-        given = due & ~np.isnan(y)
-        self.missed += int(np.sum(due & ~given))
-        return np.where(given, y, expected)
+    def _completed(self, y: Array, expected: Array, due: Any) -> Array:
+        """y with what is not due or missing replaced by what is expected; counts both."""
+        came = ~np.isnan(y)
+        self._arrived(came, due)
+        return np.where(came & due, y, expected)
+
+    def _arrived(self, came: Mask, due: Mask) -> None:
+        """Count samples that did not come, and those that came and were not due."""
+        self.missed += int(np.sum(due & ~came))
+        if extra := int(np.sum(came & ~due)):
+            warn_unscheduled(self.unscheduled)
+            self.unscheduled += extra
 
 
 class PeriodicObserver(RunningObserver):

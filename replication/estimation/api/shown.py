@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from replication.drawing.panel import Panel
-from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -95,36 +91,6 @@ class Shown(ABC):
             for what, value, how in self.rows()
         )
         return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>\n"
-
-
-class FrozenArrays(Mapping[str, Array]):
-    """Arrays by name, of which none can be replaced; a copy by pickling is read-only again, as numpy's is not."""
-
-    def __init__(self, arrays: dict[str, Array]) -> None:
-        self._arrays = arrays
-
-    def __getitem__(self, name: str) -> Array:
-        return self._arrays[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
-
-    def __repr__(self) -> str:
-        return repr(self._arrays)
-
-    def __reduce__(self) -> tuple[Any, tuple[dict[str, Array]]]:
-        return frozen, (self._arrays,)
-
-
-def frozen(arrays: Mapping[str, Any]) -> FrozenArrays:
-    """Read-only float copies."""
-    copies = {name: np.array(array, dtype=float) for name, array in arrays.items()}
-    for copy in copies.values():
-        copy.flags.writeable = False
-    return FrozenArrays(copies)
 
 
 def as_text(value: float | int | str | bool) -> str:

@@ -24,7 +24,7 @@ class Signals:
     """Names of the states, the known inputs, the measurements and the estimated outputs.
 
     dt: sampling period in seconds; None if the plant is in continuous time or samples at no fixed period. units: of
-    signals by name, for those that have one.
+    signals by name, for those that have one. disturbances: names of the inputs that disturb, where they are known.
     """
 
     states: tuple[str, ...]
@@ -33,11 +33,12 @@ class Signals:
     outputs: tuple[str, ...]
     dt: float | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+    disturbances: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Names as lists, dt, and units if there are any: plain JSON values."""
-        told = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
-        return told if self.units else {name: value for name, value in told.items() if name != "units"}
+        plain = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return {name: value for name, value in plain.items() if value or name not in ("units", "disturbances")}
 
     def called(self, names: Iterable[str]) -> tuple[str, ...]:
         """The names, each with its unit in brackets where it has one: what a curve or a column is labelled with."""

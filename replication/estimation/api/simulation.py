@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from replication.drawing.panel import Panel
-from replication.estimation.api.shown import Shown, as_text, frozen
-from replication.estimation.validation import Array
+from replication.estimation.api.shown import Shown, as_text
+from replication.estimation.validation import Array, frozen
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -11,7 +11,7 @@ import numpy as np
 from replication.drawing.panel import Panel
 from replication.errors import SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.shown import Shown, frozen
+from replication.estimation.api.shown import Shown
 from replication.estimation.api.signals import Signals
 from replication.estimation.delay.collocation import grid
 from replication.estimation.delay.exact.forms import plant_terms
@@ -24,7 +24,7 @@ from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.spectrum import frequency_response
 from replication.estimation.delay.system import DelaySystem
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
     import control

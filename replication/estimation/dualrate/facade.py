@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.baselines import LITTLE
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.results import LITTLE, Evidence
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.api.tradeoff import Goal
 from replication.estimation.dualrate.gains import Weights, checked_weights
@@ -195,9 +194,7 @@ def analyse(
         L of the observer.
     period : float
         As in `design`, s.
-    ratio : int
-        As in `design`.
-    observer : str
+    ratio, observer : see there
         As in `design`.
     discrete_gain : bool
         Whether L corrects by steps instead of in the observer's differential equation.

@@ -16,8 +16,15 @@ import numpy.typing as npt
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.linear.lifted import LiftedResponse, compressed, largest_singular_value
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response, simulate
+from replication.estimation.linear.periodic import (
+    LiftedResponse,
+    PeriodicSystem,
+    Stage,
+    compressed,
+    frequency_response,
+    largest_singular_value,
+    simulate,
+)
 from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point, settled, stacked
 from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer
 

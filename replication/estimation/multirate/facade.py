@@ -27,9 +27,8 @@ from replication.estimation.multirate.latency.continuous import ContinuousPlant,
 from replication.estimation.multirate.latency.delivered import delivered
 from replication.estimation.multirate.optimum import Optimum, optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.result import MultirateResult, facts
-from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.timing import least_error_offsets, search_timing
 from replication.estimation.validation import Array, as_array, one_of, positive_scalar
 
@@ -76,7 +75,9 @@ class MultirateReader(PlantReader[MultiratePlant]):
             noise = {"D": D, "R": R, "Q": given["Q"], "S": given["S"]}
             plant = MultiratePlant.from_covariances(A=plant.A, B_d=plant.B_d, C=plant.C, **noise, **kept)
         read = parts_of(system, continuous=False, disturbances=disturbances).signals
-        return plant, self._signals(plant, read.states, read.inputs, read.measurements)
+        signals = self._signals(plant, read.states, read.inputs, read.measurements)
+        # A covariance mixes the inputs, whose names then say nothing of the noise that counts.
+        return plant, signals if given["Q"] is not None else replace(signals, disturbances=read.disturbances)
 
     def _signals(
         self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
@@ -217,23 +218,7 @@ def analyse(
         L_k for each instant of the schedule; columns of sensors that do not measure then have no effect.
     periods : sequence of int, one per sensor
         As in `design`, in base periods.
-    offsets : sequence of int, one per sensor
-        As in `design`.
-    noise : array (q, q_w), or (q,)
-        As in `design`.
-    disturbances : sequence of int or str, optional
-        As in `design`.
-    weight : array (n_z, n), optional
-        As in `design`.
-    Q : array (m_d, m_d), optional
-        As in `design`.
-    R : array (q, q) or (q,), optional
-        As in `design`.
-    S : array (m_d, q), optional
-        As in `design`.
-    latency : sequence of float, optional
-        As in `design`.
-    dt : float, optional
+    offsets, noise, disturbances, weight, Q, R, S, latency, dt : see there
         As in `design`.
 
     Returns

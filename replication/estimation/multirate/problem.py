@@ -1,19 +1,129 @@
-"""A multi-rate estimation problem: plant and schedule together, checked once, before any solver is called."""
+"""A multi-rate problem: plant and schedule together, checked once, before any solver is called; and scaled for solvers.
+
+Designs depend on the units of the states only by rounding. In coordinates e(k) = T_k s(k) where the error covariance is
+about the identity at every phase that rounding is harmless, whatever the units of the plant.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import lcm, prod
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.signals import numbered
+from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.riccati import RiccatiMap
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.validation import Array, as_array, undetectable_mode
+from replication.estimation.validation import Array, as_array, positive_integer, undetectable_mode
+
+MAX_PERIOD = 100_000
+"""Instants after which a schedule must repeat: all methods keep matrices for each of them."""
+MAX_OFFSETS = 100_000
+"""Sets of offsets that are listed; to compute the optimum of more would take days."""
+
+
+@dataclass(frozen=True)
+class SensingSchedule:
+    """Sensor i measures at the instants k with (k - offsets[i]) mod periods[i] == 0.
+
+    periods: N_i >= 1, in base periods. offsets: 0 <= theta_i < N_i, zeros unless given. Raises InvalidInputError for a
+    period that is not a whole positive number, an offset out of range, lengths that do not match, or periods whose
+    least common multiple exceeds MAX_PERIOD.
+    """
+
+    periods: tuple[int, ...]
+    offsets: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the periods and offsets."""
+        given = _as_tuple("periods", self.periods)
+        periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(given))
+        if not periods:
+            raise InvalidInputError("periods must name at least one sensor")
+        if lcm(*periods) > MAX_PERIOD:
+            raise InvalidInputError(
+                f"periods {periods} repeat together only every {lcm(*periods)} instants, more than {MAX_PERIOD}; "
+                "choose periods with common factors, or a longer base period"
+            )
+        offsets = _as_tuple("offsets", self.offsets) or (0,) * len(periods)
+        if len(offsets) != len(periods):
+            raise InvalidInputError(f"offsets must have one entry per sensor ({len(periods)}), got {len(offsets)}")
+        for i, (N, theta) in enumerate(zip(periods, offsets, strict=True)):
+            if isinstance(theta, bool) or not isinstance(theta, (int, np.integer)) or not 0 <= theta < N:
+                raise InvalidInputError(f"offsets[{i}] must be a whole number from 0 to {N - 1}, got {theta!r}")
+        object.__setattr__(self, "periods", periods)
+        object.__setattr__(self, "offsets", tuple(int(theta) for theta in offsets))
+
+    @property
+    def sensors(self) -> int:
+        """q, the number of sensors."""
+        return len(self.periods)
+
+    @property
+    def period(self) -> int:
+        """N, the least common multiple of the sensing periods."""
+        return lcm(*self.periods)
+
+    @cached_property
+    def mask(self) -> npt.NDArray[np.bool_]:
+        """Shape (N, q): whether sensor i measures at instant k."""
+        instants = np.arange(self.period)[:, None]
+        mask: npt.NDArray[np.bool_] = (instants - np.array(self.offsets)) % np.array(self.periods) == 0
+        mask.flags.writeable = False
+        return mask
+
+    def measured(self, k: int) -> tuple[int, ...]:
+        """The sensors that measure at instant k, in order."""
+        return self._rows[k % self.period]
+
+    @cached_property
+    def _rows(self) -> tuple[tuple[int, ...], ...]:
+        return tuple(tuple(np.flatnonzero(row).tolist()) for row in self.mask)
+
+    def selection(self, k: int) -> Array:
+        """S_k of eq. (4), shape (q, q)."""
+        return np.diag(self.mask[k % self.period].astype(float))
+
+
+def _as_tuple(name: str, value: Any) -> tuple[Any, ...]:
+    if not isinstance(value, (Sequence, np.ndarray)) or isinstance(value, str) or np.ndim(value) != 1:
+        raise InvalidInputError(f"{name} must be a sequence with one entry per sensor, got {value!r}")
+    return tuple(value)
+
+
+def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Offsets with theta_1 = 0, one for each schedule that differs by more than a shift of the origin.
+
+    For two sensors these are theta_2 = 0 ... gcd(N_1, N_2) - 1. Raises InvalidInputError for a period not whole, or
+    periods with more than MAX_OFFSETS sets of offsets.
+    """
+    reference = SensingSchedule(_as_tuple("periods", periods))
+    count = prod(reference.periods[1:])
+    if count > MAX_OFFSETS:
+        raise InvalidInputError(
+            f"periods {reference.periods} leave {count} sets of offsets, more than {MAX_OFFSETS}; fix some of the "
+            "offsets yourself and compare the optima of the others"
+        )
+    seen: set[tuple[int, ...]] = set()
+    for tail in product(*(range(N) for N in reference.periods[1:])):
+        offsets = (0, *tail)
+        # A shift of the origin by a multiple of N_1 keeps theta_1 = 0; the least of the shifted offsets stands for all.
+        shifted = (
+            tuple((theta + s) % N for theta, N in zip(offsets, reference.periods, strict=True))
+            for s in range(0, reference.period, reference.periods[0])
+        )
+        representative = min(shifted)
+        if representative not in seen:
+            seen.add(representative)
+            yield representative
+
 
 RANK_TOLERANCE = 1e-10
 
@@ -65,10 +175,6 @@ class MultirateProblem:
         shape = (self.schedule.period, self.plant.order, self.plant.sensors)
         return as_array("gains", gains, shape, axes="(N, n, q)")
 
-    def disturbances(self) -> tuple[str, ...]:
-        """What the columns of the disturbance (d, w) are called."""
-        return (*numbered("d", self.plant.B_d.shape[1]), *numbered("w", self.plant.D.shape[1]))
-
     def without_sensors(self) -> PeriodicSystem:
         """The plant alone, from (d, w) to W x: the error of the estimate zero."""
         plant = self.plant
@@ -93,6 +199,14 @@ class MultirateProblem:
 def require_problem(problem: Any) -> None:
     """Raise InvalidInputError unless `problem` is a MultirateProblem."""
     _of_type("problem", problem, MultirateProblem, "MultirateProblem(plant, schedule)")
+
+
+def disturbances(plant: MultiratePlant, names: Signals) -> tuple[str, ...]:
+    """Names of the columns of (d, w): of inputs where they are known, of sensors where each has noise of its own."""
+    processes, (sensors, noises) = plant.B_d.shape[1], plant.D.shape
+    d = names.disturbances if len(names.disturbances) == processes else numbered("d", processes)
+    own = sensors == noises and not np.any(plant.D - np.diag(np.diag(plant.D)))
+    return (*d, *(tuple(f"noise of {name}" for name in names.measurements) if own else numbered("w", noises)))
 
 
 def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
@@ -123,3 +237,100 @@ def _full_row_rank(D: Array) -> bool:
     if D.shape[1] < len(D) or not np.all(norms > 0):
         return False
     return bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledProblem:
+    """T (N, n, n); A (N, n, n), B (N, n, m) and W (N, n_z, n) in coordinates s; C: per phase the whitened rows (r, n).
+
+    Whitening: with the triangular `roots` R_k, D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k T_k, their noise is white
+    with unit intensity, and their gain is R_k'-fold that of the measurements.
+
+    Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
+    `injected` (n, r) are the gains of the measurements that do it.
+    """
+
+    T: Array
+    A: Array
+    B: Array
+    W: Array
+    C: tuple[Array, ...]
+    roots: tuple[Array, ...]
+    rows: tuple[tuple[int, ...], ...]
+    sensors: int
+    information: Array
+    injected: tuple[Array, ...]
+
+    def maps(self, level: float = np.inf, *, extra_noise: float = 0.0) -> RiccatiMap:
+        """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d' + extra I.
+
+        At an infinite level they are those of the Kalman filter. extra_noise is in the coordinates e, before scaling.
+        """
+        W = self.W / level
+        G = self.information - W.mT @ W
+        H = self.B @ self.B.mT
+        if extra_noise:
+            inverse = np.linalg.inv(np.roll(self.T, -1, axis=0))
+            H = H + extra_noise * inverse @ inverse.mT
+        return RiccatiMap(self.A, G, H)
+
+    def corrected(self, states: Array, maps: RiccatiMap) -> Array:
+        """(I + X_k G_k)^-1 X_k for each phase, shape (N, n, n)."""
+        return np.asarray(np.linalg.solve(np.eye(self.A.shape[-1]) + states @ maps.G, states))
+
+    def closed_loop(self, corrected: Array) -> Array:
+        """A_k - L_k C_k for each phase, shape (N, n, n), all gains included."""
+        return np.asarray(self.A - self.A @ corrected @ self.information)
+
+    def whitened_gains(self, corrected: Array) -> list[Array]:
+        """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k', each of shape (n, r)."""
+        return [A @ F @ C.T for A, F, C in zip(self.A, corrected, self.C, strict=True)]
+
+    def gains(self, corrected: Array) -> Array:
+        """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
+        gains = np.zeros((len(self.A), self.A.shape[-1], self.sensors))
+        for k, gain in enumerate(self.whitened_gains(corrected)):
+            following = self.T[(k + 1) % len(self.T)]
+            gains[k][:, self.rows[k]] = following @ np.linalg.solve(self.roots[k], gain.T).T + self.injected[k]
+        return gains
+
+    def unscaled(self, states: Array) -> Array:
+        """T_k X_k T_k' for each phase, shape (N, n, n)."""
+        return np.asarray(self.T @ states @ self.T.mT)
+
+
+def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
+    """`problem` in the coordinates s(k) = T_k^-1 e(k); T of shape (N, n, n)."""
+    plant, rows = problem.plant, [tuple(r) for r in problem.measured_rows()]
+    following = np.roll(T, -1, axis=0)
+    # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
+    distinct = dict.fromkeys(rows)
+    roots: dict[tuple[int, ...], Array] = {r: np.asarray(np.linalg.qr(plant.D[list(r)].T, mode="r")) for r in distinct}
+    whitened = {r: np.linalg.solve(roots[r].T, plant.C[list(r)]) for r in roots}
+    C = tuple(whitened[r] @ T_k for r, T_k in zip(rows, T, strict=True))
+    rest = {r: _decorrelated(plant, list(r)) for r in roots}
+    A, B = np.stack([rest[r][0] for r in rows]), np.stack([rest[r][1] for r in rows])
+    return ScaledProblem(
+        T=T,
+        A=np.asarray(np.linalg.solve(following, A @ T), dtype=float),
+        B=np.asarray(np.linalg.solve(following, B), dtype=float),
+        W=plant.W @ T,
+        C=C,
+        roots=tuple(roots[r] for r in rows),
+        rows=tuple(rows),
+        sensors=plant.sensors,
+        information=np.stack([C_k.T @ C_k for C_k in C]),
+        injected=tuple(rest[r][2] for r in rows),
+    )
+
+
+def _decorrelated(plant: MultiratePlant, rows: list[int]) -> tuple[Array, Array, Array]:
+    """A and B of what the sensors `rows` do not tell of the noise, and the gains J (n, r) of what they tell.
+
+    J = B_w D_r'(D_r D_r')^-1, A - J C_r, [B_d, B_w - J D_r].
+    """
+    if not plant.correlated:
+        return plant.A, plant.B_d, np.zeros((plant.order, len(rows)))
+    factor = np.linalg.qr(plant.D[rows].T)
+    J = np.linalg.solve(factor.R, (plant.B_w @ factor.Q).T).T
+    return plant.A - J @ plant.C[rows], np.hstack([plant.B_d, plant.B_w - J @ plant.D[rows]]), J

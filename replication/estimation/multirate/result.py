@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replication.errors import InfeasibleError
-from replication.estimation.api.baselines import baselines
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.phase import Phase, Recursion
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.signals import each_instant
 from replication.estimation.api.tradeoff import Goal, TradeOff
 from replication.estimation.linear.norms import gain_if_finite, l2_gain, settles, white_noise_variance
@@ -21,7 +20,7 @@ from replication.estimation.multirate.h2.filtering import smoothing_limit
 from replication.estimation.multirate.h2.tradeoff import balanced, rms_error, tradeoff
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
-from replication.estimation.multirate.problem import MultirateProblem, observer_system
+from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
 from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
@@ -83,8 +82,8 @@ class MultirateResult(Design):
         return Recursion(phases, present, [plant.C] * len(phases), plant.D_u)
 
     def disturbances(self) -> tuple[str, ...]:
-        """d[0] and so on of the process, w[0] and so on of the sensors."""
-        return self.problem.disturbances()
+        """Of the process, then of the sensors."""
+        return disturbances(self.problem.plant, self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The observer over one period N of the schedule.

@@ -10,8 +10,7 @@ import numpy as np
 
 from replication.estimation.multirate.optimum import Optimum, kalman_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule, distinct_offsets
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule, distinct_offsets
 
 Offsets = tuple[int, ...]
 Apply = Callable[[Callable[[Offsets], Optimum], Sequence[Offsets]], Iterable[Optimum]]

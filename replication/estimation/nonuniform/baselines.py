@@ -1,17 +1,22 @@
-"""What a level over a range of periods is worth: other estimators at the constant periods of the range."""
+"""What a level over a range of periods is worth: no sensor over all sequences, other estimators at constant periods."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Evidence
-from replication.estimation.nonuniform.filters import Estimator, Filter, periodic_gain
+from replication.errors import SolverError
+from replication.estimation.api.results import LITTLE, Bracket, Evidence, baselines
+from replication.estimation.nonuniform.filters import Estimator, periodic_gain
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.stamped_filter import kalman_filter
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
+from replication.estimation.nonuniform.worst_case import worst_sequence
 
+LEAVES = 4
+"""Lyapunov matrices for the level without sensors, whose guarantee gains little by more."""
 NODES = 9
 """Constant periods at which other estimators are compared."""
 ANGLES = 181
@@ -24,12 +29,28 @@ SETTLED = 1 - 1e-9
 """Spectral radius from which on a plant counts as one whose state does not decay."""
 
 
-def constant_baselines(
-    plant: SampledPlant, filter_: Estimator, periods: PeriodRange, *, stamped: bool = False
-) -> tuple[Evidence, ...]:
-    """Largest gains at constant periods of the range: of this filter, of no sensor, of Kalman filters, of a smoother.
+@dataclass(frozen=True)
+class Beside:
+    """own: the filter's largest gain at constant periods; lower: of its bracket; facts: other levels, and advice."""
 
-    stamped: the filter knows the period.
+    own: float
+    lower: float
+    facts: tuple[Evidence, ...]
+
+
+def beside(
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: PeriodRange,
+    ends: tuple[float, float],
+    *,
+    horizon: int,
+    stamped: bool = False,
+) -> Beside:
+    """What a level over all sequences is worth: without sensors by the same measure, others at constant periods.
+
+    ends: what a sequence attains, and what none exceeds. stamped: the filter knows the period. A constant period is a
+    sequence, too, so that the lower end is at least what the filter has there.
     """
     nodes = [float(h) for h in periods.nodes(NODES if periods.h_l < periods.h_u else 1)]
 
@@ -41,31 +62,49 @@ def constant_baselines(
     filters = [one for one in known if one is not None]
     kalman = largest(filters) if len(filters) == len(nodes) else None
     how = f"largest of {len(nodes)} constant periods"
+    level = Bracket(min(max(ends[0], own), ends[1]), ends[1], "")
     facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
     limit = max(smoother_limit(plant, h) for h in nodes)
-    facts += baselines(own, how, without=without_sensors(plant, nodes), kalman=kalman, limit=limit)
+    without = without_sensors(plant, periods, level.upper, horizon)
+    facts += baselines(level, "all sampling sequences", without=without, kalman=kalman, limit=limit, others=how)
     if not stamped and kalman is not None and kalman < own / KNOWN:
         told = f"Kalman filters that know the period have {kalman / own:.2g} times this level"
         facts.append(Evidence("advice", told, "if each sample has a time stamp, use `design_stamped`, which takes it"))
-    return tuple(facts)
+    return Beside(own, level.lower, tuple(facts))
 
 
-def attained(level: float, compared: Sequence[Evidence], upper: float) -> float:
-    """The larger of the levels of a sequence with its disturbance and of constant periods, which are sequences too.
+def without_sensors(plant: SampledPlant, periods: PeriodRange, level: float, horizon: int) -> Bracket | None:
+    """The gain of the estimate zero over all sequences; None if it is infinite.
 
-    compared: `constant_baselines`, of which the first is the filter's own. upper: what no sequence exceeds.
+    level: one that it is compared with. Constant periods give the lower end, a bad sequence of `horizon` samples where
+    that does not tell them apart.
     """
-    own = compared[0].value
-    assert isinstance(own, float)
-    return min(max(level, own), upper)
+    lower = zero_at_constant_periods(plant, periods.nodes(NODES if periods.h_l < periods.h_u else 1).tolist())
+    if lower is None:
+        return None
+    zero = zero_filter(plant)
+    if periods.h_l == periods.h_u:
+        return Bracket(lower, periodic_gain(plant, zero, [periods.h_l]).upper, "the exact gain")
+    try:
+        upper = max(guaranteed_level(plant, zero, periods, max_leaves=LEAVES).level, lower)
+    except SolverError:
+        upper = np.inf
+    if level <= (1 - LITTLE) * lower:
+        return Bracket(lower, upper, "constant periods")
+    attack = worst_sequence(plant, zero, periods, horizon=horizon).level
+    return Bracket(min(max(lower, attack), upper), upper, "a bad sequence")
 
 
-def without_sensors(plant: SampledPlant, periods: Sequence[float]) -> float | None:
+def zero_filter(plant: SampledPlant) -> StampedFilter:
+    """The estimate zero, of error x."""
+    return StampedFilter(np.zeros((1, plant.order + plant.B.shape[1], len(plant.C))))
+
+
+def zero_at_constant_periods(plant: SampledPlant, periods: Sequence[float]) -> float | None:
     """The largest gain of the estimate zero at constant periods; None if it is infinite."""
     if np.max(np.abs(np.linalg.eigvals(plant.discretise(max(periods))[0]))) >= SETTLED:
         return None
-    zero = Filter(np.zeros((1, 1)), np.zeros((1, len(plant.C))), np.zeros((len(plant.L), 1)))
-    return max(periodic_gain(plant, zero, [h]).value for h in periods)
+    return max(periodic_gain(plant, zero_filter(plant), [h]).value for h in periods)
 
 
 def smoother_limit(plant: SampledPlant, h: float) -> float:

@@ -161,11 +161,7 @@ def analyse(
         A_f, B_f and C_f of eq. (4), or a strictly proper discrete-time system.
     periods : (float, float) or PeriodRange
         As in `design`, s.
-    measured : int, or sequence of int or str
-        As in `design`.
-    leaves : int
-        As in `design`.
-    horizon : int
+    measured, leaves, horizon : see there
         As in `design`.
 
     Returns
@@ -227,7 +223,7 @@ def simulate(
     # Nothing is held after the last sample.
     signals = {
         "error": (error, result.signals.called(result.signals.outputs)),
-        "disturbance": (np.vstack([w, np.zeros_like(w[:1])]), numbered("w", w.shape[1])),
+        "disturbance": (np.vstack([w, np.zeros_like(w[:1])]), result.signals.disturbances or numbered("w", w.shape[1])),
     }
     time = np.concatenate([[0.0], np.cumsum(periods)])
     return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)

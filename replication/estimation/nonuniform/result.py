@@ -16,14 +16,13 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.phase import Phase, Recursion
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
-from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
-from replication.estimation.nonuniform.baselines import attained, constant_baselines
+from replication.estimation.nonuniform.baselines import beside
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
     import control
@@ -166,18 +165,18 @@ def result_of(
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"), searched(horizon):
         gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
-        compared = constant_baselines(plant, filter_, periods)
-    lower = attained(gain.lower, compared, gain.upper)
-    found = (
+        compared = beside(plant, filter_, periods, (gain.lower, gain.upper), horizon=horizon)
+    lower = compared.lower
+    facts = (
         *ends_found(gain.attack, lower, gain.guarantee.leaves),
         Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
         Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
-        *compared,
+        *compared.facts,
     )
     return NonuniformResult(
         bracket=Bracket(lower, gain.upper, BOTH_ENDS),
         gains=frozen({"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}),
-        evidence=(*evidence, *found),
+        evidence=(*evidence, *facts),
         signals=signals,
         plant=plant,
         filter=filter_,

@@ -1,4 +1,4 @@
-"""Statements on dual-rate loops: stability and errors, comparisons, the stability theorem, and the motor."""
+"""Statements on dual-rate loops: stability and errors, comparisons, the stability result, and the motor."""
 
 from replication.verify.dualrate import errors, loops, motor, theory
 

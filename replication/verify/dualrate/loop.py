@@ -21,7 +21,7 @@ from replication.verify.reading import fields, matrix, positive, states, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require
 
-LARGEST_RATIO = 100
+LARGEST_RATIO = 2000
 BITS = 256
 """Working precision of ball arithmetic."""
 

@@ -1,4 +1,4 @@
-"""The stability theorem of Shao et al., Sec. IV: P, the constants α₁ … α₄, condition (18) and inequality (15).
+"""The stability result of Shao et al., Sec. IV: P, the constants α₁ … α₄, condition (18) and inequality (15).
 
 All norms are spectral; with one input and one output every norm is that of a row or a column.
 """

@@ -170,13 +170,13 @@ def pieces(moving: Motion, start: acb_mat, length: fmpq) -> Iterator[tuple[acb_p
     reach = moving.growth * arb(half)
     step = (moving.N * acb(2 * half)).exp()
     v = (moving.N * acb(half)).exp() * start
+    rows = [moving.row]
+    for k in range(1, TERMS):
+        rows.append(rows[-1] * moving.N / k)
+    of_error = acb_mat([row.entries() for row in rows])
     tail = moving.output_size() * reach**TERMS / arb.fac_ui(TERMS) * reach.exp()
     for _ in range(PIECES):
-        coefficients, power = [], v
-        for k in range(TERMS):
-            coefficients.append((moving.row * power)[0, 0])
-            power = moving.N * power / (k + 1)
-        yield acb_poly(coefficients), tail * moving.size(v)
+        yield acb_poly((of_error * v).entries()), tail * moving.size(v)
         v = step * v
 
 

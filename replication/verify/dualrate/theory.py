@@ -1,4 +1,4 @@
-"""Statements on the stability theorem of Shao et al., Sec. IV: its steps, its condition, and a loop that refutes it."""
+"""Statements on the stability result of Shao et al., Sec. IV: its steps, its condition, and a loop that refutes it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flint import arb, fmpq, fmpq_mat
 
 from replication.verify.dualrate import identities
 from replication.verify.dualrate import lyapunov as equation
-from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
+from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.dualrate.scalar import determinant, require_negative
 from replication.verify.kernel import Below, decide, holds
@@ -19,6 +19,8 @@ from replication.verify.says import Says
 from replication.verify.statement import Depends, statement
 from replication.verify.theorem import Found, require
 
+LARGEST_RATIO = 100
+"""Of a ratio for which det(I − Φ) is expanded for all periods at once."""
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
 
@@ -165,7 +167,7 @@ def contraction() -> None:
     parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
     witness={"lyapunov": SOLUTION},
     holds=False,
-    says=Says(quantity="stability theorem", setting={}, universal=True),
+    says=Says(quantity="stability result", setting={}, universal=True),
 )
 def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
     """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable

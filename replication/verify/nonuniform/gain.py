@@ -126,6 +126,7 @@ class _Inequality:
         corner = zeros(states, inputs)
         self.paid = arb_mat(block([[demanded, corner], [corner.transpose(), supplied]]))
         self.kept = arb_mat(block([[identity(states), corner]]))
+        self.before = [self.kept.transpose() * matrix * self.kept for matrix in P]
 
     def fails(self, a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         """The pairs (c, d) for which the inequality is not proved at every period between the shares a and b.
@@ -146,9 +147,9 @@ class _Inequality:
 
     def holds(self, pair: Pair, steps: list[arb_mat], h: arb) -> bool:
         """Whether it holds for every step in balls, one for each gain, at the period h."""
-        (before, after), M = (self.P[i] for i in pair), steps[pair[0] // self.states]
+        before, after, M = self.before[pair[0]], self.P[pair[1]], steps[pair[0] // self.states]
         paid = self.paid * h if self.case.weight == "duration" else self.paid
-        room = self.kept.transpose() * before * self.kept + paid - M.transpose() * after * M
+        room = before + paid - M.transpose() * after * M
         return holds(Positive(room, "the storage inequality"))
 
 

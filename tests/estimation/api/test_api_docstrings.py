@@ -39,8 +39,8 @@ def documented(text: str) -> dict[str, bool]:
     entries = re.findall(r"^(\S.*)\n((?:(?: {4}.*)?\n?)*)", text, re.MULTILINE)
     found = {}
     for heading, explanation in entries:
-        name, _, kind = heading.partition(" : ")
-        found[name] = bool(kind) and bool(explanation.strip())
+        names, _, kind = heading.partition(" : ")
+        found |= dict.fromkeys(names.split(", "), bool(kind) and bool(explanation.strip()))
     return found
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from replication.estimation import multirate, nonuniform
-from replication.estimation.api.baselines import LITTLE, baselines
+from replication.estimation.api.results import LITTLE, Bracket, baselines
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
 
@@ -51,12 +51,20 @@ def test_sensors_that_gain_little_are_told(noise: float, told: bool) -> None:
 
 
 def test_advice_begins_where_it_is_said_to() -> None:
-    def words(level: float) -> list[str]:
-        return [str(fact.value) for fact in baselines(level, "", without=1.0) if fact.what == "advice"]
+    def words(level: float | Bracket, without: float | Bracket = 1.0) -> list[str]:
+        return [str(fact.value) for fact in baselines(level, "", without=without) if fact.what == "advice"]
 
     assert words(1 - LITTLE - 1e-9) == []
     assert words(0.95) == ["only 5 % below the level without sensors"]
     assert words(1.0) == words(2.0) == ["not below the level without sensors"]
+    wide = Bracket(1.0, 1.2, "")
+    assert words(Bracket(0.5, 0.89, ""), wide) == []
+    assert words(Bracket(0.9, 0.99, ""), wide) == []
+    for low, high in ((0.5, 1.0), (1.1, 1.3)):
+        [told] = words(Bracket(low, high, ""), wide)
+        assert told == f"open whether below the level without sensors: [{low:g}, {high:g}] against [1, 1.2]"
+    assert words(Bracket(1.2, 1.3, ""), wide) == ["not below the level without sensors"]
+    assert words(Bracket(0.95, 0.98, ""), Bracket(1.0, 1.01, "")) == ["only 5.9 % below the level without sensors"]
 
 
 def test_nonuniform_levels_are_those_of_other_packages() -> None:

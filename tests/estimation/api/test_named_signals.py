@@ -6,6 +6,7 @@ import csv
 import io
 import json
 
+import control
 import numpy as np
 import pytest
 from api_plants import CART, CASES, SERVO, result_of
@@ -17,8 +18,11 @@ from replication.estimation.multirate import losses
 
 UNITS = {"position": "m", "velocity": "m/s", "angle": "rad", "deep": "mm", "camera": "px", "volt": "V", "speed": "m/s"}
 WANTED = {
-    "multirate": {"error": ("position (m)", "speed (m/s)"), "disturbance": ("d[0]", "w[0]", "w[1]")},
-    "nonuniform": {"error": ("velocity (m/s)",), "disturbance": ("w[0]", "w[1]")},
+    "multirate": {
+        "error": ("position (m)", "speed (m/s)"),
+        "disturbance": ("wind", "noise of encoder", "noise of camera"),
+    },
+    "nonuniform": {"error": ("velocity (m/s)",), "disturbance": ("push", "noise")},
     "dualrate": {"output": ("camera (px)",), "input": ("volt (V)",), "estimation error": ("angle (rad)", "rate")},
     "delay": {"error of z": ("deep (mm)",), "error of x": ("upper", "lower"), "disturbance": ("w[0]", "w[1]")},
 }
@@ -112,3 +116,13 @@ def test_another_number_of_states_is_refused(names: list[str]) -> None:
     if len(names) != len(late.signals.states):
         with pytest.raises(InvalidInputError, match="states must be 2 different names"):
             late.named(states=names)
+
+
+def test_the_worst_noise_has_the_names_of_the_plant() -> None:
+    system = control.ss([[0.9]], [[1.0, 0.5]], [[1.0]], 0, 0.1, inputs=["wind", "valve"], outputs=["gauge"])
+    result = multirate.design(system, periods=(2,), noise=[0.3], disturbances=["wind"])
+    assert result.simulate(20, disturbance="worst").columns["disturbance"] == ("wind", "noise of gauge")
+    mixed = multirate.design(system, periods=(2,), noise=[[0.3, 0.1]], disturbances=["wind"], Q=[[2.0]])
+    assert mixed.simulate(20, disturbance="worst").columns["disturbance"] == ("d[0]", "noise of gauge")
+    plain = multirate.design(system, periods=(2,), noise=[[0.3, 0.1]], disturbances=["wind"])
+    assert plain.simulate(20, disturbance="worst").columns["disturbance"] == ("wind", "w[0]", "w[1]")

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 
 PAPER = MultiratePlant(

@@ -15,8 +15,7 @@ from noisy_plants import by_lifted_equation, by_plain_recursion, correlated, wit
 from replication.errors import InvalidInputError
 from replication.estimation.linear.covariances import noise_factors
 from replication.estimation.multirate import kalman
-from replication.estimation.multirate.h2.steady import steady_state
-from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.kalman import kalman_design, steady_state
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
@@ -207,3 +206,10 @@ def test_what_the_sensors_read_of_a_known_input_is_taken_off() -> None:
     given = problem(plant, (1, 2))
     for stage in observer_system(given, np.random.default_rng(5).normal(size=(2, 2, 2))).stages:
         near(stage.B @ np.concatenate([[1.0], plant.D_u[:, 0]]), plant.B_u[:, 0], ROUNDING)
+
+
+def test_variances_of_independent_sensors_may_be_a_vector() -> None:
+    vector, matrix = (MultiratePlant.from_covariances(**{**GOOD, "R": R}) for R in ([4.0, 9.0], np.diag([4.0, 9.0])))
+    assert np.array_equal(vector.D, matrix.D)
+    with pytest.raises(InvalidInputError, match="R must have 2 rows"):
+        MultiratePlant.from_covariances(**{**GOOD, "R": [1.0]})

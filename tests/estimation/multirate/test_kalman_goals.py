@@ -17,7 +17,7 @@ from replication.estimation.multirate.h2.result import mean_error_facts
 from replication.estimation.multirate.h2.tradeoff import balanced, rms_error
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.schedule import distinct_offsets
+from replication.estimation.multirate.problem import distinct_offsets
 
 CART = control.ss([[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], 0, 0.1)
 GIVEN: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": [0]}

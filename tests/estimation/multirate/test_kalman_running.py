@@ -15,13 +15,14 @@ from noisy_plants import Conditioned, correlated
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
+from replication.estimation.api.running import UnscheduledSampleWarning
 from replication.estimation.multirate.h2 import starting
 from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
 from replication.estimation.multirate.h2.running import KalmanFilter
 from replication.estimation.multirate.h2.starting import StartingFilter
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 from tests.estimation.api.test_c_code import EXACT, Compiled
 
@@ -86,7 +87,8 @@ def test_from_its_own_covariance_the_start_is_the_steady_state(name: str, lag: i
     steady, starting = KalmanFilter(given, filter_gains(given, X, lag)), StartingFilter(given, X[0], lag)
     u, y, _ = signals(given, 12, lost=0.0)
     for k in range(len(u)):
-        one, other = steady.step(u[k], y[k]), starting.step(u[k], y[k])
+        due = np.where(given.schedule.mask[k % given.schedule.period], y[k], np.nan)
+        one, other = steady.step(u[k], due), starting.step(u[k], due)
         for field, a, b in zip(one._fields, one, other, strict=True):
             if k >= lag or not field.startswith("smoothed"):
                 np.testing.assert_allclose(a, b, rtol=EQUAL, atol=EQUAL, err_msg=field)
@@ -144,7 +146,7 @@ def test_covariances_over_time_are_those_of_the_running_filter() -> None:
     predicted, filtered = result.covariances(5)
     run = result.filter()
     for k in range(5):
-        step = run.step([0.0], [0.0, 0.0])
+        step = run.step([0.0], [0.0, None if k % 3 else 0.0])
         np.testing.assert_allclose(filtered[k], step.covariance, atol=EQUAL)
         if k < 4:
             np.testing.assert_allclose(predicted[k + 1], step.predicted_covariance, atol=EQUAL)
@@ -247,3 +249,83 @@ def test_what_was_due_and_did_not_come_is_counted() -> None:
             came = np.array([[True, True], [False, True], [True, False], [False, False]])[: k + 1]
             assert found.missed == np.sum(due & ~came)
         assert found.missed > 0
+
+
+def test_a_sample_off_its_schedule_is_used_where_the_covariance_is_followed() -> None:
+    """As if the schedule had had it: the other filter is made for a schedule in which that sensor is due."""
+    given = multirate.design(CART, periods=(1, 3), goal="h2").problem  # type: ignore[attr-defined]
+    early = MultirateProblem(given.plant, SensingSchedule((1, 1)))
+    one, other = StartingFilter(given, P0, 1), StartingFilter(early, P0, 1)
+    for y in ([0.3, 0.1], [0.2, 0.5], [0.1, None], [0.4, -0.2]):
+        left, right = one.step([0.1], y), other.step([0.1], y)
+        for a, b in zip(left, right, strict=True):
+            np.testing.assert_allclose(a, b, rtol=EQUAL, atol=EQUAL)
+    assert (one.unscheduled, one.missed, other.unscheduled, other.missed) == (1, 0, 0, 1)
+
+
+@pytest.mark.parametrize("goal", ["hinf", "h2"])
+def test_a_sample_off_its_schedule_is_told_once_where_gains_are_fixed(goal: str, tmp_path: Path) -> None:
+    result = multirate.design(CART, periods=(1, 4), offsets=(0, 1), goal=goal)
+    runs = [result.filter() if goal == "h2" else result.observer() for _ in range(2)]  # type: ignore[attr-defined]
+    compiled = Compiled(Whole(runs[0]) if goal == "h2" else runs[0], tmp_path)
+    compiled.reset(np.zeros(2))
+    with pytest.warns(UnscheduledSampleWarning, match="off its schedule") as told:
+        for k in range(40):
+            y = [0.1, 10.0 if k % 4 == 2 else np.nan]  # the camera comes one instant late for ever
+            runs[0].step([0.0], y)
+            runs[1].step([0.0], [0.1, None])
+            compiled.step([0.0], y)
+    assert len(told) == 1
+    assert (runs[0].unscheduled, runs[0].missed, runs[1].unscheduled) == (10, 10, 0)
+    assert np.array_equal(runs[0].estimate, runs[1].estimate)
+    compared = compiled.step([0.0], [0.1, np.nan])[1][:2], runs[1].step([0.0], [0.1, None])
+    np.testing.assert_allclose(compared[0], getattr(compared[1], "prediction", compared[1]), rtol=EQUAL, atol=EQUAL)
+
+
+@pytest.mark.parametrize("start", [None, P0])
+@pytest.mark.parametrize("gate", [4.0, 0.9999])
+def test_a_gate_leaves_out_what_cannot_be(start: Any, gate: float) -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2")
+    gated, plain = (result.filter(P0=start, gate=g) for g in (gate, None))  # type: ignore[attr-defined]
+    rng, wild = np.random.default_rng(5), 0
+    for k in range(60):
+        y = np.where(result.problem.schedule.mask[k % 3], 0.1 * rng.standard_normal(2), np.nan)
+        lost = y.copy()
+        if k % 7 == 3 and k % 3 == 0:
+            y[1], lost[1], wild = 1e6, np.nan, wild + 1
+        one, other = gated.step([0.0], y), plain.step([0.0], lost)
+        np.testing.assert_allclose(one.filtered, other.filtered, rtol=EQUAL, atol=EQUAL)
+        np.testing.assert_allclose(one.covariance, other.covariance, rtol=EQUAL, atol=EQUAL)
+    assert gated.gated == wild > 1 and gated.missed == 0
+
+
+def test_a_gate_lets_good_samples_pass_as_often_as_it_says() -> None:
+    """Innovations of the plant's own noise are normal: one in a thousand is beyond the gate of 99.9 %."""
+    result, rng = multirate.design(CART, periods=(1, 1), goal="h2"), np.random.default_rng(8)
+    run, plant, x = result.filter(gate=0.999), result.problem.plant, np.zeros(2)  # type: ignore[attr-defined]
+    count = 20_000
+    for _ in range(count):
+        run.step([0.0], plant.C @ x + plant.D @ rng.standard_normal(plant.D.shape[1]))
+        x = plant.A @ x + plant.B_d @ rng.standard_normal(plant.B_d.shape[1])
+    # What is left out makes the next innovations a little larger than the filter thinks.
+    assert 0.0007 < run.gated / (2 * count) < 0.002
+
+
+def test_the_gate_of_the_c_form_is_that_of_python(tmp_path: Path) -> None:
+    result, rng = multirate.design(CART, periods=(1, 3), goal="h2"), np.random.default_rng(6)
+    run = result.filter(lag=1, gate=2.0)  # type: ignore[attr-defined]
+    compiled = Compiled(Whole(run), tmp_path)
+    compiled.reset(np.zeros(2))
+    for k in range(500):
+        y = np.where(result.problem.schedule.mask[k % 3], rng.standard_normal(2), np.nan)
+        step, found = run.step([0.0], y), compiled.step([0.0], y)[1]
+        np.testing.assert_allclose(found[:2], step.prediction, rtol=EQUAL, atol=EQUAL)
+    assert 50 < run.gated < 400
+    with pytest.raises(InvalidInputError, match="no form in MATLAB"):
+        run.to_matlab()
+
+
+@pytest.mark.parametrize("gate", [0, -1.0, float("nan"), 1e9, "wide", True])
+def test_a_gate_that_is_none_is_refused(gate: Any) -> None:
+    with pytest.raises(InvalidInputError, match="gate must be"):
+        multirate.design(CART, periods=(1, 3), goal="h2").filter(gate=gate)  # type: ignore[attr-defined]

@@ -23,8 +23,7 @@ from replication.estimation.multirate.losses import mean, worst
 from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
 from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains
 from replication.estimation.multirate.losses.storage import Walks, central_gains, kernel, least_level, proved_level
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9

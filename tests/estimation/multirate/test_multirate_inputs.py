@@ -20,8 +20,7 @@ from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate import kalman, optimum
 from replication.estimation.multirate.optimum import kalman_design, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 GOOD: dict[str, Any] = {
     "A": [[0.9, 0.2], [0, 1.1]],

@@ -24,8 +24,7 @@ from replication.estimation.multirate.optimum import (
     riccati_design,
 )
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 from tests.tolerances import AGREEMENT, BRACKET, GRID, ILL_CONDITIONED, ROUNDING
 

@@ -11,7 +11,7 @@ from multirate_examples import PAPER, problem
 
 from replication.errors import InvalidInputError
 from replication.estimation.multirate.optimum import optimum
-from replication.estimation.multirate.schedule import SensingSchedule, distinct_offsets
+from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets
 from replication.estimation.multirate.timing import search_timing
 from tests.tolerances import AGREEMENT
 

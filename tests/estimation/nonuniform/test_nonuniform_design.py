@@ -17,10 +17,10 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.refined import GAP
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.nonuniform import exchange, filter_lmi, nominal
-from replication.estimation.nonuniform.baselines import constant_baselines, smoother_limit, without_sensors
+from replication.estimation.nonuniform.baselines import beside, smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, robust_design, violations
+from replication.estimation.nonuniform.facade import analyse, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
-from replication.estimation.nonuniform.facade import simulate
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Solver,
@@ -272,13 +272,32 @@ def test_the_limit_of_smoothers_is_that_of_the_worst_period():
     """The sensor has noise of its own, and tells nothing of the disturbance at once."""
     plant = SampledPlant(OSCILLATOR.A, [[0, 0], [16, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
     periods = PeriodRange(0.05, 0.5)
-    facts = constant_baselines(plant, riccati_level(plant, 0.2, tolerance=1e-6).filter, periods)
+    facts = beside(plant, riccati_level(plant, 0.2, tolerance=1e-6).filter, periods, (0.0, 9.0), horizon=20).facts
     limits = [smoother_limit(plant, h) for h in periods.nodes(9)]
     assert min(limits) < max(limits) * (1 - 1e-5)
     [told] = [fact.value for fact in facts if fact.what == "limit of any smoother"]
     assert told == pytest.approx(max(limits), rel=1e-9)
-    nothing = [without_sensors(plant, [h]) for h in periods.nodes(2)]
-    assert without_sensors(plant, periods.nodes(2)) == max(nothing) > min(nothing) * (1 + 1e-3)
+    nothing = [zero_at_constant_periods(plant, [h]) for h in periods.nodes(2)]
+    assert zero_at_constant_periods(plant, periods.nodes(2)) == max(nothing) > min(nothing) * (1 + 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("A", "b", "noise", "periods", "goal", "horizon", "advice"),
+    [
+        # At constant periods this level is above that of no sensor, over all sequences it is below.
+        ([[0, 1], [-25.27, -1.005]], 5, 0.02, (0.01, 0.1), "robust", 200, "know the period"),
+        ([[0, 1], [-4.0, -0.4]], 1, 0.1, (0.3, 1.2), "nominal", 60, "open whether below"),
+        ([[0, 1], [-4.0, -0.4]], 1, 0.1, (0.3, 1.2), "nominal", 200, "not below the level"),
+        ([[0, 1], [-4.0, -0.4]], 1, 50.0, (0.3, 0.3), "robust", 200, "% below the level"),
+    ],
+)
+def test_the_level_without_sensors_is_over_the_same_sequences(A, b, noise, periods, goal, horizon, advice):
+    plant = SampledPlant(A, [[0, 0], [b, 0]], [[1, 0]], [[0, noise]], [[0, 1]])
+    result = design_filter(plant, periods=periods, goal=goal, leaves=8, horizon=horizon)
+    zero = analyse(plant, Filter([[0]], [[0]], [[0]]), periods=periods, leaves=8, horizon=200)
+    told = result.fact("level without sensors")
+    assert zero.bracket.lower <= told.value * (1 + 1e-9) and told.value == pytest.approx(zero.value, rel=1e-3)
+    assert advice in result.fact("advice").value
 
 
 def test_a_solution_that_violates_a_period_is_no_answer_where_the_next_one_fails():

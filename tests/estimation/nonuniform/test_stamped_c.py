@@ -49,8 +49,8 @@ class Compiled:
 
     def step(self, y: Any, t: float, u: Any = None) -> tuple[int, np.ndarray[Any, Any]]:
         estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
-        given = None if u is None else doubles(u)
-        answer = self.library.own_step(self.state, ctypes.c_double(t), given, doubles(y), estimate)
+        given, sample = (None if value is None else doubles(value) for value in (u, y))
+        answer = self.library.own_step(self.state, ctypes.c_double(t), given, sample, estimate)
         return answer, np.array(estimate)
 
     def predict(self, t: float) -> tuple[int, np.ndarray[Any, Any]]:
@@ -134,3 +134,65 @@ def test_compilers_warn_of_nothing(observer: Callable[[], Any], tmp_path: Path) 
 
 def test_a_warning_is_seen(tmp_path: Path) -> None:
     assert warnings_of("int own(void) { int never; return never; }", tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["filter", "kalman"])
+def test_inputs_change_between_samples(kind: str, tmp_path: Path) -> None:
+    """As if the input had been held in two parts: of the Kalman filter, whose covariance adds up, to rounding."""
+    observer, rng, t = observer_of(kind), np.random.default_rng(3), -1.0
+    compiled = Compiled(observer, tmp_path)
+    observer.reset([1.0, -1.0, 0.5])
+    compiled.reset([1.0, -1.0, 0.5])
+    for k in range(400):
+        t += rng.uniform(0.01, 0.1)
+        u = [float(rng.standard_normal())]
+        y = None if k % 4 else [float(rng.standard_normal()), float(rng.standard_normal())]
+        answer, found = compiled.step(y, t, u)
+        assert answer == 0
+        assert np.allclose(found, observer.step({} if y is None else y, t=t, u=u), rtol=EXACT, atol=EXACT)
+    assert compiled.step(None, t + 0.1)[0] == 1
+    assert compiled.step(None, t - 0.001, [1.0])[0] == 1
+
+
+def test_an_input_between_samples_moves_the_estimate_as_the_plant() -> None:
+    observer, other = observer_of("filter"), observer_of("filter")
+    for run in (observer, other):
+        run.step([1.0, 0.5], t=0.0, u=[2.0])
+    observer.step({}, t=0.1, u=[2.0])
+    assert np.allclose(observer.predict(0.3), other.predict(0.3), rtol=EXACT, atol=EXACT)
+    assert np.allclose(observer.step([0.0, 0.0], t=0.3), other.step([0.0, 0.0], t=0.3), rtol=EXACT, atol=EXACT)
+    observer.step({}, t=0.4, u=[0.0])
+    assert not np.allclose(observer.predict(0.5), other.predict(0.5), atol=1e-3)
+    assert (observer.outside, other.outside) == (0, 0)
+    for y, t, u in (({}, 0.45, None), ([0.0, 0.0], 0.35, None), ({}, 0.35, [1.0])):
+        with pytest.raises(InvalidInputError):
+            observer.step(y, t=t, u=u)
+
+
+def test_the_gate_with_time_stamps(tmp_path: Path) -> None:
+    plain = observer_of("kalman")
+    gated = StampedKalman(plain.plant, gate=5.0)
+    compiled, rng = Compiled(gated, tmp_path), np.random.default_rng(4)
+    compiled.reset(np.zeros(3))
+    for k in range(60):
+        y = list(0.1 * rng.standard_normal(2))
+        lost = [1e6, y[1]] if k % 7 == 3 else y
+        estimate = gated.step(lost, t=0.1 * k)
+        assert np.array_equal(estimate, plain.step([None, y[1]] if k % 7 == 3 else y, t=0.1 * k))
+        assert np.allclose(compiled.step(lost, 0.1 * k)[1], estimate, rtol=1e-9, atol=1e-9)
+    assert gated.gated == 9
+    with pytest.raises(InvalidInputError, match="gate must be"):
+        StampedKalman(plain.plant, gate=0)
+    with pytest.raises(InvalidInputError, match="held noise"):
+        StampedKalman(NoisyPlant([[-1.0]], [[1.0]], [[1.0]], [1.0], S=[[0.5]]), gate=3)
+
+
+def test_a_late_sample_is_gated_as_if_it_had_come_in_time() -> None:
+    samples = [([0.1, 0.0], 0.0), ([0.1, 9.0], 0.1), ([5.0, 0.1], 0.2), ([0.0, 0.1], 0.3)]
+    plant = observer_of("kalman").plant
+    order, late = (StampedKalman(plant, horizon=1.0, gate=3.0) for _ in range(2))
+    for y, t in samples:
+        order.step(y, t=t)
+    for i in (0, 2, 3, 1):
+        late.step(samples[i][0], t=samples[i][1])
+    assert np.allclose(order.estimate, late.estimate, rtol=EXACT) and order.gated == late.gated > 0

@@ -19,7 +19,7 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform import bracket as bracket_module
-from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
+from replication.estimation.nonuniform.baselines import smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
@@ -208,8 +208,8 @@ def test_baselines_are_those_of_the_frequency_response():
     assert smoother_limit(plant, h) == pytest.approx(max(gains), rel=1e-9)
     assert smoother_limit(plant, h) <= riccati_level(plant, h).level
     assert smoother_limit(MOTOR, 0.05) == 0.0
-    assert without_sensors(UNSTABLE, [0.1]) is None
-    assert without_sensors(INTEGRATORS, [0.1]) is None
+    assert zero_at_constant_periods(UNSTABLE, [0.1]) is None
+    assert zero_at_constant_periods(INTEGRATORS, [0.1]) is None
     assert 0 < smoother_limit(INTEGRATORS, 0.1) < stamped_design(INTEGRATORS, PeriodRange(0.1, 0.1)).level
 
 

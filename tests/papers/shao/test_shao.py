@@ -47,7 +47,7 @@ BLOCKS = tuple(f"shao.{name}" for name in SEARCH)
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
 DENIED = (Verdict.DIFFERS, "refuted")
 """Verdicts on a statement that does not hold."""
-FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
+FINDINGS_USE = ("shao.longer", "shao.stable-sets", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
 
 
 def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:

@@ -1,11 +1,13 @@
-"""The stability theorem: its constants, the counter-example, the limit of the slow rates, stable sets."""
+"""The stability result of Sec. IV: its constants, the counter-example, the limit of the slow rates, stable sets."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from computed import result
 
 from papers.shao.experiments.motor import radius, stable_periods
+from papers.shao.experiments.theorem import longer_ratios
 from papers.shao.experiments.tracking import over_plants
 from papers.shao.method.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
 from papers.shao.problem import DESIGN, literal_loop
@@ -26,6 +28,36 @@ def test_every_period_allowed_by_the_theorem_is_unstable() -> None:
         assert theorem_constants(design).condition < 1.001
         assert stability_radius(close_loop(design, OBSERVERS[APO])) > 1
         assert stability_radius(close_loop(design, OBSERVERS[RUNNING])) < 1
+
+
+def by_hand(ratio: int) -> float:
+    """The radius of the restarted predictor's loop over (x, ζ) from powers of its step over (x, ζ, ȳ), h = e^T − 1."""
+    h = np.expm1(SCALAR.period)
+    step = np.array([[1 + h, -2 * h, 0], [0, (1 - 2 * h) / (1 + h), 2 * h / (1 + h)], [0, -h, 1]])
+    period = (np.linalg.matrix_power(step, ratio) @ [[1, 0], [0, 1], [1, 0]])[:2]
+    return float(np.abs(np.linalg.eigvals(period)).max())
+
+
+def test_the_restarted_predictor_diverges_where_the_sensor_is_slow_enough() -> None:
+    """(18) is the same for every M; another formula finds the same ratio, and a simulation by hand the same growth."""
+    longer = result("shao.longer")
+    ratio = longer["ratio"]
+    assert by_hand(ratio - 1) < 1.0 < by_hand(ratio)
+    assert longer["radius"] == pytest.approx([by_hand(ratio - 1), by_hand(ratio)], abs=1e-9)
+    assert all(
+        value > 1.0 and value == pytest.approx(by_hand(int(M)), rel=1e-6) for M, value in longer["beyond"].items()
+    )
+    assert theorem_constants(replace(SCALAR, ratio=ratio)).condition == theorem_constants(SCALAR).condition < 1.0
+    drawn = result("shao.divergence")
+    x, zeta, last, step = 1.0, 0.0, (0.0, 0.0), SCALAR.period
+    for k in range(4000):  # (1) and (7) by hand, y_p by (6)
+        measured = x if k % SCALAR.ratio == 0 else np.exp(step) * last[0] + np.expm1(step) * last[1]
+        u, last = -2.0 * zeta, (zeta, -2.0 * zeta)
+        x = np.exp(step) * x + np.expm1(step) * u
+        zeta = np.exp(-step) * zeta - np.expm1(-step) * (u + 2.0 * measured)
+    assert drawn["own"][APO][drawn["time"].index(4.0)] == pytest.approx(x, rel=1e-9)
+    with pytest.raises(InfeasibleError, match="stable at M = 1100"):
+        longer_ratios(1100, 2000, [])
 
 
 def test_lyapunov_equation_and_constants_of_the_scalar_loop() -> None:

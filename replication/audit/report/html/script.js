@@ -77,7 +77,7 @@
     const parts = all(".sec", view);
     const current = parts.findLast((part) => part.getBoundingClientRect().top <= innerHeight * 0.3);
     here.hidden = !current;
-    here.textContent = current ? one("h3", current).textContent : "";
+    here.textContent = current ? one(`.toc a[href="#${CSS.escape(current.id)}"]`, view).textContent : "";
     for (const link of all(".toc a", view)) {
       const on = current && link.hash === `#${current.id}`;
       if (on) link.setAttribute("aria-current", "true");
@@ -89,32 +89,39 @@
     waiting ||= requestAnimationFrame(() => { waiting = 0; track(); });
   }, { passive: true });
 
-  // Search: a place first, then a name, then words of the statement.
+  // Search: a printed number or a place first, then a name, then words of statement, verdict, paper and rank.
   const form = one(".find");
   const field = one("input", form);
   const box = one(".hits", form);
   let index = null;
-  const plain = (text) => text.toLowerCase().replace(/_/g, "").replace(/\s+/g, " ").trim();
+  const plain = (text) => text.toLowerCase().replace(/_/g, "").replace(/\s+/g, " ").replace(/−/g, "-").trim();
   const paper = (part) => part.closest("[data-cited]")?.dataset.cited ?? "";
+  const text = (selector, root) => plain(one(selector, root)?.textContent ?? "");
   function entries() {
     return all(".claim").map((claim) => ({
-      link: claim.id, mark: one(".mark", claim), place: plain(one(".pl", claim).textContent), name: plain(claim.dataset.id),
-      of: paper(claim), title: plain(one(".st > bdi", claim).textContent), shown: () => copied(".st > bdi", claim), at: () => copied(".pl", claim),
-    })).concat(all("figure[id]").map((figure) => {
-      const [place, title] = all("figcaption strong bdi", figure);
-      return { link: figure.id, of: paper(figure), mark: null, place: plain(place.textContent), name: plain(figure.id), title: plain(title.textContent),
+      link: claim.id, mark: one(".mark", claim), place: text(".pl", claim), name: plain(claim.dataset.id), of: paper(claim), title: text(".st > bdi", claim),
+      numbers: `${one(".pv", claim).textContent} ${one(".ov", claim).textContent}`.split(/[^\d.−-]+/).map(plain),
+      more: [text(".vd", claim), text("h4", claim.closest(".cg")), text(".reason", claim)].join(" "),
+      shown: () => copied(".st > bdi", claim), at: () => copied(".pl", claim),
+    })).concat(all("figure[id], .erratum").map((part) => {
+      const [place, title] = part.matches("figure") ? all("figcaption strong bdi", part) : all("bdi", part);
+      return { link: part.id, of: paper(part), mark: null, place: plain(place.textContent), name: plain(part.id), title: plain(title.textContent), numbers: [],
+        more: part.matches("figure") ? "figure" : `erratum misprint ${plain(part.textContent)}`,
         shown: () => title.cloneNode(true).childNodes, at: () => place.cloneNode(true).childNodes };
     }));
   }
   function rank(entry, query, words) {
-    if (!words.every((word) => `${entry.place} ${entry.name} ${entry.title} ${entry.of.toLowerCase()}`.includes(word))) return null;
+    entry.all ??= `${entry.place} ${entry.name} ${entry.title} ${entry.of.toLowerCase()} ${entry.more} ${entry.numbers.join(" ")}`;
+    if (!words.every((word) => entry.all.includes(word))) return null;
+    if (entry.numbers.includes(query) || entry.numbers.includes(query.replace(/^0\./, "."))) return 0;
     const after = entry.place[query.length];
     if (entry.place.startsWith(query) && (!after || !/[\w.]/.test(after))) return 0;
     if (entry.place.startsWith(query)) return 1;
     if (entry.place.includes(query)) return 2;
-    if (words.every((word) => entry.place.includes(word))) return 3;
-    if (entry.name.includes(query)) return 4;
-    return entry.title.includes(query) ? 5 : 6;
+    if (entry.more.startsWith(query)) return 3;
+    if (words.every((word) => entry.place.includes(word))) return 4;
+    if (entry.name.includes(query)) return 5;
+    return entry.title.includes(query) ? 6 : 7;
   }
   const more = one("button", box);
   const FIRST = 12;
@@ -126,7 +133,7 @@
     found.sort(([a], [b]) => a - b);
     box.hidden = !words.length;
     more.hidden = whole || found.length <= FIRST;
-    one("p", box).textContent = found.length ? `${found.length} found${more.hidden ? "" : `, the first ${FIRST}:`}` : "Nothing found; try a place, such as Table 1.";
+    one("p", box).textContent = found.length ? `${found.length} found${more.hidden ? "" : `, the first ${FIRST}:`}` : "Nothing found; try a printed number, a place such as Table 1, or a verdict.";
     more.textContent = `Show all ${found.length}`;
     one("ol", box).replaceChildren(...found.slice(0, whole ? found.length : FIRST).map(([, entry]) => {
       const line = document.createElement("li");
@@ -176,7 +183,7 @@
     const claim = document.getElementById(mark.hash.slice(1));
     one(".said", read).replaceChildren(...copied(".st > bdi", claim));
     one(".src", read).replaceChildren(`${one(".lane-name a", mark.closest(".lane")).textContent}, `, ...copied(".pl", claim));
-    const said = [data.w, data.o, data.f, sure(data), data.i];
+    const said = [data.w, data.o, data.f, sure(data), claim.dataset.id];
     all("dd", read).forEach((cell, at) => {
       (cell.firstElementChild ?? cell).textContent = said[at] ?? "";
       cell.parentElement.hidden = !said[at];

@@ -1,29 +1,32 @@
 """The sentences of a brief: each link leads to a claim or an erratum that says what the sentence says of it.
 
-`{name}` is the number that was computed for the claim of that name.
+Numbers in them are filled in from the run, as `Brief` describes.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from markupsafe import Markup
 
 from replication.audit.brief import Brief
 from replication.audit.inspect.sentences import LINK, require_short
 from replication.audit.judge import numerals
+from replication.audit.judge.printed import parse
 from replication.audit.model import Policy, Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.report.opening.sketch import drawn
 from replication.audit.store.records import ClaimRecord, ErratumRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
-HOLDS, FAILS, OPEN = "+", "-", "?"
-_NUMBER = re.compile(r"\{([\w.\-]+)\}")
-DIGITS = 5
-"""Significant digits of a computed number in a sentence."""
+HOLDS, FAILS, OPEN, ANYTHING = "+", "-", "?", "any"
+_NUMBER = re.compile(r"\{([\w.\-]+)(?::(\w+)(?::([\w.\-]+))?)?\}")
+DIGITS, LOWER_DIGITS = 5, 3
+"""Significant digits of a computed number, and of a lower bound, in a sentence."""
 
 _SAYS = {
     Verdict.REPRODUCED: HOLDS,
@@ -43,21 +46,30 @@ _NAMES = {HOLDS: "holds", FAILS: "does not hold as printed", OPEN: "is a guess"}
 class Target:
     """What a link leads to. says: what may be said of it; shaken: whether the run found it other than expected.
 
-    number: what was computed for it, as text; empty where that is no single number.
+    record: the claim, if it is one.
     """
 
     link: str
     says: str
     shaken: bool
-    number: str = ""
+    record: ClaimRecord | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """A sentence in parts, each with its link or none; shaken: whether a claim it rests on has changed its verdict."""
+    """A sentence in parts, each with its link or none; shaken: whether a claim it rests on has changed its verdict.
+
+    numbers: those of the run in it.
+    """
 
     parts: tuple[tuple[str, str], ...]
     shaken: bool
+    numbers: tuple[float, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The sentence without its links."""
+        return "".join(words for words, _ in self.parts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +77,8 @@ class BriefView:
     """A brief as the report shows it; lines: what holds, what to correct, what remains a guess."""
 
     topic: str
+    verdict: Told
+    headline: Told
     card: Told
     lines: tuple[tuple[str, str, Told], ...]
     sketch: Markup
@@ -82,7 +96,7 @@ def _targets(results: ResultsFile) -> dict[str, Target]:
             link=anchor("claim", claim.id),
             says=_says(claim),
             shaken=claim.unexpected,
-            number=_number(claim),
+            record=claim,
         )
         for claim in results.claims
     }
@@ -93,14 +107,6 @@ def _says(claim: ClaimRecord) -> str:
     """A number that a solver or a correction explains does not hold as printed, however it is read."""
     explained = {Policy.SOLVER, Policy.ERRATUM} & set(claim.judgement.policies)
     return _SAYS[claim.verdict] + (FAILS if claim.verdict is Verdict.COMPATIBLE and explained else "")
-
-
-def _number(claim: ClaimRecord) -> str:
-    """A run that found nothing has a report all the same, and says so."""
-    value = claim.evidence.value
-    if isinstance(value, tuple):
-        return ""
-    return "(not computed)" if value is None else numerals.short(value, DIGITS)
 
 
 def _erratum(erratum: ErratumRecord) -> Target:
@@ -114,6 +120,8 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
 
     return BriefView(
         topic=brief.topic,
+        verdict=told(brief.verdict, ANYTHING),
+        headline=told(brief.headline, ANYTHING),
         card=told(brief.card),
         lines=(
             ("reproduced", "What holds", told(brief.holds, HOLDS)),
@@ -125,16 +133,15 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
 
 
 def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
-    if not line and _NUMBER.search(sentence):
-        raise AuditError(f"the card of {key} stands in the README too, without numbers of a run: correct {sentence!r}")
-    sentence = _NUMBER.sub(lambda found: _filled(found[1], key, known), sentence)
+    filled = {found[0]: _filled(found[0], found.groups(), key, known) for found in _NUMBER.finditer(sentence)}
+    sentence = _NUMBER.sub(lambda found: filled[found[0]][0], sentence)
     parts: list[tuple[str, str]] = []
     end, shaken = 0, False
     for match in LINK.finditer(require_short(sentence)):
         words, sign, name = match.groups()
         target = _target(name, key, known)
         said = sign or line
-        if not said or (said not in target.says and not target.shaken):
+        if not said or (said not in (*target.says, ANYTHING) and not target.shaken):
             raise AuditError(
                 f"the brief of {key} says that {name!r} {_NAMES.get(said, 'is something, without a sign before it')}, "
                 f"and the results do not: correct {sentence!r}"
@@ -142,7 +149,8 @@ def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> To
         shaken = shaken or target.shaken
         parts += [(sentence[end : match.start()], ""), (words, target.link)]
         end = match.end()
-    return Told(parts=(*parts, (sentence[end:], "")), shaken=shaken)
+    numbers = tuple(number for _, number in filled.values() if math.isfinite(number))
+    return Told(parts=(*parts, (sentence[end:], "")), shaken=shaken, numbers=numbers)
 
 
 def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:
@@ -152,8 +160,28 @@ def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:
     return target
 
 
-def _filled(name: str, key: str, known: Mapping[str, Target]) -> str:
-    number = _target(name, key, known).number
-    if not number:
-        raise AuditError(f"the brief of {key} tells the number of {name!r}, which has no single one; link it instead")
-    return number
+def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[str, Target]) -> tuple[str, float]:
+    """What `text` in braces becomes, and the number in it."""
+    name, how, other = parts
+    record = _target(name or "", key, known).record
+    refused = AuditError(f"the brief of {key} tells a number as {text}, which has no single one; link it instead")
+    if record is None or isinstance(record.evidence.value, tuple):
+        raise refused
+    value, lower = record.evidence.value, record.evidence.lower
+    if value is None:  # a run that found nothing has a report all the same, and says so
+        return "(not computed)", math.nan
+    if how is None:
+        return numerals.short(value, DIGITS), float(value)
+    if how == "not":
+        printed = parse(record.claim.printed).entries[0]
+        instead = numerals.exact(round(Fraction(value) / printed.unit) * printed.unit)
+        if Fraction(instead) == printed.value:
+            raise AuditError(f"the brief of {key} says that {record.claim.printed} is not {instead}; correct it")
+        return f"{instead}, not {record.claim.printed}", float(instead)
+    if not isinstance(lower, int | float):
+        raise refused
+    if how == "over":
+        under = _target(other or "", key, known).record
+        lower /= float(parse(under.claim.printed).entries[0].value) if under is not None else math.nan
+    shown = numerals.at_least(lower, LOWER_DIGITS)
+    return shown, float(shown)

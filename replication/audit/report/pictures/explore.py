@@ -85,14 +85,14 @@ def explorers(
     for explorer in paper.brief.explorers if paper.brief else ():
         require_title(explorer.title)
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
-        pictures = [_view(paper.key, picture, _table(figures / f"{picture.figure}.csv"), known) for picture in own]
+        pictures = [_view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known) for picture in own]
         largest = max((_level(view) for view in pictures), default=0.0)
         if pictures:
             made.append(ExplorerView(explorer=explorer, pictures=tuple(_shared(v, largest) for v in pictures)))
     return tuple(made)
 
 
-def _table(path: Path) -> dict[str, Values]:
+def table(path: Path) -> dict[str, Values]:
     """The columns of a table: one with a single number holds it throughout, one that is short ends in no number."""
     with path.open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))

@@ -14,7 +14,7 @@ from fractions import Fraction
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView
 from replication.audit.report.entries import EntryView
-from replication.audit.report.templates import CLAIM_CELL
+from replication.audit.report.templates import claim_of
 from replication.audit.store.records import PaperRecord
 
 MOST = 8
@@ -57,8 +57,8 @@ class Ladder:
 
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
     """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
-    cells = {cell for table in paper.tables for row in table.rows for cell in row}
-    own = [view for view in claims if CLAIM_CELL + view.record.id in cells and view.record.counted]
+    cells = {claim_of(cell) for table in paper.tables for row in table.rows for cell in row}
+    own = [view for view in claims if view.record.id in cells and view.record.counted]
     found = [made for view in own if (made := _ladder(view)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.
     distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 from replication.audit.parts import CommonLevel
+from replication.audit.report.pictures.axes import FRAME, scale_of, spread, ticks
 from replication.audit.store.records import PaperRecord, ResultsFile
 
 
@@ -34,6 +36,86 @@ class Across:
 
     columns: tuple[Column, ...]
     multiples: tuple[int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CostCurve:
+    """A column as a curve: its short name, how m is meant, the authors, dots, a band where only bounds are known."""
+
+    name: str
+    meaning: str
+    who: str
+    path: str
+    band: str
+    dots: tuple[tuple[float, float], ...]
+    height: float
+    last: float
+    multiple: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chart:
+    """Columns of one measure in one drawing, the steepest first; left: columns with another measure."""
+
+    words: tuple[str, ...]
+    measure: str
+    curves: tuple[CostCurve, ...]
+    x_ticks: tuple[tuple[int, float], ...]
+    y_ticks: tuple[tuple[float, float], ...]
+    left: tuple[Column, ...]
+    most: int
+
+
+NAME_HEIGHT = 150
+"""Of the name of a curve, in units of the frame."""
+
+
+def chart(shown: Across | None) -> Chart | None:
+    """The largest group of columns whose measures agree, as curves of cost over the multiple; None for fewer than two.
+
+    Letters aside: l2 is the norm of a sequence, L2 that of a function, and a cost is a ratio of either.
+    """
+    if shown is None:
+        return None
+    ((measure, number),) = Counter(column.measure.casefold() for column in shown.columns).most_common(1)
+    chosen = [c for c in shown.columns if c.measure.casefold() == measure and len(c.costs) > 1]
+    if number < 2 or len(chosen) < 2:
+        return None
+    multiples = sorted({m for column in chosen for m in column.costs})
+    costs = [1.0, *(cost.most for column in chosen for cost in column.costs.values())]
+    x, y = scale_of([float(m) for m in multiples], False, 0), scale_of(costs, False, 0)
+    shared = min(max(column.costs) for column in chosen)
+    chosen.sort(key=lambda column: -column.costs[shared].most if shared in column.costs else 0.0)
+    ends = [FRAME - y(column.costs[max(column.costs)].most) for column in chosen]
+    heights = spread(ends, [NAME_HEIGHT] * len(chosen))
+    curves = []
+    for column, height in zip(chosen, heights, strict=True):
+        upper = [(x(m), FRAME - y(cost.most)) for m, cost in sorted(column.costs.items())]
+        lower = [(x(m), FRAME - y(cost.least)) for m, cost in sorted(column.costs.items())]
+        name, _, meaning = column.sensor.partition(": ")
+        last = column.costs[max(column.costs)]
+        curves.append(
+            CostCurve(
+                name=name,
+                meaning=meaning,
+                who=column.paper.cited.partition(" (")[0],
+                path="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in upper),
+                band="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in (*upper, *reversed(lower))),
+                dots=tuple((round(a, 1), round(b, 1)) for a, b in upper),
+                height=height,
+                last=last.most,
+                multiple=max(column.costs),
+            )
+        )
+    return Chart(
+        words=tuple(dict.fromkeys(curve.name.partition(",")[0] for curve in curves)),
+        measure=chosen[0].measure,
+        curves=tuple(curves),
+        x_ticks=tuple((m, round(x(m), 1)) for m in multiples),
+        y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
+        left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
+        most=multiples[-1],
+    )
 
 
 def across(results: ResultsFile) -> Across | None:

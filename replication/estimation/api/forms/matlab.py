@@ -92,12 +92,14 @@ def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
     Raises
     ------
     InvalidInputError
-        `name` is no name of a function.
+        `name` is no name of a function, or the observer has a gate.
     """
     if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or RESERVED.fullmatch(name):
         raise InvalidInputError(
             f"name must be one of a MATLAB function (letters, digits and _, at most 31, no reserved word), got {name!r}"
         )
+    if recursion.limits is not None:
+        raise InvalidInputError("an observer with a gate has no form in MATLAB; leave the gate out, or take its C form")
     phases, expected, through = recursion.phases, recursion.expected, recursion.through
     inputs, tables = phases[0].input.shape[1], ""
     if expected is not None:

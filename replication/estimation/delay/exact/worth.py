@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.ladder import FilterModel, ladder_model
 from replication.estimation.delay.exact.loop import error_response

@@ -8,7 +8,6 @@ import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence
-from replication.estimation.api.shown import frozen
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.limit import limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, worst_gain
@@ -20,6 +19,7 @@ from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
 from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.general.synthesis import GeneralLevel, degree_of, least_level, observer_at
+from replication.estimation.validation import frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
 WIDTH = 1e-4

@@ -9,9 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Bracket, Evidence
-from replication.estimation.api.shown import frozen
+from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.api.tradeoff import Goal
 from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
@@ -25,7 +23,7 @@ from replication.estimation.delay.general.result import InnovationsResult, array
 from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.h2.designs import OF, Designs, returns
 from replication.estimation.delay.h2.variance import error_covariance, smoother_covariance
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials, all frequencies; not certified"
 TOLERANCE, NOTICED = 1e-8, 1e-3

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.tradeoff import Measures
 from replication.estimation.dualrate.gains import Weights, continuous_gains
 from replication.estimation.dualrate.loop import close_loop
@@ -18,10 +17,9 @@ from replication.estimation.dualrate.slow.controller import Controller, Equation
 from replication.estimation.dualrate.slow.loop import alone, closed, gain, of_gains, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.multirate.noncausal import noncausal_bound
+from replication.estimation.multirate.optimum import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 MEASURE = "exact gain of the closed loop from process and sensor noise to (x, u)"
 SEARCH_WIDTH = 1e-6

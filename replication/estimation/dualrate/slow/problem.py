@@ -19,7 +19,7 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
 from replication.estimation.dualrate.sampled import Held, held
-from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
 
 BOUNDARY = 1e-9

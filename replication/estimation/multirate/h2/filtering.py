@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.estimation.linear.riccati import RiccatiMap, settled, solve
-from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
+from replication.estimation.multirate.kalman import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 

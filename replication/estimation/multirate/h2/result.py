@@ -58,7 +58,7 @@ class KalmanResult(MultirateResult):
         }
         return Solution(arrays, mean_error_facts(problem, kalman.gains))
 
-    def filter(self, *, lag: int = 0, P0: Any = None) -> KalmanFilter | StartingFilter:
+    def filter(self, *, lag: int = 0, P0: Any = None, gate: float | None = None) -> KalmanFilter | StartingFilter:
         """The filter to run in a loop; its `step` gives x^(k|k), x^(k+1|k), their covariances and the innovation.
 
         Parameters
@@ -67,6 +67,9 @@ class KalmanResult(MultirateResult):
             It also looks back: x^(k-lag|k).
         P0 : array (n, n), optional
             Covariance of the error of the start; that of the design unless given.
+        gate : float, optional
+            Beyond which a measurement is left out, and counted by `gated`: below 1 the probability with which a good
+            one passes, from 1 on standard deviations of its innovation.
 
         Returns
         -------
@@ -76,16 +79,16 @@ class KalmanResult(MultirateResult):
         Raises
         ------
         InvalidInputError
-            P0 is no covariance, or the lag is no whole number from 0 to 1000.
+            P0 is no covariance, the lag is no whole number from 0 to 1000, or the gate neither of the two.
         """
         count = (
             0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
         )
         start = self.start if P0 is None else P0
         if start is not None:
-            return StartingFilter(self.problem, start, count).named(self.signals)
+            return StartingFilter(self.problem, start, count, gate).named(self.signals)
         gains = filter_gains(self.problem, self.gains["P"], count)
-        return KalmanFilter(self.problem, gains).named(self.signals)
+        return KalmanFilter(self.problem, gains, gate).named(self.signals)
 
     def covariances(self, steps: int, *, P0: Any = None) -> tuple[Array, Array]:
         """Covariances of the errors over time, from the start on.
@@ -110,7 +113,7 @@ class KalmanResult(MultirateResult):
         count = positive_integer("steps", steps)
         start = self.start if P0 is None else P0
         run = StartingFilter(self.problem, self.gains["P"][0] if start is None else start)
-        silent = np.zeros(self.problem.plant.B_u.shape[1]), np.zeros(self.problem.plant.sensors)
-        done = [run.step(*silent) for _ in range(count)]
+        known, mask = np.zeros(self.problem.plant.B_u.shape[1]), self.problem.schedule.mask
+        done = [run.step(known, np.where(mask[k % len(mask)], 0.0, np.nan)) for k in range(count)]
         predicted = [run.start, *(step.predicted_covariance for step in done[:-1])]
         return np.stack(predicted), np.stack([step.covariance for step in done])

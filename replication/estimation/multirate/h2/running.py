@@ -2,7 +2,8 @@
 
 `KalmanFilter` has the gains of the steady state; `starting.py` has those that begin with the covariance of the start.
 A measurement that is None or NaN although its sensor is due is left out: the first then goes on without a correction
-by it, the other also says so in its covariance.
+by it, the other also says so in its covariance. The other takes a sample off its schedule, too; the first has no gain
+for it. With a gate, a measurement whose innovation exceeds so many standard deviations is left out likewise.
 """
 
 from __future__ import annotations
@@ -11,16 +12,13 @@ from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.phase import Phase, Recursion
-from replication.estimation.api.running import known_inputs, vector
+from replication.estimation.api.running import Mask, gate_of, known_inputs, vector, warn_unscheduled
 from replication.estimation.multirate.h2.filtering import FilterGains, read_only
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, as_array
-
-Mask = NDArray[np.bool_]
 
 
 class KalmanStep(NamedTuple):
@@ -54,10 +52,17 @@ class KalmanStep(NamedTuple):
 
 
 class RunningKalman(Portable, ABC):
-    """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come."""
+    """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come.
 
-    def __init__(self, problem: MultirateProblem, lag: int) -> None:
+    `unscheduled` counts samples of sensors that were not due, `gated` those beyond the gate.
+    """
+
+    takes_any: bool = False
+    """Whether a sample off its schedule is used."""
+
+    def __init__(self, problem: MultirateProblem, lag: int, gate: float | None) -> None:
         plant = problem.plant
+        self._gate = gate_of(gate)
         self.problem, self.lag = problem, lag
         self._sizes = plant.order, plant.B_u.shape[1], plant.sensors
         self._A, self._B, self._C, self._mask = plant.A, plant.B_u, plant.C, problem.schedule.mask
@@ -85,7 +90,7 @@ class RunningKalman(Portable, ABC):
         """
         n = self._sizes[0]
         start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
-        self.instant, self.missed = 0, 0
+        self.instant, self.missed, self.unscheduled, self.gated = 0, 0, 0, 0
         # Row i is x^(k-i|k-1).
         self._past = np.full((self.lag + 1, n), np.nan)
         self._past[0] = start
@@ -121,16 +126,24 @@ class RunningKalman(Portable, ABC):
         innovation = measured - self._C.dot(self._past[0])
         if self._direct is not None:
             innovation -= self._direct @ known
-        came = self._mask[phase] & (innovation == innovation)  # NaN is not itself
-        count = int(np.count_nonzero(came))
+        due, there = self._mask[phase], innovation == innovation  # NaN is not itself
+        came, gated = (there if self.takes_any else due & there), 0
+        missed, extra = self._due[phase] - int(np.count_nonzero(due & there)), int(np.count_nonzero(there & ~due))
+        if self._gate:
+            passed = came & (innovation**2 <= self._gate**2 * self._variances(phase))
+            gated, came = int(np.count_nonzero(came & ~passed)), passed
+        if extra and not self.takes_any:
+            warn_unscheduled(self.unscheduled)
         shown = innovation
-        if count < len(came):
+        if not came.all():
             shown, innovation = np.where(came, innovation, np.nan), np.where(came, innovation, 0.0)
-        missed = self._due[phase] - count
-        found = self._update(phase, innovation, came if missed else None, driven, shown)
+        other = missed or gated or (extra and self.takes_any)
+        step = self._update(phase, innovation, came if other else None, driven, shown)
         self.instant += 1
         self.missed += missed
-        return found
+        self.unscheduled += extra
+        self.gated += gated
+        return step
 
     @property
     def estimate(self) -> Array:
@@ -139,6 +152,10 @@ class RunningKalman(Portable, ABC):
 
     @abstractmethod
     def _begin(self) -> None: ...
+
+    @abstractmethod
+    def _variances(self, phase: int) -> Array:
+        """Of the innovation of each sensor, (q,)."""
 
     @abstractmethod
     def _update(
@@ -167,15 +184,21 @@ class KalmanFilter(RunningKalman):
         Plant and schedule.
     gains : FilterGains
         Of `filter_gains`.
+    gate : float, optional
+        Beyond which a measurement is left out: a probability below 1 with which a good one passes, or standard
+        deviations from 1 on.
     """
 
-    def __init__(self, problem: MultirateProblem, gains: FilterGains) -> None:
+    def __init__(self, problem: MultirateProblem, gains: FilterGains, gate: float | None = None) -> None:
         self.gains = gains
         self._next = read_only(np.roll(gains.predicted, -1, axis=0))
-        super().__init__(problem, gains.lag)
+        super().__init__(problem, gains.lag, gate)
 
     def _begin(self) -> None:
         pass
+
+    def _variances(self, phase: int) -> Array:
+        return np.diagonal(self.gains.innovation[phase])
 
     def _update(
         self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
@@ -226,4 +249,5 @@ class KalmanFilter(RunningKalman):
             transition[:n, :n] += self._A
             known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
-        return Recursion(phases, n, [output] * len(phases), direct)
+        limits = self._gate * np.sqrt(np.diagonal(self.gains.innovation, axis1=1, axis2=2)) if self._gate else None
+        return Recursion(phases, n, [output] * len(phases), direct, limits)

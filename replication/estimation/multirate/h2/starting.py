@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from replication.estimation.api.running import Mask
 from replication.estimation.linear.covariances import covariance
 from replication.estimation.linear.riccati import solve
-from replication.estimation.multirate.h2.running import KalmanStep, Mask, RunningKalman
-from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
+from replication.estimation.multirate.h2.running import KalmanStep, RunningKalman
+from replication.estimation.multirate.kalman import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 
@@ -28,6 +29,8 @@ class StartingFilter(RunningKalman):
         Covariance of the error of the start, positive semidefinite.
     lag : int
         How many instants it looks back.
+    gate : float, optional
+        As in `KalmanFilter`.
 
     Raises
     ------
@@ -35,13 +38,16 @@ class StartingFilter(RunningKalman):
         P0 has another shape, is not symmetric or indefinite.
     """
 
-    def __init__(self, problem: MultirateProblem, P0: Any, lag: int = 0) -> None:
+    def __init__(self, problem: MultirateProblem, P0: Any, lag: int = 0, gate: float | None = None) -> None:
         plant = problem.plant
         self.start = covariance("P0", P0, plant.order)
         self._Q = plant.drive @ plant.drive.T
         whole = sensing(problem, problem.schedule.mask)
         self._sensors = [whole.at(k) for k in range(problem.schedule.period)]
-        super().__init__(problem, lag)
+        # A sample off its schedule is used unless sensors that never measure together may share their noise.
+        self.takes_any = bool(np.linalg.matrix_rank(plant.D) == plant.sensors)
+        self._noise = np.sum(plant.D**2, axis=1)
+        super().__init__(problem, lag, gate)
 
     def _begin(self) -> None:
         # Of x^(k-i|k-1): covariance with the error of x^(k|k-1), and its own.
@@ -66,6 +72,9 @@ class StartingFilter(RunningKalman):
         self._own = [step.following, *own[:-1]]
         now = self._shifted(K, step.L, innovation, driven)
         return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], own[-1])
+
+    def _variances(self, phase: int) -> Array:
+        return np.asarray(np.einsum("qa,ab,qb->q", self._C, self._cross[0], self._C) + self._noise)
 
     def _settled(self, phase: int) -> Correction | None:
         """The correction of a period ago if the covariance has not changed since: in the steady state it never does."""

@@ -9,12 +9,12 @@ from replication.estimation.multirate.losses.automaton import Automaton
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 
-USAGE = f"""{INSTANTS} s.missed counts losses; s.unforeseen counts instants with more of them than the gains were
+USAGE = f"""{INSTANTS} s.unforeseen counts instants with more of them than the gains were
    made for, after which nothing is guaranteed."""
 BODY = """\
 typedef struct {
     double state[OBS_ORDER];
-    unsigned long missed, unforeseen;
+    unsigned long missed, unforeseen, unscheduled;
     int node;
 } obs_t;
 
@@ -54,6 +54,7 @@ int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
     for (i = 0; i < OBS_MEASUREMENTS; i++) {
         came[i] = due[i] && !isnan(y[i]);
         s->missed += due[i] && isnan(y[i]) ? 1u : 0u;
+        s->unscheduled += !due[i] && !isnan(y[i]) ? 1u : 0u;
         if (came[i]) {
             obs_add(innovation + i, obs_output + i * OBS_ORDER, s->state, 1, OBS_ORDER, 1);
             obs_add(innovation + i, obs_direct + i * OBS_INPUTS, u, 1, OBS_INPUTS, 1);

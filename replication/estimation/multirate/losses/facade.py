@@ -25,6 +25,7 @@ from replication.estimation.multirate.losses.simulation import (
     mean_and_error,
 )
 from replication.estimation.multirate.losses.worst import least_gains
+from replication.estimation.multirate.problem import disturbances
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.validation import positive_integer
 
@@ -146,7 +147,7 @@ def simulate(
         names = result.signals
         signals = {
             "error": (response.outputs, names.called(names.outputs)),
-            "disturbance": (response.inputs, problem.disturbances()),
+            "disturbance": (response.inputs, disturbances(problem.plant, names)),
             "arrived": (came, names.measurements),
         }
         return simulated(result.method, time, signals, ratio=response.ratio)

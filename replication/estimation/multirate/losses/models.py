@@ -29,6 +29,10 @@ class LossModel(ABC):
 
     together: bool
 
+    @property
+    def _packet(self) -> str:
+        return ", in one packet" if self.together else ""
+
     def channels(self, sensors: int) -> int:
         """How many channels there are."""
         return 1 if self.together else sensors
@@ -99,7 +103,7 @@ class InARow(LossModel):
 
     def __str__(self) -> str:
         """At most m lost in a row."""
-        return f"at most {_listed(self.misses)} lost in a row{self.together * ', in one packet'}"
+        return f"at most {_listed(self.misses)} lost in a row{self._packet}"
 
 
 @dataclass(frozen=True, init=False)
@@ -133,7 +137,7 @@ class Independent(LossModel):
 
     def __str__(self) -> str:
         """Probability of a loss."""
-        return f"each sample is lost with probability {_listed(self.probability)}{self.together * ', in one packet'}"
+        return f"each sample is lost with probability {_listed(self.probability)}{self._packet}"
 
 
 @dataclass(frozen=True, init=False)
@@ -183,7 +187,7 @@ class Markov(LossModel):
         """Both probabilities."""
         return (
             f"lost with probability {_listed(self.after_arrival)} after an arrival, {_listed(self.after_loss)} after "
-            f"a loss{self.together * ', in one packet'}"
+            f"a loss{self._packet}"
         )
 
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from replication.drawing.panel import Panel
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.shown import as_text, frozen
+from replication.estimation.api.results import Bracket, Evidence, GainResult, baselines
+from replication.estimation.api.shown import as_text
 from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain
 from replication.estimation.multirate.h2.tradeoff import rms_error
 from replication.estimation.multirate.kalman import kalman_design
@@ -31,7 +30,7 @@ from replication.estimation.multirate.losses.running import LossObserver
 from replication.estimation.multirate.losses.worst import bracket, found_level
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
     import control
@@ -92,10 +91,10 @@ class LossResult(GainResult):
 
     def rows(self) -> list[tuple[str, str, str]]:
         """The value, the gains, and what else is known."""
-        found = super().rows()
+        level, bracket, *others = super().rows()
         if not self.random:
-            return found
-        return [("rms error", as_text(self.value), self.quantity), *found[2:]]
+            return [level, bracket, *others]
+        return [("rms error", as_text(self.value), self.quantity), *others]
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency for the worst pattern; of a mean error its size over the period."""
@@ -120,8 +119,8 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
     problem, given = base.problem, automaton(base.problem, model)
     fixed = gains_by_edge(given, base.gains["L"])
     used = fixed if gains is None else gains
-    found = _worst_case if isinstance(model, InARow) else _mean_error
-    quantity, limits, evidence, word = found(problem, given, model, used, base)
+    judged = _worst_case if isinstance(model, InARow) else _mean_error
+    worth = judged(problem, given, model, used, base)
     table = {
         "L": used,
         "phase": [edge.phase for edge in given.edges],
@@ -130,15 +129,15 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
         "arrived": [edge.arrived for edge in given.edges],
     }
     return LossResult(
-        quantity=quantity,
-        bracket=limits,
+        quantity=worth.quantity,
+        bracket=worth.bracket,
         gains=frozen(table),
-        evidence=(Evidence("losses", str(model), "as given"), *evidence),
+        evidence=(Evidence("losses", str(model), "as given"), *worth.evidence),
         signals=base.signals,
         problem=problem,
         model=model,
         automaton=given,
-        worst=word,
+        worst=worth.worst,
     )
 
 
@@ -151,18 +150,24 @@ def _unaware(problem: MultirateProblem, given: Automaton, gains: Array, fixed: A
     if np.array_equal(gains, fixed):
         return ()
     try:
-        found: float | str = mean_square(problem, given, fixed).rms
+        rms: float | str = mean_square(problem, given, fixed).rms
     except InfeasibleError:
-        found = "infinite"
-    return (Evidence("rms error of the design without losses, under them", found, "covariances of all cases"),)
+        rms = "infinite"
+    return (Evidence("rms error of the design without losses, under them", rms, "covariances of all cases"),)
 
 
-Found = tuple[str, Bracket, tuple[Evidence, ...], Word]
+class Worth(NamedTuple):
+    """A measure of gains under losses, its bracket, what else is known, and the worst pattern if there is one."""
+
+    quantity: str
+    bracket: Bracket
+    evidence: tuple[Evidence, ...]
+    worst: Word = ()
 
 
 def _worst_case(
     problem: MultirateProblem, given: Automaton, model: LossModel, gains: Array, base: MultirateResult
-) -> Found:
+) -> Worth:
     words = require_detectable(problem, given)
     worst = bracket(problem, given, gains, words)
     shown = patterns(given.edges, worst.word)
@@ -175,7 +180,8 @@ def _worst_case(
         *baselines(worst.upper, "exact gain", without=without),
     )
     how = "exact gain of the worst pattern found; storage functions of all patterns, checked by their eigenvalues"
-    return f"{base.quantity}, {model}, in any pattern", Bracket(worst.lower, worst.upper, how), evidence, worst.word
+    limits = Bracket(worst.lower, worst.upper, how)
+    return Worth(f"{base.quantity}, {model}, in any pattern", limits, evidence, worst.word)
 
 
 def _unaware_level(
@@ -184,22 +190,22 @@ def _unaware_level(
     if np.array_equal(gains, fixed):
         return ()
     try:
-        found: float | str = found_level(problem, given, fixed, words)
+        level: float | str = found_level(problem, given, fixed, words)
     except InfeasibleError:
-        found = "infinite"
-    return (Evidence("level of the design without losses, under them, at least", found, "some patterns, exact gains"),)
+        level = "infinite"
+    return (Evidence("level of the design without losses, under them, at least", level, "some patterns, exact gains"),)
 
 
 def _mean_error(
     problem: MultirateProblem, given: Automaton, model: LossModel, gains: Array, base: MultirateResult
-) -> Found:
+) -> Worth:
     require_seen(problem, given)
-    found = mean_square(problem, given, gains)
+    mean = mean_square(problem, given, gains)
     how = "covariances of all cases, by linear equations"
     evidence = (
-        Evidence("growth of the mean square over a period", found.radius, "largest eigenvalue; below 1 is stable"),
+        Evidence("growth of the mean square over a period", mean.radius, "largest eigenvalue; below 1 is stable"),
         Evidence("rms error of the Kalman filter without losses", *_kalman(problem)),
         *_unaware(problem, given, gains, gains_by_edge(given, base.gains["L"])),
     )
     quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"
-    return quantity, Bracket(found.rms, found.rms, how), evidence, ()
+    return Worth(quantity, Bracket(mean.rms, mean.rms, how), evidence)

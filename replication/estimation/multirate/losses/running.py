@@ -50,8 +50,8 @@ class LossObserver(RunningObserver):
     def _advance(self, u: Array, y: Array) -> None:
         plant, phase = self._problem.plant, self._given.phases[self._node]
         due = self._problem.schedule.mask[phase]
+        self._arrived(~np.isnan(y), due)
         came = due & ~np.isnan(y)
-        self.missed += int(np.sum(due & ~came))
         number = min(self._given.out[self._node], key=lambda i: int(np.sum(came != self._given.edges[i].arrived)))
         edge = self._given.edges[number]
         innovation = np.where(came, y, 0.0) - came * (plant.C @ self._state + plant.D_u @ u)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from replication.drawing.panel import Panel
 from replication.estimation.api.shown import Shown
-from replication.estimation.multirate.h2.steady import corrected, sensing
+from replication.estimation.multirate.kalman import corrected, sensing
 from replication.estimation.multirate.losses.automaton import Automaton, closed_loop
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array

@@ -14,13 +14,14 @@ USAGE = """\
 obs_init(&s, NULL) or, with a start of OBS_ORDER numbers, obs_init(&s, start); then for each sample
    obs_step(&s, t, u, y, estimate): t is its time stamp in seconds, u holds OBS_INPUTS known inputs from t on (NULL:
    as before), y holds OBS_MEASUREMENTS measurements (all of them or, of a Kalman filter, NAN where a sensor did not
-   measure), and estimate receives the estimate of the OBS_ORDER states at t. obs_predict(&s, t, estimate) gives that
-   at a later time. Both return 0, or 1 and change nothing if a number is not finite or t is not later than the sample
-   before."""
+   measure; NULL: there is no sample, only the input changes), and estimate receives the estimate of the OBS_ORDER
+   states at t. obs_predict(&s, t, estimate) gives that at a later time. Both return 0, or 1 and change nothing if a
+   number is not finite, t is not later than the sample before, or it is before the newest input."""
 BODY = """\
 typedef struct {
-    double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, covariance[OBS_SPREAD];
-    unsigned long samples;
+    double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, sampled, covariance[OBS_SPREAD];
+    unsigned long samples, gated;
+    int started;
 } obs_t;
 typedef struct {
     double Phi[OBS_ORDER * OBS_ORDER], Gamma[OBS_ORDER * OBS_DRIVES + 1], Q[OBS_ORDER * OBS_ORDER];
@@ -88,7 +89,7 @@ void obs_init(obs_t *s, const double *start)
 int obs_predict(const obs_t *s, double t, double *estimate)
 {
     obs_move move;
-    if (!isfinite(t) || s->samples == 0 || t < s->time)
+    if (!isfinite(t) || !s->started || t < s->time)
         return 1;
     obs_transition(t - s->time, &move);
     obs_moved(s, &move, estimate);
@@ -100,22 +101,32 @@ int obs_step(obs_t *s, double t, const double *u, const double *y, double *estim
 {
     double x[OBS_ORDER];
     obs_move move;
-    if (!isfinite(t) || (s->samples > 0 && t <= s->time) || (u != NULL && obs_bad(u, OBS_INPUTS, 0))
-        || obs_bad(y, OBS_MEASUREMENTS, OBS_GAPS))
+    if (!isfinite(t) || (s->started && t < s->time) || (s->samples > 0 && y != NULL && t <= s->sampled))
+        return 1;
+    if ((u != NULL && obs_bad(u, OBS_INPUTS, 0)) || (y == NULL ? u == NULL : obs_bad(y, OBS_MEASUREMENTS, OBS_GAPS)))
         return 1;
     memcpy(x, s->mean, sizeof x);
-    if (s->samples > 0) {
+    if (s->started) {
         obs_transition(t - s->time, &move);
         obs_moved(s, &move, x);
         if (OBS_GAPS)
             obs_turn(move.Q, move.Phi, s->covariance);
         memcpy(s->covariance, move.Q, sizeof s->covariance);
     }
-    obs_correct(s, t, x, y);
+    if (y == NULL)
+        memcpy(s->mean, x, sizeof x);
+    else {
+        obs_correct(s, t, x, y);
+        s->sampled = t;
+        s->samples++;
+    }
     if (u != NULL)
         memcpy(s->input, u, OBS_INPUTS * sizeof *u);
-    s->time = t;
-    s->samples++;
+    /* Before the first sample nothing is known of the time at which the start of a filter of fixed gains holds. */
+    if (y != NULL || OBS_GAPS || s->started) {
+        s->time = t;
+        s->started = 1;
+    }
     memcpy(estimate, s->mean, OBS_ORDER * sizeof *estimate);
     return 0;
 }
@@ -126,7 +137,7 @@ static void obs_correct(obs_t *s, double t, const double *x, const double *y)
 {
     double innovation[OBS_MEASUREMENTS] = {0};
     int cell = 0, i;
-    while (cell < OBS_CELLS - 1 && (s->samples == 0 || t - s->time >= obs_edges[cell]))
+    while (cell < OBS_CELLS - 1 && (s->samples == 0 || t - s->sampled >= obs_edges[cell]))
         cell++;
     obs_add(innovation, obs_output, x, OBS_MEASUREMENTS, OBS_ORDER, 1);
     for (i = 0; i < OBS_MEASUREMENTS; i++)
@@ -144,14 +155,23 @@ static void obs_correct(obs_t *s, double t, const double *x, const double *y)
     double innovation[OBS_MEASUREMENTS] = {0};
     int seen[OBS_MEASUREMENTS], count = 0, i, j, k;
     (void)t;
-    for (i = 0; i < OBS_MEASUREMENTS; i++)
-        if (!isnan(y[i]))
-            seen[count++] = i;
+    for (i = 0; i < OBS_MEASUREMENTS; i++) {
+        const double *row = obs_output + i * OBS_ORDER;
+        double expected = 0.0, variance = obs_noise[i * OBS_MEASUREMENTS + i];
+        if (isnan(y[i]))
+            continue;
+        memset(crossed[count], 0, sizeof crossed[count]);
+        obs_add(&expected, row, x, 1, OBS_ORDER, 1);
+        obs_add(crossed[count], row, s->covariance, 1, OBS_ORDER, OBS_ORDER);
+        obs_add(&variance, crossed[count], row, 1, OBS_ORDER, 1);
+        if (obs_gate[0] > 0.0 && fabs(y[i] - expected) > obs_gate[0] * sqrt(variance)) {
+            s->gated++;
+            continue;
+        }
+        innovation[count] = y[i] - expected;
+        seen[count++] = i;
+    }
     for (i = 0; i < count; i++) {
-        const double *row = obs_output + seen[i] * OBS_ORDER;
-        obs_add(innovation + i, row, x, 1, OBS_ORDER, 1);
-        innovation[i] = y[seen[i]] - innovation[i];
-        obs_add(crossed[i], row, s->covariance, 1, OBS_ORDER, OBS_ORDER);
         for (j = 0; j <= i; j++) {
             root[i][j] = obs_noise[seen[i] * OBS_MEASUREMENTS + seen[j]];
             obs_add(&root[i][j], crossed[i], obs_output + seen[j] * OBS_ORDER, 1, OBS_ORDER, 1);

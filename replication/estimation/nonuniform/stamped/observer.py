@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -65,22 +65,23 @@ class StampedObserver(Portable):
         """
         n = self.plant.order
         start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
-        # The estimates of state and held disturbance after the newest sample, and the input since then.
+        # The state at `_since`, the disturbance since the sample at `_time`, and the input since then.
         self._mean = np.concatenate([start, np.zeros(self.plant.B.shape[1])])
-        self._input, self._time = np.zeros(self.inputs), None
+        self._input, self._time, self._since = np.zeros(self.inputs), None, None
         self.outside = 0
 
     _time: float | None
+    _since: float | None
 
     def step(self, y: Any, *, t: float, u: Any = None, now: float | None = None) -> Array:
-        """Take a sample.
+        """Take a sample, or between two samples a new input.
 
         Parameters
         ----------
-        y : mapping of str to float, or array (r,)
-            What the sensors measured, by name or in order; all of them.
+        y : mapping of str to float, array (r,), or None
+            What the sensors measured, by name or in order; all of them. None or `{}` only tells u.
         t : float
-            When, s; later than the sample before.
+            When, s; later than the sample before, and not before the newest input.
         u : array (p,), optional
             Known input from t on; the one before goes on unless given.
         now : float, optional
@@ -97,13 +98,20 @@ class StampedObserver(Portable):
             A sensor is not known or did not measure, a number is not finite, or the time stamp does not increase or
             lies in the future; the estimate is then as before.
         """
-        sample = as_sample(y, self.sensors, complete=True)
+        only = y is None or (isinstance(y, Mapping) and not y)
+        sample = None if only else as_sample(y, self.sensors, complete=True)
         time = as_time("t", t)
         if now is not None and time > as_time("now", now):
             raise InvalidInputError(
                 f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
             )
-        if self._time is not None and time <= self._time:
+        if only and u is None:
+            raise InvalidInputError("step needs a sample y, or an input u that changes at t; got neither")
+        if self._since is not None and self._time is not None and self._time < self._since and time < self._since:
+            raise InvalidInputError(
+                f"t = {time:.9g} s lies before the newest input, {self._since:.9g} s; give both in order"
+            )
+        if self._time is not None and (time < self._time if only else time <= self._time):
             raise InvalidInputError(
                 f"t = {time:.9g} s is not after the sample before, {self._time:.9g} s: time stamps must increase; "
                 "samples that come late need a `StampedKalman`"
@@ -111,13 +119,18 @@ class StampedObserver(Portable):
         given = self._input if u is None else as_input(u, self.inputs)
         n = self.plant.order
         before = self._mean[:n] if self._time is None else self.predict(time)
+        if sample is None:
+            # Before the first sample nothing is known of the time at which the start holds.
+            self._input, self._since = given, None if self._time is None else time
+            self._mean = np.concatenate([before, self._mean[n:]])
+            return self.estimate
         h = None if self._time is None else time - self._time
         if h is not None:
             rounding = 4 * np.finfo(float).eps * max(abs(time), abs(time - h))
             self.outside += not self.periods.h_l - rounding <= h <= self.periods.h_u + rounding
         corrected = self.filter.gain(h) @ (sample - self.plant.C @ before)
         corrected[:n] += before
-        self._mean, self._input, self._time = corrected, given, time
+        self._mean, self._input, self._time, self._since = corrected, given, time, time
         return self.estimate
 
     def predict(self, t: float) -> Array:
@@ -139,10 +152,10 @@ class StampedObserver(Portable):
             There is no sample yet, or t lies before the newest one.
         """
         time = as_time("t", t)
-        if self._time is None or time < self._time:
-            newest = "there is none yet" if self._time is None else f"{self._time:.9g} s"
+        if self._since is None or time < self._since:
+            newest = "there is none yet" if self._since is None else f"{self._since:.9g} s"
             raise InvalidInputError(f"t = {time:.9g} s must not be before the newest sample ({newest})")
-        Phi, Gamma, _ = self.transition.at(time - self._time)
+        Phi, Gamma, _ = self.transition.at(time - self._since)
         n = self.plant.order
         return np.asarray(Phi @ self._mean[:n] + Gamma @ np.concatenate([self._input, self._mean[n:]]))
 

@@ -11,9 +11,8 @@ import numpy as np
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
-from replication.estimation.nonuniform.baselines import attained, constant_baselines, without_sensors
+from replication.estimation.nonuniform.baselines import beside, zero_at_constant_periods, zero_filter
 from replication.estimation.nonuniform.filters import Estimator, periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter
@@ -23,7 +22,7 @@ from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.stamped.proof import StampedProof
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
-from replication.estimation.validation import Array, positive_scalar
+from replication.estimation.validation import Array, frozen, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -147,13 +146,13 @@ def stamped_result(
 
     Where the level of no sensor is less, the filter is that of gain zero.
     """
-    without = without_sensors(plant, periods.nodes(3).tolist())
+    without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
     if without is not None and proof.level > without:
         filter_, proof = _better(plant, filter_, proof, periods)
     with searched(horizon):
         attack = worst_sequence(plant, filter_, periods, horizon=horizon)
-    compared = constant_baselines(plant, filter_, periods, stamped=True)
-    lower = attained(attack.level, compared, proof.level)
+        compared = beside(plant, filter_, periods, (attack.level, proof.level), horizon=horizon, stamped=True)
+    lower = compared.lower
     facts = [*evidence, *ends_found(attack, lower, len(proof.storage))]
     if (least := floor_of_any_filter(plant, periods, proof.level)) is not None:
         facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
@@ -162,7 +161,7 @@ def stamped_result(
     return StampedResult(
         bracket=Bracket(lower, proof.level, BOTH_ENDS),
         gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}),
-        evidence=(*facts, *compared),
+        evidence=(*facts, *compared.facts),
         signals=signals,
         plant=plant,
         filter=filter_,
@@ -176,12 +175,12 @@ def _better(
     plant: SampledPlant, filter_: StampedFilter, proof: StampedProof, periods: PeriodRange
 ) -> tuple[StampedFilter, StampedProof]:
     """The filter, or that of gain zero if its level is less."""
-    zero = StampedFilter(np.zeros_like(filter_.G[:1]))
-    found = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
-    if found.level > proof.level:
+    zero = zero_filter(plant)
+    least = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
+    if least.level > proof.level:
         return filter_, proof
-    before = tuple(map(tuple, found.tree.before()))
-    return zero, StampedProof(found.level, found.system.storage(found.P), found.cells.edges, before)
+    before = tuple(map(tuple, least.tree.before()))
+    return zero, StampedProof(least.level, least.system.storage(least.P), least.cells.edges, before)
 
 
 def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float) -> float | None:

@@ -111,13 +111,7 @@ class NoisyPlant(LinearPlant):
         ----------
         system : control.StateSpace
             Continuous-time, without feedthrough.
-        Q : array (n, n)
-            As in `NoisyPlant`.
-        R : array (q, q) or (q,)
-            As in `NoisyPlant`.
-        S : array (n, q), optional
-            As in `NoisyPlant`.
-        P0 : array (n, n), optional
+        Q, R, S, P0 : see there
             As in `NoisyPlant`.
 
         Returns

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import scipy
 
 from replication.estimation.linear.riccati import symmetric
@@ -33,7 +34,8 @@ class Instant:
     """What the filter knows at the time t of a sample.
 
     y (q,): the sample, NaN where a sensor did not measure; u (m,): the input from t on; prior: x^(k|k-1); mean and
-    covariance: those after the sample, of x or [x; w]; innovation and spread: of the sensors that measured.
+    covariance: those after the sample, of x or [x; w]; used (q,): the sensors that measured, within the gate;
+    innovation and spread: of these.
     """
 
     t: float
@@ -44,26 +46,36 @@ class Instant:
     covariance: Array
     innovation: Array
     spread: Array
+    used: npt.NDArray[np.bool_]
+
+    @property
+    def gated(self) -> int:
+        """How many of the numbers were beyond the gate."""
+        return int(np.sum(~np.isnan(self.y) & ~self.used))
 
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """The plant, and its transitions with [B, I] as inputs: the known ones, and held noise."""
+    """The plant, its transitions with [B_u, I] as inputs, the known ones and held noise, and the gate (0 for none)."""
 
     plant: NoisyPlant
     transition: Transition
+    gate: float = 0.0
 
     @classmethod
-    def of(cls, plant: NoisyPlant) -> Recursion:
+    def of(cls, plant: NoisyPlant, gate: float = 0.0) -> Recursion:
         """The recursion of a plant."""
         n = plant.order
         white = np.zeros((n, n)) if plant.S is not None else plant.Q
-        return cls(plant, Transition.of(plant.A, np.hstack([plant.B_u, np.eye(n)]), white))
+        return cls(plant, Transition.of(plant.A, np.hstack([plant.B_u, np.eye(n)]), white), gate)
 
     def update(self, prior: Estimate, y: Array, u: Array) -> Instant:
-        """Take the entries of y (q,) that are numbers; with held noise all must be."""
+        """Take the entries of y (q,) that are numbers within the gate; with held noise all must be."""
         plant, n = self.plant, self.plant.order
         seen = ~np.isnan(y)
+        if self.gate and np.any(seen):
+            variances = np.einsum("qa,ab,qb->q", plant.C, prior.P, plant.C) + np.diag(plant.R)
+            seen &= np.abs(np.where(seen, y - plant.C @ prior.x, 0.0)) <= self.gate * np.sqrt(variances)
         C, R = plant.C[seen], plant.R[np.ix_(seen, seen)]
         mean, covariance = prior.x, prior.P
         output, crossed = C, np.zeros((n, len(C)))
@@ -80,7 +92,7 @@ class Recursion:
                 kept @ covariance @ kept.T + gain @ R @ gain.T - kept @ crossed @ gain.T - gain @ crossed.T @ kept.T
             )
             mean = mean + gain @ innovation
-        return Instant(prior.t, y, u, prior, mean, covariance, innovation, spread)
+        return Instant(prior.t, y, u, prior, mean, covariance, innovation, spread, seen)
 
     def predict(self, known: Instant, t: float) -> Estimate:
         """x^ and its covariance at t, not before `known.t`, under the input that is held."""
@@ -102,7 +114,7 @@ class Recursion:
                 pull, weight = Phi.T @ pull, Phi.T @ weight @ Phi
             x, P = one.mean[:n], one.covariance[:n, :n]
             found.append(Estimate(one.t, x + P @ pull, symmetric(P - P @ weight @ P)))
-            C = self.plant.C[~np.isnan(one.y)]
+            C = self.plant.C[one.used]
             told = np.linalg.solve(one.spread, np.column_stack([one.innovation, C])) if len(C) else np.zeros((0, n + 1))
             kept = np.eye(n) - one.prior.P @ C.T @ told[:, 1:]
             pull = C.T @ told[:, 0] + kept.T @ pull

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.running import gate_of
 from replication.estimation.linear.covariances import covariance
 from replication.estimation.nonuniform.stamped.c_form import c_form
 from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
@@ -30,16 +31,20 @@ class StampedKalman:
         Dynamics, sensors and noise.
     horizon : float
         How late a sample may come, s; 0 keeps nothing.
+    gate : float, optional
+        Beyond which a number is left out, sensor by sensor, and counted by `gated`: below 1 the probability with which
+        a good one passes (chi-square), from 1 on standard deviations of its innovation.
 
     Raises
     ------
     InvalidInputError
-        The horizon is negative, or positive although noise is held, which a late sample would cut in two.
+        The horizon is negative, or the gate neither of the two; or either is given although noise is held, which needs
+        all samples in order.
 
     Examples
     --------
     >>> cart = NoisyPlant([[0, 1], [0, 0]], [[1, 0], [0, 1]], Q=[[0, 0], [0, 0.1]], R=[0.01, 0.04], sensors=["x", "v"])
-    >>> observer = StampedKalman(cart, horizon=0.5)
+    >>> observer = StampedKalman(cart, horizon=0.5, gate=5)
     >>> first = observer.step({"x": 1.0}, t=0.0)
     >>> second = observer.step({"v": 0.5}, t=0.13)
     >>> late = observer.step({"x": 1.05}, t=0.1)
@@ -47,14 +52,17 @@ class StampedKalman:
     (2,)
     """
 
-    def __init__(self, plant: NoisyPlant, *, horizon: float = 0.0) -> None:
+    def __init__(self, plant: NoisyPlant, *, horizon: float = 0.0, gate: float | None = None) -> None:
         if not isinstance(plant, NoisyPlant):
             raise InvalidInputError(f"plant must be a NoisyPlant, got {type(plant).__name__}")
         self.plant = plant
         self.horizon = positive_scalar("horizon", horizon, unit="s") if horizon else 0.0
         if self.horizon and plant.S is not None:
             raise InvalidInputError("held noise (S) has one value from sample to sample: late samples need white noise")
-        self._recursion = Recursion.of(plant)
+        self.gate = gate_of(gate)
+        if self.gate and plant.S is not None:
+            raise InvalidInputError("held noise (S) is told by every sample: a gate needs white noise, without S")
+        self._recursion = Recursion.of(plant, self.gate)
         self.reset()
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
@@ -78,6 +86,7 @@ class StampedKalman:
         x = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
         P = self.plant.P0 if P0 is None else covariance("P0", P0, n)
         self._instants: tuple[Instant, ...] = ()
+        self._gated = 0
         start = Estimate(np.nan if t is None else as_time("t", t), np.array(x), np.array(P))
         self._start = start
         if t is not None:
@@ -170,6 +179,11 @@ class StampedKalman:
         return np.array(self._instants[-1].covariance[:n, :n] if self._instants else self._start.P)
 
     @property
+    def gated(self) -> int:
+        """How many numbers were beyond the gate; late samples may change what is within."""
+        return self._gated + sum(instant.gated for instant in self._instants)
+
+    @property
     def innovation(self) -> tuple[Array, Array]:
         """What the sensors of the newest sample gave beyond what was expected, and its covariance."""
         newest = self._newest()
@@ -200,7 +214,8 @@ class StampedKalman:
         if plant.S is not None:
             raise InvalidInputError("a filter of held noise (S) has no C form; describe the noise as white, without S")
         transition = Transition.of(plant.A, plant.B_u, plant.Q)
-        return c_form(name, comment, transition, plant.C, plant.B_u.shape[1], {"noise": plant.R, "start": plant.P0})
+        own = {"noise": plant.R, "start": plant.P0, "gate": np.array([self.gate])}
+        return c_form(name, comment, transition, plant.C, plant.B_u.shape[1], own)
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -236,7 +251,7 @@ class StampedKalman:
         for one in after:
             kept.append(run.update(run.predict(kept[-1], one.t), one.y, one.u))
         while len(kept) > 1 and kept[1].t <= kept[-1].t - self.horizon:
-            del kept[0]
+            self._gated += kept.pop(0).gated
         return tuple(kept)
 
     def _require_in_time(self, t: float, place: int, u: Array | None) -> None:

@@ -1,0 +1,261 @@
+"""The answer in pictures: of each paper a verdict, a headline that is the result, two sentences, and what shows it.
+
+A paper declares headline and picture in its brief. One that does not is told by its first finding, and shown by the
+entries of its first table, so that a project of any field has an opening.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from replication.audit.brief import Bars, Entries, Pair, Traces
+from replication.audit.judge import numerals
+from replication.audit.model import Verdict
+from replication.audit.report.claim import ClaimView
+from replication.audit.report.consequence import Standing
+from replication.audit.report.entries import EntryView
+from replication.audit.report.opening.field import Lane
+from replication.audit.report.opening.told import BriefView, Told
+from replication.audit.report.paper import PaperView
+from replication.audit.report.pictures.axes import FRAME, Scale, scale_of, ticks
+from replication.audit.report.pictures.explore import table
+from replication.audit.report.tables import TableView
+from replication.errors import AuditError
+
+MOST_ROWS, MOST_COLUMNS = 3, 8
+"""Entries of a table that stand for a paper without a picture of its own."""
+SHOWN = 1.5
+"""Units of the last printed place that a box shows on either side of the print."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trace:
+    """One curve: path in the frame, the height of its name, its first and its last value."""
+
+    label: str
+    quiet: bool
+    path: str
+    height: float
+    first: float
+    last: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TracesView:
+    """Curves with axes; ticks: numbers with their places."""
+
+    kind = "traces"
+    x: str
+    y: str
+    text: str
+    end: float
+    curves: tuple[Trace, ...]
+    x_ticks: tuple[tuple[float, float], ...]
+    y_ticks: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BarView:
+    """A printed number and the bound beside it, their widths in per cent of the longest; lower, times: rounded down."""
+
+    label: str
+    printed: ClaimView
+    bound: ClaimView
+    widths: tuple[float, float]
+    lower: float
+    times: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class BarsView:
+    """Pairs of bars; printed, bound: what they are."""
+
+    kind = "bars"
+    pairs: tuple[BarView, ...]
+    printed: str
+    bound: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Boxed:
+    """One entry of a table. at: where ours lies, in per cent of the drawing; instead: what the print should say.
+
+    ours: with two places more than the print.
+    """
+
+    view: ClaimView
+    entry: EntryView | None
+    at: float
+    ours: str
+    instead: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class EntriesView:
+    """Entries of tables; box: where the box of the print begins and how wide it is, in per cent of the drawing."""
+
+    kind = "entries"
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Boxed | None, ...]], ...]
+    box = (50 - 25 / SHOWN, 50 / SHOWN)
+
+    @property
+    def off(self) -> int:
+        """How many entries do not round to the print."""
+        return sum(cell is not None and bool(cell.instead) for _, row in self.rows for cell in row)
+
+    @property
+    def total(self) -> int:
+        """How many entries are shown."""
+        return sum(cell is not None for _, row in self.rows for cell in row)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """What the opening says of one paper; tone: of its verdict, which the word says too."""
+
+    paper: PaperView
+    standing: Standing
+    tone: str
+    mark: Verdict
+    verdict: str
+    headline: Told
+    said: Told | None
+    picture: TracesView | BarsView | EntriesView | None
+
+
+def rows(lanes: Iterable[Lane], told: Mapping[str, BriefView | None], figures: Path) -> tuple[Row, ...]:
+    """A row for each paper; figures: where the tables of the figures lie.
+
+    Raises AuditError where a picture names a figure, column or claim that the paper does not have.
+    """
+    return tuple(_row(lane, told.get(lane.paper.record.key), figures) for lane in lanes if lane.standing.claims)
+
+
+def _row(lane: Lane, told: BriefView | None, figures: Path) -> Row:
+    paper, stands = lane.paper, lane.standing
+    tone, mark, word = _verdict(stands)
+    findings = paper.record.findings
+    first = findings[0] if findings else paper.record.title
+    return Row(
+        paper=paper,
+        standing=stands,
+        tone=tone,
+        mark=mark,
+        verdict=told.verdict.text if told and told.verdict.text else word,
+        headline=told.headline if told and told.headline.text else Told(parts=((first, ""),), shaken=False),
+        said=told.card if told else None,
+        picture=_picture(paper, figures),
+    )
+
+
+def _verdict(stands: Standing) -> tuple[str, Verdict, str]:
+    if stands.broken:
+        return "fails", Verdict.REFUTED, "false theorem" if stands.refuted else "guarantee fails"
+    if stands.open:
+        return "partly", Verdict.COMPATIBLE, "depends on the reading"
+    if stands.theorems and stands.failing:
+        return "holds", Verdict.REPRODUCED, "theorems hold, entries off"
+    if stands.failing:
+        return "partly", Verdict.DIFFERS, "results off"
+    return "holds", Verdict.REPRODUCED, "holds once corrected" if stands.corrected else "nothing fails"
+
+
+def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | EntriesView | None:
+    picture = paper.record.brief.picture if paper.record.brief is not None else None
+    known = {view.record.id.partition(".")[2]: view for view in paper.claims}
+    if isinstance(picture, Traces):
+        drawn = {figure.record.name for figure in paper.figures if figure.drawing}
+        return _traces(picture, table(figures / f"{picture.figure}.csv")) if picture.figure in drawn else None
+    if isinstance(picture, Bars):
+        made = [_pair(pair, paper, known) for pair in picture.pairs]
+        longest = max((max(bar.widths) for bar in made), default=1.0) / 100
+        shared = tuple(replace(bar, widths=(bar.widths[0] / longest, bar.widths[1] / longest)) for bar in made)
+        return BarsView(pairs=shared, printed=picture.printed, bound=picture.bound) if made else None
+    if isinstance(picture, Entries):
+        listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
+        return EntriesView(columns=picture.columns, rows=tuple(listed))
+    return next(filter(None, map(_of_table, paper.tables)), None)
+
+
+def _claim(name: str, paper: PaperView, known: Mapping[str, ClaimView]) -> ClaimView:
+    if name not in known:
+        raise AuditError(f"the picture of {paper.record.key} shows {name!r}, which is no claim of it; correct the name")
+    return known[name]
+
+
+def _pair(pair: Pair, paper: PaperView, known: Mapping[str, ClaimView]) -> BarView:
+    printed, bound = _claim(pair.printed, paper, known), _claim(pair.bound, paper, known)
+    lower = bound.record.evidence.lower
+    if not printed.entries or printed.entries[0].value is None or not isinstance(lower, int | float):
+        raise AuditError(
+            f"the picture of {paper.record.key} sets {pair.printed!r} against {pair.bound!r}, which lack a "
+            "printed number or a lower bound; choose others"
+        )
+    value = float(printed.entries[0].value)
+    return BarView(
+        label=pair.label,
+        printed=printed,
+        bound=bound,
+        widths=(value, float(lower)),
+        lower=float(numerals.at_least(float(lower), 4)),
+        times=float(numerals.at_least(float(lower) / value, 3)),
+    )
+
+
+def _boxed(view: ClaimView) -> Boxed:
+    if len(view.entries) != 1 or not view.entries[0].tail or view.entries[0].interval is None:
+        return Boxed(view=view, entry=None, at=50, ours=view.ours, instead="")
+    (entry,) = view.entries
+    value, places = float(entry.full.replace(numerals.MINUS, "-")), len(entry.printed.partition(".")[2])
+    at = 50 + 50 * min(max(entry.deviation, -SHOWN), SHOWN) / SHOWN
+    return Boxed(
+        view=view,
+        entry=entry,
+        at=round(at, 1),
+        ours=f"{value:.{places + 2}f}",
+        instead="" if entry.inside else f"{value:.{places}f}",
+    )
+
+
+def _of_table(shown: TableView) -> EntriesView | None:
+    """Its first rows that hold a number to compare."""
+    rows = []
+    for cells in shown.rows:
+        boxed = tuple(None if cell.claim is None else _boxed(cell.claim) for cell in cells[1:])[:MOST_COLUMNS]
+        if any(cell is not None and cell.entry is not None for cell in boxed):
+            rows.append((cells[0].text, boxed))
+    columns = shown.record.header[1 : MOST_COLUMNS + 1]
+    return EntriesView(columns=columns, rows=tuple(rows[:MOST_ROWS])) if rows else None
+
+
+def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> TracesView:
+    wanted = [picture.across, *(name for curve in picture.curves for name in curve.columns[:1])]
+    absent = [name for name in wanted if name not in columns]
+    if absent:
+        raise AuditError(f"the table of {picture.figure} has no column {absent[0]!r}; it has {', '.join(columns)}")
+    end = math.inf if picture.last is None else picture.last
+    across = tuple(at for at in columns[picture.across] if at <= end)
+    values = [columns[curve.columns[0]][: len(across)] for curve in picture.curves]
+    x, y = scale_of(across, False, 0), scale_of([0.0, *(v for line in values for v in line)], False, 20)
+    curves = (
+        _trace(curve.label, curve.quiet, across, line, x, y) for curve, line in zip(picture.curves, values, strict=True)
+    )
+    return TracesView(
+        x=picture.x,
+        y=picture.y,
+        text=picture.text,
+        end=across[-1],
+        curves=tuple(curves),
+        x_ticks=ticks(across, False, x),
+        y_ticks=tuple((n, FRAME - at) for n, at in ticks([0.0, *(v for line in values for v in line)], False, y)),
+    )
+
+
+def _trace(label: str, quiet: bool, across: tuple[float, ...], line: tuple[float, ...], x: Scale, y: Scale) -> Trace:
+    points = [(x(a), FRAME - y(b)) for a, b in zip(across, line, strict=True) if math.isfinite(b)]
+    path = "M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in points)
+    return Trace(label=label, quiet=quiet, path=path, height=round(points[-1][1], 1), first=line[0], last=line[-1])

@@ -1,0 +1,178 @@
+"""Experiments that are a command in any language: run in a folder of their own that holds what they declare, no more.
+
+A command sees copies of the files that it declares to read, the files that the experiments made which it needs, and of
+the environment PATH, HOME, a fixed language and time zone, and the variables that it declares. Whatever else it would
+depend on is not there. It answers in JSON or CSV, on its output or in a file.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from replication.audit.run.tracing import FIXED, note
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+HANDED_ON = ("PATH", "HOME")
+OUTPUT = "-"
+"""The answer stands on the standard output, as JSON."""
+LONGEST = 300
+
+
+def execute(
+    command: Sequence[str],
+    reads: Sequence[str],
+    writes: Sequence[str],
+    answer: str,
+    version: Sequence[str],
+    environment: str,
+    variables: Sequence[str],
+    root: str,
+    store: str,
+    needed: Mapping[str, str],
+) -> Any:
+    """The answer of a command; `declare.command` says what its fields mean.
+
+    store: the folder in which files that experiments made are kept by their checksum; needed: those that this one
+    gets, by name. Raises AuditError for a command that is not there, fails, answers in no known form, changes what it
+    reads, or writes what it does not declare.
+    """
+    project = Path(root)
+    names = list(_files(project, [*reads, *([environment] if environment else [])]))
+    with tempfile.TemporaryDirectory(prefix="replication-") as made:
+        folder = Path(made).resolve()
+        for name in names:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(project / name, folder / name)
+        for name, sha256 in needed.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(Path(store) / sha256, folder / name)
+            (folder / name).chmod(0o755)  # it may be a program
+        for name in writes:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        before = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
+        note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
+        output = _run(command, folder, variables)
+        _require_kept(before, folder, project, names)
+        _require_declared(_checksums(folder).keys() - before.keys(), writes)
+        note(files={name: _keep(folder / name, Path(store), command) for name in writes})
+        if answer == OUTPUT:
+            return _json(output, "its output", command) if output.strip() or not writes else {"files": list(writes)}
+        text = (folder / answer).read_text(encoding="utf-8")
+        return _csv(text, answer) if answer.endswith(".csv") else _json(text, answer, command)
+
+
+def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
+    """The files below the project that are declared, those of a folder one by one, without hidden ones."""
+    for name in reads:
+        path = project / name
+        if path.is_dir():
+            note(f"./{name.rstrip('/')}/")
+            for below in sorted(path.rglob("*")):
+                inside = below.relative_to(project)
+                if below.is_dir():
+                    note(f"./{inside.as_posix()}/")
+                elif not any(part.startswith(".") for part in inside.relative_to(name).parts):
+                    yield inside.as_posix()
+        elif path.is_file():
+            yield PurePosixPath(name).as_posix()
+        else:
+            raise AuditError(f"reads {name!r}, which is not in {project}; write a file or folder of the project")
+
+
+def _program(version: Sequence[str], command: Sequence[str]) -> str:
+    return f"version:{json.dumps(list(version))}" if version else f"program:{command[0]}"
+
+
+def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> bytes:
+    kept = {name: os.environ[name] for name in (*HANDED_ON, *variables) if name in os.environ}
+    line = " ".join(command)
+    try:
+        process = subprocess.Popen(
+            list(command),
+            cwd=folder,
+            env={**kept, **FIXED},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise AuditError(f"`{line}` cannot be started: {error.strerror}; install {command[0]}, or declare it") from None
+    try:
+        output, complaint = process.communicate()
+    except BaseException:
+        os.killpg(process.pid, signal.SIGKILL)  # what it started ends with it
+        process.communicate()
+        raise
+    if process.returncode:
+        lines = [line.strip() for line in complaint.decode(errors="replace").splitlines() if line.strip()]
+        told = next((line for line in lines if "error" in line.lower()), lines[-1] if lines else "it says nothing")
+        said = told[:LONGEST]
+        raise AuditError(f"`{line}` ended with code {process.returncode}: {said}")
+    return output
+
+
+def _require_kept(before: Mapping[str, str], folder: Path, project: Path, names: Sequence[str]) -> None:
+    now = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
+    changed = sorted(name for name in before if now.get(name) != before[name])
+    if changed:
+        raise AuditError(f"it changes what it reads: {', '.join(changed[:4])}; let it write another file")
+
+
+def _require_declared(new: set[str], writes: Sequence[str]) -> None:
+    if more := sorted(new - set(writes)):
+        raise AuditError(f"it writes {', '.join(more[:4])}, which it does not declare; add to writes=[...]")
+    if absent := sorted(set(writes) - new):
+        raise AuditError(f"it did not write {', '.join(absent[:4])}, as it declares")
+
+
+def _keep(path: Path, store: Path, command: Sequence[str]) -> str:
+    sha256 = _sha256(path)
+    if not (store / sha256).is_file():
+        store.mkdir(parents=True, exist_ok=True)
+        write_atomically(store / sha256, path.read_bytes())
+    return sha256
+
+
+def _checksums(folder: Path) -> dict[str, str]:
+    return {p.relative_to(folder).as_posix(): _sha256(p) for p in folder.rglob("*") if p.is_file()}
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def _json(text: str | bytes, where: str, command: Sequence[str]) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise AuditError(
+            f"`{' '.join(command)}`: {where} is no JSON: {error}; print the answer and nothing else"
+        ) from None
+
+
+def _csv(text: str, where: str) -> dict[str, list[float | str]]:
+    """The columns by name; what reads as a number is one."""
+    head, *rows = [row for row in csv.reader(io.StringIO(text)) if row] or [[]]
+    if not rows or len(set(head)) != len(head) or any(len(row) != len(head) for row in rows):
+        raise AuditError(f"{where} is no table with a line of names, each once, and as many cells in every line")
+    return {name: [_number(row[i]) for row in rows] for i, name in enumerate(head)}
+
+
+def _number(cell: str) -> float | str:
+    try:
+        return float(cell)
+    except ValueError:
+        return cell

@@ -1,0 +1,185 @@
+"""Experiments by command: any language, hashed and recorded, and each bad input has an error of its own."""
+# ruff: noqa: E501 - a case on a line
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lab import Lab, make_lab
+
+from replication.audit.declare import command
+from replication.audit.run.command import execute
+from replication.errors import AuditError
+
+
+def answer(root: Path, line: list[str], needed: dict[str, str] | None = None, **more: Any) -> Any:
+    made = command("toy", line, **more)
+    return execute(**made.inputs, root=str(root), store=str(root / "store"), needed=needed or {})
+
+
+def sh(text: str) -> list[str]:
+    return ["sh", "-c", text]
+
+
+def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "data").mkdir()
+    for name, text in {"data/a.csv": "x,name\n1.5,u\n2,v\n", "data/.hidden": "3", "other": "4"}.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.setenv("GIVEN", "5")
+    monkeypatch.setenv("SECRET", "6")
+    seen = 'printf \'["%s", "%s", "%s", "%s"]\' "$(find . -type f)" "$GIVEN" "$SECRET" "$LC_ALL"'
+    assert answer(tmp_path, sh(seen), reads=["data/"], variables=["GIVEN"]) == ["./data/a.csv", "5", "", "C.UTF-8"]
+    copied = answer(tmp_path, sh("cp data/a.csv out.csv"), reads=["data"], writes=["out.csv"], answer="out.csv")
+    assert copied == {"x": [1.5, 2.0], "name": ["u", "v"]}
+    assert answer(
+        tmp_path, sh("mkdir -p o; echo '{\"a\": [1]}' > o/r.json"), writes=["o/r.json"], answer="o/r.json"
+    ) == {"a": [1]}
+    assert answer(tmp_path, sh("echo 1 > o.bin"), writes=["o.bin"]) == {"files": ["o.bin"]}
+    assert {path.name for path in (tmp_path / "store").iterdir()} and not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "more", "words"),
+    [
+        (["no-such-program"], {}, "`no-such-program` cannot be started: No such file.*install no-such-program"),
+        (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
+        (sh("exit 1"), {}, "ended with code 1: it says nothing"),
+        (sh("kill -9 $$"), {}, "ended with code -9"),
+        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*print the answer and nothing else"),
+        (sh("true"), {}, "its output is no JSON"),
+        (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
+        (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
+        (sh("echo 1 > log.txt; echo 1"), {}, r"it writes log.txt, which it does not declare; add to writes"),
+        (sh("echo 1"), {"writes": ["out.csv"]}, "it did not write out.csv, as it declares"),
+        (sh("echo a,a > o.csv; echo 1,2 >> o.csv"), {"writes": ["o.csv"], "answer": "o.csv"}, "o.csv is no table"),
+        (sh("echo a,b > o.csv; echo 1 >> o.csv"), {"writes": ["o.csv"], "answer": "o.csv"}, "o.csv is no table"),
+        (sh("echo a > o.csv"), {"writes": ["o.csv"], "answer": "o.csv"}, "o.csv is no table"),
+        (sh("echo 1"), {"reads": ["absent.txt"]}, "reads 'absent.txt', which is not in"),
+        (sh("echo 1"), {"environment": "renv.lock"}, "reads 'renv.lock', which is not in"),
+    ],
+)  # fmt: skip
+def test_bad_commands_are_told_apart(tmp_path: Path, line: list[str], more: dict[str, Any], words: str) -> None:
+    (tmp_path / "in.txt").write_text("1")
+    with pytest.raises(AuditError, match=words):
+        answer(tmp_path, line, **more)
+    assert (tmp_path / "in.txt").read_text() == "1"
+
+
+def test_a_command_that_changes_the_project_by_a_whole_path_is_found(tmp_path: Path) -> None:
+    (tmp_path / "in.txt").write_text("1")
+    with pytest.raises(AuditError, match=f"it changes what it reads: {tmp_path}/in.txt"):
+        answer(tmp_path, sh(f"echo 2 > {tmp_path}/in.txt; echo 1"), reads=["in.txt"])
+
+
+@pytest.mark.parametrize(
+    ("line", "more", "words"),
+    [
+        ("node fit.js", {}, "command is 'node fit.js'; write a list of words"),
+        ([], {}, r"has no program; write \[program, argument"),
+        (["a"], {"reads": "data"}, "reads is 'data'; write a list"),
+        (["a"], {"reads": [""]}, "reads is"),
+        (["a"], {"reads": ["/etc/passwd"]}, "'/etc/passwd' leads out of the project"),
+        (["a"], {"writes": ["../x"]}, "'../x' leads out of the project"),
+        (["a"], {"environment": "../renv.lock"}, "leads out of the project"),
+        (["a"], {"answer": "out.csv"}, "answer 'out.csv' must be a .json or .csv file among writes"),
+        (["a"], {"answer": "o.txt", "writes": ["o.txt"]}, "answer 'o.txt' must be"),
+        (["a"], {"timeout": 0}, "timeout is 0; give positive seconds"),
+    ],
+)
+def test_a_command_that_cannot_be_meant_is_refused(line: Any, more: dict[str, Any], words: str) -> None:
+    with pytest.raises(AuditError, match=words):
+        command("toy", line, **more)
+
+
+PAPER = """
+from replication.audit.declare import Evidence, Part, command, paper
+PART = Part("All", reading="none")
+@PART.order("value", place="Sec. 1", uses={uses!r})
+def value(results):
+    "It is computed."
+    return Evidence(method="by its command", cross_check="none", holds=bool(list(map(results.get, {uses!r}))), margin=1.0)
+PAPER = paper(key="roe", title="T", authors=("A. Roe",), year=2020, venue="", doi="", summary="", bibtex="",
+              parts=(PART,), experiments=({commands}))
+"""
+
+
+def project(root: Path, commands: str, *uses: str, **files: str) -> Lab:
+    lab = make_lab(root / "lab")
+    shutil.rmtree(lab.root / "papers" / "toy2020")
+    (lab.root / "papers" / "other2021.py").unlink()
+    (lab.root / "papers" / "roe").mkdir()
+    (lab.root / "papers" / "roe" / "__init__.py").write_text(PAPER.format(uses=uses, commands=commands))
+    for name, text in files.items():
+        (lab.root / name.replace("_", ".")).write_text(text)
+    return lab
+
+
+NODE = "const fs = require('fs'); console.log(JSON.stringify({mean: fs.readFileSync('d.csv', 'utf8').split('\\n').length}))"
+C = '#include <stdio.h>\nint main(void) { printf("{\\"root\\": %.3f}\\n", 1.5 * 1.5); return 0; }\n'
+NOTEBOOK = json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": {}, "cells": [
+    {"cell_type": "code", "id": "a", "metadata": {}, "outputs": [], "execution_count": None,
+     "source": "import json; open('n.json', 'w').write(json.dumps({'n': 6 * 7}))"}]})  # fmt: skip
+LANGUAGES = {
+    "node": ("node", 'command("a", ["node", "fit.js"], reads=["fit.js", "d.csv"], version=["node", "--version"]),', {"fit_js": NODE, "d_csv": "1\n2\n"}, ("fit.js", "length", "length + 1")),
+    "c": ("gcc", 'command("b", ["gcc", "-o", "fit", "fit.c"], reads=["fit.c"], writes=["fit"], version=["gcc", "--version"]),'
+          'command("a", ["./fit"], needs="b"),', {"fit_c": C}, ("fit.c", "1.5 * 1.5", "1.5 * 1.6")),
+    "r": ("Rscript", 'command("a", ["Rscript", "fit.R"], reads=["fit.R"], version=["Rscript", "--version"]),',
+          {"fit_R": "cat('{\"m\":', mean(c(1, 2)), '}')"}, ("fit.R", "c(1, 2)", "c(1, 3)")),
+    "notebook": (sys.executable, f'command("a", ["{sys.executable}", "-c", "import nbclient.cli; nbclient.cli.main()", "n.ipynb"], reads=["n.ipynb"], writes=["n.json"], answer="n.json"),',
+                 {"n_ipynb": NOTEBOOK}, ("n.ipynb", "6 * 7", "6 * 8")),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_program_in_another_language_is_computed_again_when_its_files_change(tmp_path: Path, language: str) -> None:
+    program, commands, files, (name, old, new) = LANGUAGES[language]
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is missing; this language is tried where it is installed")
+    lab = project(tmp_path, commands, *("ab" if '"b"' in commands else "a"), **files)
+    first = lab.cli("run")
+    assert first.returncode == 0, first.stdout + first.stderr
+    before = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
+    assert f"./{name}" in {label for experiment in before for label in experiment["read"]}
+    assert not [experiment["untraced"] for experiment in before if experiment["untraced"]]
+    assert "0 computed" in lab.cli("run").stdout
+    path = lab.root / name
+    path.write_text(path.read_text().replace(old, new))
+    assert f"{len(before)} computed, 0 reused" in lab.cli("run").stdout
+    after = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
+    assert all(one["key"] != other["key"] for one, other in zip(before, after, strict=True))
+
+
+@pytest.mark.slow
+def test_chains_stop_where_one_fails_and_earlier_results_stay(tmp_path: Path) -> None:
+    made = 'command("a", ["sh", "-c", "echo 1 > a.txt"], writes=["a.txt"]),'
+    used = 'command("b", ["sh", "-c", "{}"], needs="a"), command("c", ["sh", "-c", "echo 3"], needs="b"),'
+    lab = project(tmp_path, made + used.format("cat a.txt"), "a", "b", "c")
+    assert "3 computed" in lab.cli("run").stdout
+    source = lab.path("roe/__init__.py")
+    source.write_text(
+        source.read_text().replace("cat a.txt", "sleep 60 & sleep 60").replace('needs="a"', 'needs="a", timeout=0.5')
+    )
+    done = lab.cli("run")
+    assert done.returncode == 3 and "0 computed, 1 reused" in done.stdout
+    assert "experiment roe.b: it took longer than 0.5 s" in done.stdout
+    assert "experiment roe.c: it needs roe.b, which failed" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("needs", "words"), [(("b", "a"), "in a circle: roe.a, roe.b"), (("x", "a"), "'roe.a' needs 'roe.x'")]
+)
+def test_a_circle_and_an_unknown_name_are_told_before_anything_runs(
+    tmp_path: Path, needs: tuple[str, str], words: str
+) -> None:
+    both = "".join(
+        f'command("{name}", ["sh", "-c", "echo 1"], needs="{other}"),' for name, other in zip("ab", needs, strict=True)
+    )
+    done = project(tmp_path, both, "a", "b").cli("run")
+    assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
