@@ -224,8 +224,13 @@ def test_the_report_calls_a_theorem_machine_checked_for_the_very_file_only(tmp_p
     for part in ("papers", "certificates"):
         shutil.copytree(ROOT / part / PAPER, tmp_path / part / PAPER)
     path = tmp_path / "certificates" / PAPER / "gains-38.json"
-    record = {"coq": "8", "statement": "Statement.v", "certificates": {"gains-38": sha256(path), "gains-39": "0" * 64}}
     kept = tmp_path / "papers" / PAPER / RECORD
+    record = {
+        "coq": "8",
+        "statement": "Statement.v",
+        "theory": sum_for(kept.parent),
+        "certificates": {"gains-38": sha256(path), "gains-39": "0" * 64},
+    }
     kept.write_text(json.dumps(record), encoding="utf-8")
 
     def named() -> list[str]:
