@@ -20,6 +20,7 @@ from replication.errors import AuditError, InvalidInputError, ReplicationError
 from replication.machine.count import counted, lines
 from replication.machine.generate import identifier, proposition, source
 from replication.machine.run import CLOSED, PACKAGES, RECORD, Coq, audited, checked, prepared, wanted
+from replication.machine.theory import sum_for
 
 ROOT = Path(__file__).parents[2]
 PAPER = "okajima2023"
