@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -127,7 +128,7 @@ def _made(
         root=root,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
-        style=Markup(style_sheet() + source("check.css")),
+        style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
         drawn=Markup(_rules(shown["papers"])),
         scripts={name: Markup(code) for name, code in scripts.items()},
         allowed=Markup(" ".join(f"'sha256-{digest}'" for digest in digests)),
