@@ -29,6 +29,8 @@ from replication.estimation.validation import Array
 
 ROOT = Path(__file__).parent
 RECORD, TABLE = ROOT / "delay_designs.jsonl", ROOT / "delay_designs.md"
+AXIS = 1e-9
+"""Relative distance from the imaginary axis that counts as on it: there is no solution then."""
 SEED, EACH = 32, 5
 """Seed of the plants; every which one has an H-infinity design too."""
 CLOSED, REGISTER = 1e-4, 2e-3
@@ -268,8 +270,11 @@ def _seen(C: Array, sigma: Array, kept: Any) -> Array:
 
 def _are(A: Array, G: Array, Q: Array) -> Array | None:
     """The stabilising solution of A P + P A' - P G P + Q = 0."""
-    n = len(A)
-    _, vectors, stable = scipy.linalg.schur(np.block([[A.T, -G], [-Q, -A]]), sort="lhp")
+    n, matrix = len(A), np.block([[A.T, -G], [-Q, -A]])
+    roots = np.linalg.eigvals(matrix)
+    if np.any(np.abs(roots.real) <= AXIS * np.abs(roots)):
+        return None
+    _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
     if stable != n:
         return None
     P = vectors[n:, :n] @ np.linalg.inv(vectors[:n, :n])

@@ -20,6 +20,7 @@ from replication.errors import AuditError, InvalidInputError, ReplicationError
 from replication.machine.count import counted, lines
 from replication.machine.generate import identifier, proposition, source
 from replication.machine.run import CLOSED, PACKAGES, RECORD, Coq, audited, checked, prepared, wanted
+from replication.machine.theory import sum_for
 
 ROOT = Path(__file__).parents[2]
 PAPER = "okajima2023"
@@ -224,8 +225,13 @@ def test_the_report_calls_a_theorem_machine_checked_for_the_very_file_only(tmp_p
     for part in ("papers", "certificates"):
         shutil.copytree(ROOT / part / PAPER, tmp_path / part / PAPER)
     path = tmp_path / "certificates" / PAPER / "gains-38.json"
-    record = {"coq": "8", "statement": "Statement.v", "certificates": {"gains-38": sha256(path), "gains-39": "0" * 64}}
     kept = tmp_path / "papers" / PAPER / RECORD
+    record = {
+        "coq": "8",
+        "statement": "Statement.v",
+        "theory": sum_for(kept.parent),
+        "certificates": {"gains-38": sha256(path), "gains-39": "0" * 64},
+    }
     kept.write_text(json.dumps(record), encoding="utf-8")
 
     def named() -> list[str]:

@@ -214,7 +214,10 @@ def test_a_certificate_is_for_the_printed_plant(paper: str, tmp_path: Path) -> N
     )
     data.write_text(other, encoding="utf-8")
     (name, certificate) = next(
-        item for item in true().items() if item[0].startswith(paper) and item[1]["plant"]["name"] not in ("", "scalar")
+        item
+        for item in true().items()
+        # Those of a scalar plant are of numbers that no paper prints.
+        if item[0].startswith(paper) and item[1]["plant"]["name"].partition("-")[0] not in ("", "scalar")
     )
     path = root / "certificates" / f"{name}.json"
     path.write_text(json.dumps(certificate), encoding="utf-8")
