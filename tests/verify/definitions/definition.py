@@ -1,0 +1,151 @@
+"""What a certificate states, without its proof, and the numerics that several papers share: plain NumPy in floats.
+
+Of a certificate are read the plant, the parameters, the bounds, and of its witness only what its sentence names:
+gains, filters, patterns, levels. The storage matrices, multipliers and disturbances of the proof stay unread.
+"""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROOT = Path(__file__).parents[3]
+NAMED = {"L", "word", "level", "gains", "filter", "sequence", "pattern"}
+"""Entries of a witness that its sentence names."""
+ROUNDING = 1e-9
+"""Of floats, relative to the quantity compared."""
+
+Matrix = NDArray[np.float64]
+Data = dict[str, Any]
+Check = Callable[[Data], None]
+
+
+@cache
+def _read(paper: str) -> dict[str, Data]:
+    return {path.stem: json.loads(path.read_bytes()) for path in sorted((ROOT / "certificates" / paper).glob("*.json"))}
+
+
+def certificates(paper: str) -> dict[str, Data]:
+    """By name: plant, parameters, bound and what the sentence names of the witness, as a copy."""
+    kept = ("name", "paper", "statement", "plant", "parameters", "bound")
+    return {
+        name: deepcopy({key: told.get(key, {}) for key in kept})
+        | {"named": {key: value for key, value in told.get("witness", {}).items() if key in NAMED}}
+        for name, told in _read(paper).items()
+    }
+
+
+def array(value: Any) -> Matrix:
+    """Rationals, nested as they are, to floats."""
+    if isinstance(value, list):
+        return np.array([array(entry) for entry in value], dtype=float)
+    return np.array(float(Fraction(value)))
+
+
+def number(value: Any) -> float:
+    return float(Fraction(value))
+
+
+@cache
+def _sentences(paper: str, names: tuple[str, ...]) -> dict[str, str]:
+    paths = [f"certificates/{paper}/{name}.json" for name in names]
+    run = subprocess.run([sys.executable, "verify.py", *paths], cwd=ROOT, capture_output=True, text=True, check=True)
+    lines = [line.partition(f": {paper}: ") for line in run.stdout.splitlines() if line.startswith("proved ")]
+    return {Path(head.removeprefix("proved ")).stem: text for head, _, text in lines}
+
+
+def sentence(paper: str, statements: Sequence[str], name: str) -> str:
+    """What the command prints for a certificate; all of these statements are asked for at once."""
+    names = tuple(key for key, told in _read(paper).items() if told["statement"] in statements)
+    return _sentences(paper, names)[name]
+
+
+@dataclass(frozen=True)
+class Altered:
+    """A certificate whose sentence is false: an entry, by its path, times a factor or replaced."""
+
+    name: str
+    path: tuple[str | int, ...]
+    by: float | None = None
+    to: Any = None
+
+    def __str__(self) -> str:
+        change = self.to if self.by is None else f"times {self.by}"
+        return f"{self.name}: {'.'.join(map(str, self.path))} {change}"
+
+
+def altered(paper: str, change: Altered) -> Data:
+    told = certificates(paper)[change.name]
+    place = told
+    for key in change.path[:-1]:
+        place = place[key]
+    old = place[change.path[-1]]
+    place[change.path[-1]] = change.to if change.by is None else str(Fraction(old) * Fraction(repr(change.by)))
+    return told
+
+
+def largest(gain: Callable[[float], float], grid: Sequence[float] | Matrix, zooms: int = 12) -> float:
+    """The largest value of a gain over the grid, which is refined about the four highest of its places."""
+    points = np.asarray(grid, dtype=float)
+    values = np.array([gain(point) for point in points])
+    peak = float(values.max())
+    for i in np.argsort(values)[-4:]:
+        low, high = points[max(i - 1, 0)], points[min(i + 1, len(points) - 1)]
+        for _ in range(zooms):
+            inner = np.linspace(low, high, 7)
+            heights = [gain(point) for point in inner]
+            j = int(np.argmax(heights))
+            low, high = inner[max(j - 1, 0)], inner[min(j + 1, 6)]
+            peak = max(peak, heights[j])
+    return peak
+
+
+def spectral_radius(M: Matrix) -> float:
+    return float(np.abs(np.linalg.eigvals(M)).max())
+
+
+def smallest(M: Matrix) -> float:
+    """The smallest eigenvalue of a symmetric matrix."""
+    return float(np.linalg.eigvalsh((M + M.T) / 2)[0])
+
+
+def within(low: float, value: float, high: float, slack: float = ROUNDING) -> None:
+    assert low * (1 - slack) <= value <= high * (1 + slack), f"{value!r} is not between {low!r} and {high!r}"
+
+
+def chain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]]) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """The lifted system of steps x+ = F x + G v, z = H x + J v, one after the other: all v to all z."""
+    n, widths = len(steps[0][0]), [G.shape[1] for _, G, _, _ in steps]
+    state = np.hstack([np.eye(n), np.zeros((n, sum(widths)))])
+    rows, start = [], n
+    for (F, G, H, J), width in zip(steps, widths, strict=True):
+        now = np.zeros((width, state.shape[1]))
+        now[:, start : start + width] = np.eye(width)
+        rows.append(H @ state + J @ now)
+        state, start = F @ state + G @ now, start + width
+    out = np.vstack(rows)
+    return state[:, :n], state[:, n:], out[:, :n], out[:, n:]
+
+
+def transfer(system: tuple[Matrix, Matrix, Matrix, Matrix], angle: float) -> NDArray[np.complex128]:
+    """D + C (zI - A)^-1 B at z = exp(j angle)."""
+    A, B, C, D = system
+    out: NDArray[np.complex128] = D + C @ np.linalg.solve(np.exp(1j * angle) * np.eye(len(A)) - A, B)
+    return out
+
+
+def lifted_gain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]], points: int = 181, zooms: int = 12) -> float:
+    """The l2 gain of periodic steps: the H-infinity norm of the lifted system, infinite unless it is stable."""
+    system = chain(steps)
+    if spectral_radius(system[0]) >= 1:
+        return np.inf
+    return largest(lambda angle: np.linalg.norm(transfer(system, angle), 2), np.linspace(0, np.pi, points), zooms)

@@ -1,0 +1,108 @@
+"""Every statement that a committed certificate proves has a numeric test, or stands here with the reason why not.
+
+The tests know plants and bounds alone: they import nothing that proves, designs or belongs to a paper.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+from definition import ROOT, certificates
+from test_definitions_multirate import CHECKS as MULTIRATE
+
+HERE = Path(__file__).parent
+CHECKS = {**MULTIRATE}
+PAPERS = sorted(path.name for path in (ROOT / "certificates").iterdir() if path.is_dir())
+UNWRITTEN = "its test from the definition is not written yet"
+UNCOVERED = dict.fromkeys(
+    (
+        "nonuniform.breaks-condition-8",
+        "nonuniform.breaks-level",
+        "nonuniform.congruence",
+        "nonuniform.gain-lower",
+        "nonuniform.gain-upper",
+        "nonuniform.grid-size",
+        "nonuniform.grid-solution-fails",
+        "nonuniform.keeps-level",
+        "nonuniform.lemma-1",
+        "nonuniform.lemma-2",
+        "nonuniform.lemma-3",
+        "nonuniform.level",
+        "nonuniform.lower-end",
+        "nonuniform.map",
+        "nonuniform.meets-condition-8",
+        "nonuniform.no-filter-keeps-level",
+        "nonuniform.observer-column",
+        "nonuniform.one-interval",
+        "nonuniform.optimum-lower",
+        "nonuniform.optimum-upper",
+        "nonuniform.output-matrix",
+        "nonuniform.recovery",
+        "nonuniform.same-level",
+        "nonuniform.sizes",
+        "nonuniform.stability",
+        "nonuniform.stable",
+        "nonuniform.stalls",
+        "nonuniform.stamped-gain",
+        "nonuniform.upper-end",
+        "delay.degree-lower",
+        "delay.dissipation-identity",
+        "delay.gain-lower",
+        "delay.gain-upper",
+        "delay.narrow-lower",
+        "delay.narrow-upper",
+        "delay.near-optimal",
+        "delay.not-unstable",
+        "delay.observer-bound",
+        "delay.operator-identity",
+        "delay.pade-lower",
+        "delay.pade-upper",
+        "delay.present-only",
+        "delay.total-upper",
+        "delay.unstable",
+        "dualrate.collected-constant",
+        "dualrate.condition",
+        "dualrate.contraction",
+        "dualrate.coordinates",
+        "dualrate.counterexample",
+        "dualrate.error-equations",
+        "dualrate.estimates-ordered",
+        "dualrate.feedforward",
+        "dualrate.hurwitz",
+        "dualrate.lyapunov",
+        "dualrate.no-bounded-error",
+        "dualrate.prediction-bound",
+        "dualrate.radius",
+        "dualrate.sampled-observer",
+        "dualrate.second-case",
+        "dualrate.slow-period",
+        "dualrate.stable",
+        "dualrate.step-bound",
+        "dualrate.torque-constant",
+        "dualrate.tracking-errors",
+    ),
+    UNWRITTEN,
+)
+"""Statements without a numeric test, and why."""
+ALLOWED = {"ast", "collections", "copy", "dataclasses", "definition", "fractions", "functools", "itertools", "json"} | {
+    "math", "numpy", "pathlib", "pytest", "re", "scipy", "subprocess", "sys", "typing"
+}  # fmt: skip
+
+
+def test_every_statement_has_a_numeric_test_or_a_reason() -> None:
+    proved = {told["statement"] for paper in PAPERS for told in certificates(paper).values()}
+    assert proved - CHECKS.keys() == UNCOVERED.keys()
+    assert CHECKS.keys() <= proved
+
+
+@pytest.mark.parametrize("path", sorted(HERE.glob("*.py")), ids=lambda path: path.name)
+def test_imports_are_numpy_and_the_standard_library(path: Path) -> None:
+    imported = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            imported.add(str(node.module))
+        elif isinstance(node, ast.Import):
+            imported |= {alias.name for alias in node.names}
+    tops = {name.partition(".")[0] for name in imported}
+    assert {name for name in tops if not name.startswith("test_definitions_")} <= ALLOWED
+    assert {name for name in imported if name.startswith("scipy")} <= {"scipy.linalg"}
