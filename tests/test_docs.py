@@ -84,7 +84,7 @@ def results(lab: Lab) -> Any:
 
 @pytest.mark.slow
 def test_the_program_of_the_guide_runs(lab: Lab) -> None:
-    (program,) = re.findall(r"```python\n(from .*?)```", SWEEPS, re.DOTALL)
+    (program,) = re.findall(r"```python\n(from concurrent.*?)```", SWEEPS, re.DOTALL)
     done = lab.python("-c", program + "    print(len(search.optima), best.value >= best.bracket.lower)")
     assert done.stdout == "2 True\n", done.stderr
 
