@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROOT = Path(__file__).parents[3]
-NAMED = {"L", "word", "level", "gains", "filter", "sequence", "pattern"}
+NAMED = {"L", "word", "level", "errors", "radius"}
 """Entries of a witness that its sentence names."""
 ROUNDING = 1e-9
 """Of floats, relative to the quantity compared."""

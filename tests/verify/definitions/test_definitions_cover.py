@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 from definition import ROOT, certificates
+from test_definitions_dualrate import CHECKS as DUALRATE
 from test_definitions_multirate import CHECKS as MULTIRATE
 
 HERE = Path(__file__).parent
-CHECKS = {**MULTIRATE}
+CHECKS = {**DUALRATE, **MULTIRATE}
 PAPERS = sorted(path.name for path in (ROOT / "certificates").iterdir() if path.is_dir())
 UNWRITTEN = "its test from the definition is not written yet"
 UNCOVERED = dict.fromkeys(
@@ -60,26 +61,6 @@ UNCOVERED = dict.fromkeys(
         "delay.present-only",
         "delay.total-upper",
         "delay.unstable",
-        "dualrate.collected-constant",
-        "dualrate.condition",
-        "dualrate.contraction",
-        "dualrate.coordinates",
-        "dualrate.counterexample",
-        "dualrate.error-equations",
-        "dualrate.estimates-ordered",
-        "dualrate.feedforward",
-        "dualrate.hurwitz",
-        "dualrate.lyapunov",
-        "dualrate.no-bounded-error",
-        "dualrate.prediction-bound",
-        "dualrate.radius",
-        "dualrate.sampled-observer",
-        "dualrate.second-case",
-        "dualrate.slow-period",
-        "dualrate.stable",
-        "dualrate.step-bound",
-        "dualrate.torque-constant",
-        "dualrate.tracking-errors",
     ),
     UNWRITTEN,
 )
