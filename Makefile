@@ -16,7 +16,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report tutorials figures readme picture test test-fast search mutants mutants-both processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
+.PHONY: report tutorials figures readme picture test test-fast search mutants processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
 
 report: $(REPORT) ## recompute what changed, write figures/ and report/index.html (the default)
 	$(BIN)/python -m replication run

@@ -10,13 +10,16 @@ from replication.audit.run.runner import _plan
 from replication.audit.store.cache import Lookup
 from replication.audit.store.provenance import read_environment
 from replication.audit.store.sources import SourceTree, default_packages
+from tests.patience import PATIENCE
 
 NAME = "shao.motor"
 
 
 def lookup(paper: Paper) -> Lookup:
     sources = SourceTree(default_packages(ROOT))
-    return _plan([paper], [], ROOT, read_environment(ROOT), STORE[0].lookup, sources)[NAME].lookup
+    (experiment,) = (one for one in paper.experiments if one.name == NAME)
+    places, environment = (ROOT, STORE[0].files), read_environment(ROOT)
+    return _plan([(experiment, {})], [], places, environment, STORE[0].lookup, sources, PATIENCE)[NAME].lookup
 
 
 def test_a_run_reuses_what_a_test_has_computed() -> None:

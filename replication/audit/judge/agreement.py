@@ -261,3 +261,9 @@ def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> s
 
 def _sentence(text: str) -> str:
     return text[0].upper() + text[1:] + "."
+
+
+def rounds_to(printed: str, value: float | Fraction) -> tuple[Fraction, Fraction]:
+    """The first number of a print, and what `value` is when rounded to its last printed place."""
+    entry = parse(printed).entries[0]
+    return entry.value, round(Fraction(value) / entry.unit) * entry.unit

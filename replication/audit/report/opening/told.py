@@ -9,14 +9,13 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 
 from markupsafe import Markup
 
 from replication.audit.brief import Brief
 from replication.audit.inspect.sentences import LINK, require_short
 from replication.audit.judge import numerals
-from replication.audit.judge.printed import parse
+from replication.audit.judge.agreement import rounds_to
 from replication.audit.model import Policy, Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.report.opening.sketch import drawn
@@ -173,15 +172,15 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
     if how is None:
         return numerals.short(value, DIGITS), float(value)
     if how == "not":
-        printed = parse(record.claim.printed).entries[0]
-        instead = numerals.exact(round(Fraction(value) / printed.unit) * printed.unit)
-        if Fraction(instead) == printed.value:
+        printed, rounded = rounds_to(record.claim.printed, value)
+        instead = numerals.exact(rounded)
+        if rounded == printed:
             raise AuditError(f"the brief of {key} says that {record.claim.printed} is not {instead}; correct it")
         return f"{instead}, not {record.claim.printed}", float(instead)
     if not isinstance(lower, int | float):
         raise refused
     if how == "over":
         under = _target(other or "", key, known).record
-        lower /= float(parse(under.claim.printed).entries[0].value) if under is not None else math.nan
+        lower /= float(rounds_to(under.claim.printed, 0)[0]) if under is not None else math.nan
     shown = numerals.at_least(lower, LOWER_DIGITS)
     return shown, float(shown)
