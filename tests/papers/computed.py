@@ -12,11 +12,12 @@ from typing import Any
 
 import papers
 from replication.audit.model import Experiment
-from replication.audit.run.worker import Task, compute, function_name
-from replication.audit.store.cache import Cache, Dependencies, Entry
-from replication.audit.store.jsonvalues import encode, solvers_in
+from replication.audit.run.runner import _finish, _Plan, _plan, _task
+from replication.audit.run.worker import compute
+from replication.audit.store.cache import Cache
 from replication.audit.store.provenance import Environment, read_environment
 from replication.audit.store.sources import SourceTree, default_packages
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 STORE = [Cache(ROOT / "nowhere", read=False)]
@@ -30,19 +31,20 @@ def result(name: str) -> Any:
 
 @functools.cache
 def _stored(name: str) -> str:
-    found, (store,) = _experiments()[name], STORE
-    function, inputs = function_name(found), encode(name, dict(found.inputs), sort=True)
-    environment, sources = _project()
-    needed = Dependencies.on(environment, sources.files_of(function.partition(":")[0]), function, inputs)
-    entry = store.lookup(name, needed).entry
-    if entry is None:
-        answer = compute(Task(name, function, inputs, sources.packages))
+    (store,), (environment, sources) = STORE, _project()
+
+    def planned() -> _Plan:
+        places = (ROOT, store.files)
+        return _plan([(_experiments()[name], {})], [], places, environment, store.lookup, sources, PATIENCE)[name]
+
+    plan = planned()
+    if plan.lookup.entry is None:
+        answer = compute(_task(plan, sources.packages))
         assert answer.text is not None, answer.error
-        value = json.loads(answer.text)
-        solvers = solvers_in(name, value)
-        entry = Entry(dependencies=needed, seconds=answer.seconds, solvers=solvers, result=value)
-        store.store(name, entry)
-    return json.dumps(entry.result)
+        _finish(answer, plan, store, sources)
+        plan = planned()
+    assert plan.lookup.entry is not None, plan.lookup.reason
+    return json.dumps(plan.lookup.entry.result)
 
 
 @functools.cache
