@@ -70,6 +70,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
+    from replication.audit.declare import unlisted
     from replication.audit.run.tracing import traced
     from replication.audit.run.unchanged import LastRun
     from replication.audit.store.sources import KEPT, kept_at
@@ -88,6 +89,9 @@ def command(chosen: argparse.Namespace) -> int:
         return said.code
     with traced(root) as trace:
         selected = project.load(wanted)
+    lost = [words for paper in selected for words in unlisted(paper, project.folder.name)]
+    if lost:
+        raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add the part to parts=..., or take it away")
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
