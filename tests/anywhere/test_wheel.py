@@ -20,6 +20,27 @@ from tests.patience import PATIENCE
 ROOT = Path(__file__).parents[2]
 EPIDEMIC = Path(__file__).parent / "epidemic"
 PARTS = ("replication", "papers", "README.md", "LICENSE", "pyproject.toml")
+STABLE = {
+    "format": "replication-certificate/1",
+    "paper": None,
+    "name": "stable",
+    "claims": [],
+    "statement": "dualrate.stable",
+    "plant": {
+        "name": "scalar",
+        "A": [["1"]],
+        "B": [["1"]],
+        "C": [["1"]],
+        "K": [["-2"]],
+        "L": [["2"]],
+        "T": "1/1000",
+        "M": "5",
+    },
+    "parameters": {"observer": "fast_sensor"},
+    "bound": {},
+    "witness": {"radius": "1023/1024"},
+}
+"""A certificate of a plant of one's own."""
 
 pytestmark = pytest.mark.slow
 
@@ -164,7 +185,7 @@ def test_a_print_as_other_fields_write_it(stranger: Stranger, print_: str) -> No
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_a_theorem_asks_for_its_verifier_and_a_reason_for_none_does_not(stranger: Stranger) -> None:
+def test_reasons_ask_for_no_certificate_and_a_theorem_is_verified_without_its_extra(stranger: Stranger) -> None:
     names = ["growth", "doubling", "final"]
     entry = {"claims": [f"epidemic.{name}" for name in names], "reason": "Computed in floating point."}
     listed = stranger.home / "papers" / "epidemic" / "theorems.json"
@@ -172,8 +193,16 @@ def test_a_theorem_asks_for_its_verifier_and_a_reason_for_none_does_not(stranger
     assert stranger.run("replication", "run").returncode == 0
     done = stranger.run("replication", "verify")
     listed.unlink()
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1 and 'pip install "slow-sensor-replication[proofs]"' in done.stderr
+    assert (done.returncode, done.stdout, done.stderr) == (1, "0 of 0 certificates proved\n", "")
+    certificate = stranger.home / "stable.json"
+    certificate.write_text(json.dumps(STABLE), encoding="utf-8")
+    proved = stranger.run("replication", "verify", "stable.json")
+    assert proved.returncode == 0 and proved.stdout.startswith("proved stable.json: own plant: ")
+    radius = {"radius": "511/1024"}  # below what it is
+    certificate.write_text(json.dumps({**STABLE, "witness": radius}), encoding="utf-8")
+    refused = stranger.run("replication", "verify", "stable.json")
+    certificate.unlink()
+    assert refused.returncode == 1 and refused.stdout.startswith("NOT PROVED stable.json: ")
 
 
 def test_what_needs_an_extra_says_which(stranger: Stranger) -> None:

@@ -85,6 +85,7 @@ def make_lab(root: Path) -> Lab:
     shutil.copytree(TOY, root, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(Path(papers.__file__), root / "papers" / "__init__.py")
     (root / "replication.toml").write_text('title = "Toy"\n', encoding="utf-8")
-    (root / "requirements.lock").write_text(f"numpy=={version('numpy')}\n", encoding="utf-8")
+    lock = "".join(f"{name}=={version(name)}\n" for name in ("numpy", "msgspec"))
+    (root / "requirements.lock").write_text(lock, encoding="utf-8")
     (root / "pyproject.toml").write_text('[project]\nname = "toy"\ndependencies = ["numpy>=2"]\n', encoding="utf-8")
     return Lab(root)

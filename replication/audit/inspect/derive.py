@@ -79,6 +79,8 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tu
     yield from _environment(results.run, again.environment, trusted=_here(results, again))
     if not _here(results, again):
         return
+    if results.run.unlocked != again.results.run.unlocked:
+        yield "run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock"
     keys = {record.name: record.key for record in results.experiments}
     others = [record.name for record in again.results.experiments if keys.get(record.name, record.key) != record.key]
     if others:

@@ -32,7 +32,10 @@ TIMEOUT = 10
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):
-    """A task as it is sent to another machine, with what must be there: sources by SHA-256, Python, packages."""
+    """A task as it is sent to another machine, with what must be there: sources by SHA-256, Python, packages.
+
+    alone, timeout: as for `Task`.
+    """
 
     name: str
     function: str
@@ -41,6 +44,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     python: str
     packages: dict[str, str]
     kernel: str
+    alone: bool = False
     timeout: float | None = None
 
 
@@ -88,6 +92,7 @@ def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
             python=environment.python,
             packages={**environment.packages, **plain(loaded(sources.installed_of(task.function.partition(":")[0])))},
             kernel=environment.kernel,
+            alone=task.alone,
             timeout=task.timeout,
         )
 
@@ -115,8 +120,8 @@ def fulfil(order: Order) -> Answer:
         refusal = f"the worker on {os.uname().nodename}: {error}"
     if refusal:
         return Answer(order.name, None, 0.0, refusal)
-    sources, loaded = tuple(order.sources), tuple(order.packages)
-    return compute(Task(order.name, order.function, order.inputs, packages, sources, loaded, True, order.timeout))
+    named = tuple(order.sources), tuple(order.packages)
+    return compute(Task(order.name, order.function, order.inputs, packages, *named, order.alone, order.timeout))
 
 
 def _project(function: str) -> Path:

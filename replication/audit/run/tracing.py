@@ -141,8 +141,11 @@ def state(label: str, tree: SourceTree) -> str:
     if kind == "version":
         return _said(tuple(json.loads(name)))
     if kind == "program":
-        path = Path(shutil.which(name) or "\0").resolve()
-        return f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}" if path.is_file() else ABSENT
+        found = shutil.which(name)
+        if found is None:
+            return ABSENT
+        path = Path(found).resolve()
+        return f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}"
     path = Path(label) if label.startswith("/") else tree.path(label)
     with contextlib.suppress(OSError, ValueError):
         if label.endswith("/"):
