@@ -13,6 +13,7 @@ from typing import Any
 import papers
 from replication.audit.model import Experiment
 from replication.audit.run.runner import _finish, _Plan, _plan, _task
+from replication.audit.run.tracing import state
 from replication.audit.run.worker import compute
 from replication.audit.store.cache import Cache
 from replication.audit.store.provenance import Environment, read_environment
@@ -34,8 +35,11 @@ def _stored(name: str) -> str:
     (store,), (environment, sources) = STORE, _project()
 
     def planned() -> _Plan:
-        places = (ROOT, store.files)
-        return _plan([(_experiments()[name], {})], [], places, environment, store.lookup, sources, PATIENCE)[name]
+        places, lookup = (
+            (ROOT, store.files),
+            functools.partial(store.lookup, now=functools.partial(state, tree=sources)),
+        )
+        return _plan([(_experiments()[name], {})], [], places, environment, lookup, sources, PATIENCE)[name]
 
     plan = planned()
     if plan.lookup.entry is None:
