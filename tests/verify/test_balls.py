@@ -3,7 +3,7 @@
 import pytest
 from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra import balls
+from replication.verify.algebra import linear as balls
 from replication.verify.theorem import Refused
 
 

@@ -18,10 +18,10 @@ from stated import check_stated as check
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
 from replication.verify.algebra.linear import identity, zeros
-from replication.verify.delay import forms as delay_forms
-from replication.verify.delay import hidden as delay_hidden
 from replication.verify.delay import levels as delay
+from replication.verify.delay import plant as delay_hidden
 from replication.verify.delay import plant as delay_plant
+from replication.verify.delay import sos as delay_forms
 from replication.verify.delay import sos as delay_sos
 from replication.verify.theorem import Refused
 

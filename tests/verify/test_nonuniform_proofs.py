@@ -14,7 +14,8 @@ import pytest
 from flint import acb, arb, fmpq, fmpq_mat
 from stated import check_stated
 
-from replication.verify.nonuniform import output, smallgain
+from replication.verify.nonuniform import smallgain
+from replication.verify.nonuniform import smallgain as output
 from replication.verify.nonuniform.system import read_filtered, read_plant
 from replication.verify.run import check
 from replication.verify.theorem import Refused

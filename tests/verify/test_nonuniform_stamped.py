@@ -9,7 +9,8 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Certificate, Tamper, load, put, remove, scaled
 from stated import check_stated
 
-from replication.verify.nonuniform import gain, stamped, system
+from replication.verify.nonuniform import gain, system
+from replication.verify.nonuniform import levels as stamped
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 

@@ -8,7 +8,8 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import load
 from stated import check_stated as check
 
-from replication.verify.nonuniform import floor, gain, system
+from replication.verify.nonuniform import gain, system
+from replication.verify.nonuniform import levels as floor
 from replication.verify.reading import rational
 from replication.verify.theorem import Refused
 

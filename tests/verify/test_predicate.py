@@ -10,10 +10,19 @@ import pytest
 from flint import fmpq
 
 from replication.verify.multirate.levels import UNDER
-from replication.verify.predicate import Exported, Predicate, same, term
-from replication.verify.quantities import ESTIMATORS, QUANTITIES, differences, in_words, unit_of
+from replication.verify.predicate import (
+    ESTIMATORS,
+    QUANTITIES,
+    Exported,
+    Predicate,
+    differences,
+    in_words,
+    same,
+    term,
+    unit_of,
+)
 from replication.verify.run import STATEMENTS, check
-from replication.verify.says import Says, as_data, exported
+from replication.verify.statement import Says, as_data, exported
 from replication.verify.subjects import papers, theorems
 from replication.verify.theorem import Found
 

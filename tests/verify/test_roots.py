@@ -3,7 +3,7 @@
 import pytest
 from flint import acb, acb_poly, arb, fmpq_poly
 
-from replication.verify.algebra import roots
+from replication.verify.algebra import linear as roots
 from replication.verify.theorem import Refused
 
 

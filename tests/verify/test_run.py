@@ -13,7 +13,7 @@ import pytest
 from flint import fmpq, fmpq_mat
 
 from replication.audit.run.prove import prove
-from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
+from replication.verify.algebra.linear import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.predicate import same
 from replication.verify.reading import MAX_BYTES
 from replication.verify.run import STATEMENTS, check, committed, own_statement, printable, report, verify

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from replication.verify.run import STATEMENTS
-from replication.verify.says import exported
+from replication.verify.statement import exported
 from replication.verify.theorem import Found
 
 ROOT = Path(__file__).parents[2]

@@ -2,8 +2,7 @@
 
 from flint import fmpq
 
-from replication.verify.algebra.symbolic import blocks, letters, unit
-from replication.verify.algebra.words import Words, letter, number, one
+from replication.verify.algebra.symbolic import Words, blocks, letter, letters, number, one, unit
 from replication.verify.kernel import Identity, decide
 
 
