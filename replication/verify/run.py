@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
-from replication.verify.predicate import same
-from replication.verify.reading import content, fields, parse, rational, text
+from replication.verify.reading import content, fields, parse, rational, same, text
 from replication.verify.statement import Statement, collected
 from replication.verify.subjects import (
     ROOT,

@@ -14,7 +14,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from replication.verify.predicate import same
 from replication.verify.reading import (
     Reader,
     as_written,
@@ -23,6 +22,7 @@ from replication.verify.reading import (
     no_number,
     parse,
     record,
+    same,
     sequence,
     text,
     written,

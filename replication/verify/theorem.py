@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replication.verify.predicate import Exported
-
 if TYPE_CHECKING:  # what a paper wants can be read without it
     from flint import fmpq
+
+    from replication.verify.predicate import Exported
 
 Side: TypeAlias = "fmpq | None"
 """One end of a proved interval; None if the certificate says nothing on that side."""

@@ -15,14 +15,16 @@ from replication.verify.predicate import (
     QUANTITIES,
     Exported,
     Predicate,
+    Says,
+    as_data,
     differences,
+    exported,
     in_words,
     same,
     term,
     unit_of,
 )
 from replication.verify.run import STATEMENTS, check
-from replication.verify.statement import Says, as_data, exported
 from replication.verify.subjects import papers, theorems
 from replication.verify.theorem import Found
 

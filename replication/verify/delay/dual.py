@@ -32,8 +32,9 @@ from replication.verify.delay.sos import (
     supplied,
 )
 from replication.verify.kernel import AtMost, Below, Nonnegative, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends, Says
+from replication.verify.statement import LOWER, Depends
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.linear import block, identity, zeros
 from replication.verify.algebra.symbolic import NONE, Letter, Words, letter, number, one
 from replication.verify.kernel import Below, Identity, Positive, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import sequence, sized, text
-from replication.verify.statement import Says, statement
+from replication.verify.statement import statement
 from replication.verify.theorem import Found, require
 
 MOST = 2

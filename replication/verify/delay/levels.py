@@ -10,8 +10,9 @@ from flint import acb, fmpq
 from replication.verify.delay.plant import DelayPlant, Hidden, characteristic, on_plant, read_hidden, require_hidden
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.kernel import Below, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import integer, positive, rational, several, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Says, statement
+from replication.verify.statement import LOWER, UPPER, Depends, statement
 from replication.verify.theorem import Found, require
 
 DEGREE = sized(integer, 1)

@@ -22,8 +22,9 @@ from replication.verify.algebra.linear import (
 from replication.verify.algebra.work import PLACE, spend
 from replication.verify.delay.plant import DelayPlant, Hidden, measured_last, on_plant, read_hidden, require_hidden
 from replication.verify.kernel import Equal, Positive, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
-from replication.verify.statement import LOWER, UPPER, Depends, Says
+from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 
 LARGEST_ORDER = 50

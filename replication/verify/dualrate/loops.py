@@ -22,9 +22,9 @@ from replication.verify.dualrate.loop import (
 )
 from replication.verify.dualrate.response import require_position_form
 from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
-from replication.verify.predicate import NO_READING
+from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import fields, integer, matrix, positive, rational, sequence, several, sized, text
-from replication.verify.statement import BOTH, Depends, Says, statement
+from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, require
 
 RADIUS = "spectral radius over a slow period"

@@ -15,8 +15,9 @@ from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.kernel import Below, Identity, Nonnegative, decide, holds
+from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
-from replication.verify.statement import Depends, Says, statement
+from replication.verify.statement import Depends, statement
 from replication.verify.theorem import Found, require
 
 # The scalar loop A = B = C = 1, L = 2 for all periods at once: with h = e^T − 1 its matrices are rational in h.

@@ -23,9 +23,9 @@ from replication.verify.multirate.sensing import (
     unseen_for_long,
     unseen_forever,
 )
-from replication.verify.predicate import NO_READING
+from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import integer, matrices, positive, sequence, sized, square, symmetric
-from replication.verify.statement import BOTH, LOWER, Depends, Says, Table, statement
+from replication.verify.statement import BOTH, LOWER, Depends, Table, statement
 from replication.verify.theorem import Found, require
 
 Matrices = list[fmpq_mat]

@@ -16,6 +16,7 @@ from replication.verify.algebra.linear import characteristic_polynomial, ends, i
 from replication.verify.kernel import Within, decide, holds
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, monodromy, schedule, select, without_noise
+from replication.verify.predicate import Says
 from replication.verify.reading import (
     known_fields,
     matrices,
@@ -27,7 +28,7 @@ from replication.verify.reading import (
     square,
     symmetric,
 )
-from replication.verify.statement import UPPER, Depends, Says, Table, statement
+from replication.verify.statement import UPPER, Depends, Table, statement
 from replication.verify.theorem import Found, require
 
 Plant = Mapping[str, Any]

@@ -24,9 +24,9 @@ from replication.verify.nonuniform.system import (
     on_plant,
     seconds,
 )
-from replication.verify.predicate import NO_READING
+from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import fields, matrices, positive, rational, sequence, sized, square, text
-from replication.verify.statement import BOTH, LOWER, UPPER, Depends, Says, Table
+from replication.verify.statement import BOTH, LOWER, UPPER, Depends, Table
 from replication.verify.theorem import Found, require
 
 # A level that no filter of form (4) attains at a constant period: disturbances that the measurements do not show.

@@ -33,8 +33,9 @@ from replication.verify.nonuniform.system import (
     seconds,
     step_at,
 )
+from replication.verify.predicate import Says
 from replication.verify.reading import MAX_ENTRIES, fields, positive, rational, sequence, sized, symmetric, text
-from replication.verify.statement import Depends, Says
+from replication.verify.statement import Depends
 from replication.verify.theorem import Found, Refused, require
 
 CONDITION = Says(quantity="condition (8)", setting={}, readings=("constant change", "any change"))

@@ -22,8 +22,9 @@ from replication.verify.nonuniform.system import (
     read_filter,
     seconds,
 )
+from replication.verify.predicate import Says
 from replication.verify.reading import integer, matrix, positive, rational, sequence, sized, symmetric
-from replication.verify.statement import BOTH, Depends, Says, statement
+from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, Refused, require
 
 DIGITS = 40
