@@ -8,33 +8,17 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias, TypeVar
 
 from replication.verify.reading import same
-
-if TYPE_CHECKING:
-    from replication.verify.theorem import Found, Side
-
-YES_NO = "yes or no"
-"""The unit of a statement, which holds or fails."""
-NO_READING = "none"
+from replication.verify.theorem import NO_READING as NO_READING
+from replication.verify.theorem import YES_NO as YES_NO
+from replication.verify.theorem import Exported as Exported
+from replication.verify.theorem import Found, Side
+from replication.verify.theorem import Term as Term
 
 Relation = Literal["is", "is not", "at most", "at least", "less than", "more than", "holds", "fails"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Term:
-    """One number, or one statement, of which something is said.
-
-    plant: its name in the paper's plants.py; empty for all plants, or where there is none. setting: the parameters of
-    a certificate that belong to what is said. estimators: the class of estimators, empty where none enters.
-    """
-
-    quantity: str
-    plant: str = ""
-    setting: Mapping[str, Any] = field(default_factory=dict)
-    estimators: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,20 +38,6 @@ class Predicate:
     def terms(self) -> tuple[Term, ...]:
         """The terms that it speaks of."""
         return (self.of, self.to) if isinstance(self.to, Term) else (self.of,)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Exported:
-    """What a theorem proves of a term: closed bounds as rationals, of each number of a list, or whether it holds.
-
-    readings: the readings of the paper under which the text speaks of this term.
-    """
-
-    of: Term
-    unit: str
-    readings: tuple[str, ...] = (NO_READING,)
-    items: tuple[tuple[str | None, str | None], ...] = ()
-    holds: bool | None = None
 
 
 def term(quantity: str, /, plant: str = "", estimators: str = "", **setting: Any) -> Term:

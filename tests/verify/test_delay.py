@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from delay_cases import FOLDER, Json, certificate, refusal
 from flint import acb, arb, fmpq, fmpq_mat
-from stated import check_stated as check
+from tampered import DELAY as FOLDER
+from tampered import Json, refusal
+from tampered import check_stated as check
+from tampered import delayed as certificate
 
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from unittest import mock
 
 import pytest
-from delay_cases import certificate
 from flint import fmpq
+from tampered import delayed as certificate
 
 from replication.verify.algebra.symbolic import Words, letter, number, one
 from replication.verify.delay import identity as delay_identity

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from delay_cases import Json, certificate, refusal
 from flint import acb, fmpq, fmpq_mat
+from tampered import Json, refusal
+from tampered import delayed as certificate
 
 from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 import pytest
 from flint import fmpq, fmpq_mat
-from stated import check_stated as check
+from tampered import check_stated as check
 
 from replication.verify.algebra.linear import block, identity
 from replication.verify.algebra.symbolic import Symbolic
