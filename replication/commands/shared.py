@@ -45,10 +45,12 @@ def say(lines: Iterable[str]) -> None:
 
 def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
+    from replication.audit.report.article import build_articles
     from replication.audit.report.page import build_report
 
     try:
         say([f"report: {build_report(results, figures, output, project_root())}"])
+        build_articles(results, figures, output.parent / "articles")
     except AuditError as error:
         raise (AuditError(f"{error}; {output} is of an earlier run") if output.is_file() else error) from None
     say_tutorials(tutorials(results))

@@ -14,6 +14,7 @@ from looking import overlaps, pages_of, unfold
 from selenium import webdriver
 
 from replication.audit.publish.picture import started
+from replication.audit.report.article import build_articles
 from replication.audit.report.page import build_report
 from replication.audit.run.runner import Outcome
 
@@ -22,6 +23,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.browser]
 LARGEST, LARGEST_SCREEN = 1_900_000, 120_000
 """Bytes of the page, and compressed those of what its first screen needs."""
 MOST_SHEETS, MOST_SHEETS_OF_OPENING = 35, 2
+MOST_SHEETS_OF_ARTICLE = 8
 MOST_STOPS = 150
 WIDTHS = (320, 390, 768, 1440)
 
@@ -115,3 +117,10 @@ def test_each_entry_of_a_table_that_differs_says_by_how_much(browser: webdriver.
       return [said, claim.querySelector('.ov small').textContent, mark?.dataset.f ?? said]; })"""
     found = browser.execute_script(said)
     assert found and all(len(set(words)) == 1 for words in found)
+
+
+def test_each_article_is_short_on_paper(browser: webdriver.Chrome, fresh_run: Outcome, tmp_path: Path) -> None:
+    for page in sorted(build_articles(fresh_run.results, computed.ROOT / "figures", tmp_path / "a").glob("*.html")):
+        browser.get(page.as_uri())
+        assert pages_of(browser) <= MOST_SHEETS_OF_ARTICLE, page.name
+        assert not overlaps(browser), page.name

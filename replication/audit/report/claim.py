@@ -12,9 +12,9 @@ from markupsafe import Markup
 
 from replication.audit.brief import Consequence
 from replication.audit.judge import numerals
-from replication.audit.judge.agreement import Target
+from replication.audit.judge.agreement import Target, rounds_to
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Evidence, Kind, Verdict
+from replication.audit.model import Evidence, Kind, Policy, Verdict
 from replication.audit.report.consequence import consequence
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord
@@ -90,6 +90,15 @@ class ClaimView:
         if evidence.holds is not None:
             return "holds" if evidence.holds else "does not hold"
         return f"{len(evidence.outcomes)} readings" if evidence.outcomes else ""
+
+    @property
+    def rounded(self) -> str:
+        """What a print should say that agrees only because a solver stops above the optimum; empty for any other."""
+        value = self.record.evidence.value
+        if Policy.SOLVER not in self.record.judgement.policies or not isinstance(value, int | float):
+            return ""
+        printed, rounded = rounds_to(self.record.claim.printed, value)
+        return numerals.exact(rounded) if rounded != printed else ""
 
     @property
     def cells(self) -> Iterator[tuple[EntryView, ...]]:

@@ -54,8 +54,8 @@ def build_report(results: ResultsFile, figures: Path, output: Path, root: Path |
     key = _key(results, figures, depth, proofs)
     if made_from(output) == key:
         return output
-    page, evidence, shown = _made(results, figures, "../" * depth, proofs)
-    require_sourced({"": page, **evidence}, results, shown)
+    page, evidence, known = _made(results, figures, "../" * depth, proofs)
+    require_sourced({"": page, **evidence}, results, known)
     write_page(output, page, key)
     return output
 
@@ -79,14 +79,14 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
     return _made(results, figures, root, checks(results, None))[0]
 
 
-def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
+def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     """What the templates show."""
     _require_known(results)
     read = targets(results.claims)
     order = list(standings(results))
     records = sorted(results.papers, key=lambda paper: order.index(paper.key))
     papers = [paper_view(paper, results, figures, read) for paper in records]
-    told, shown = dict.fromkeys(order, None) | briefs(results), field(papers)
+    told, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
     return {
         "results": results,
         "run": results.run,
@@ -95,8 +95,8 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
-        "field": shown,
-        "rows": rows(shown.lanes, told, figures),
+        "field": drawn,
+        "rows": rows(drawn.lanes, told, figures),
         "costs": chart(across(results)),
         "briefs": told,
         "headings": tuple(paper.numbers for paper in papers),
@@ -120,23 +120,23 @@ def _made(
     plays = played(proofs)
     wanted = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
     scripts = {name: source(f"{name}.js") for name, there in wanted.items() if there}
-    shown = _shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
-    evidence = drawings(made, {**shown, "root": root})
+    found = shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
+    evidence = drawings(made, {**found, "root": root})
     digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
     page = made.get_template("template.html.j2").render(
-        shown,
+        found,
         root=root,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
         style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
-        drawn=Markup(_rules(shown["papers"])),
+        drawn=Markup(rules(found["papers"])),
         scripts={name: Markup(code) for name, code in scripts.items()},
         allowed=Markup(" ".join(f"'sha256-{digest}'" for digest in digests)),
     )
-    return page, evidence, shown
+    return page, evidence, found
 
 
-def _rules(papers: Sequence[PaperView]) -> str:
+def rules(papers: Sequence[PaperView]) -> str:
     """The rules of the classes in all figures, each once."""
     rules = {name: rule for paper in papers for figure in paper.figures for name, rule in figure.styles.items()}
     return "".join(f".{name}{{{rule}}}\n" for name, rule in sorted(rules.items()))

@@ -1,0 +1,78 @@
+"""The article and the sheet of corrections on each paper: whole, linked to the report, with their data."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+from sample import HOSTILE, KEY, hostile_results, results
+
+from replication.audit.model import Verdict
+from replication.audit.report.article import build_articles
+from replication.audit.store.records import ResultsFile
+from replication.errors import AuditError
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> tuple[ResultsFile, Path]:
+    known = results(tmp_path / "figures")
+    return known, build_articles(known, tmp_path / "figures", tmp_path / "articles")
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_data_hold_every_claim_and_correction(made: tuple[ResultsFile, Path]) -> None:
+    known, folder = made
+    claims, errata = rows(folder / f"{KEY}.csv"), rows(folder / f"{KEY}-corrections.csv")
+    assert [row["id"] for row in claims] == [claim.id for claim in known.claims]
+    assert [row["verdict"] for row in claims] == [claim.verdict for claim in known.claims]
+    assert [(row["printed"], row["meant"]) for row in errata] == [(e.printed, e.meant) for e in known.errata]
+
+
+def test_names_each_failing_claim_and_links_to_its_evidence(made: tuple[ResultsFile, Path]) -> None:
+    known, folder = made
+    failing = [c for c in known.claims if c.counted and c.verdict in {Verdict.DIFFERS, Verdict.REFUTED, Verdict.ERROR}]
+    sheet = (folder / f"{KEY}-corrections.html").read_text(encoding="utf-8")
+    assert failing
+    for claim in failing:
+        assert f'href="../index.html#claim-{claim.id}"' in sheet
+
+
+@pytest.mark.parametrize("end", ["", "-corrections"])
+def test_no_link_leads_nowhere(made: tuple[ResultsFile, Path], end: str) -> None:
+    page = (made[1] / f"{KEY}{end}.html").read_text(encoding="utf-8")
+    targets = set(re.findall(r'<a [^>]*?href="([^"]+)"', page))
+    within = {target for target in targets if target.startswith("#")}
+    assert within <= {f"#{name}" for name in re.findall(r'\bid="([^"]+)"', page)}
+    assert {t for t in targets if t.endswith((".csv", ".html")) and "/" not in t} <= {p.name for p in made[1].iterdir()}
+
+
+def test_words_of_a_paper_stay_text(tmp_path: Path) -> None:
+    known = hostile_results(tmp_path / "figures", " ".join(HOSTILE))
+    for page in build_articles(known, tmp_path / "figures", tmp_path / "articles").glob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert "<script" not in text
+        assert "<img" not in text
+        assert text.count("</main>") == 1
+
+
+def test_missing_drawing_leaves_the_earlier_articles(made: tuple[ResultsFile, Path], tmp_path: Path) -> None:
+    known, folder = made
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    next((tmp_path / "figures").glob("*.svg")).unlink()
+    with pytest.raises(AuditError):
+        build_articles(known, tmp_path / "figures", folder)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_a_paper_without_corrections_says_so(made: tuple[ResultsFile, Path], tmp_path: Path) -> None:
+    papers = tuple(msgspec.structs.replace(paper, brief=None, tables=(), scope=()) for paper in made[0].papers)
+    known = msgspec.structs.replace(made[0], errata=(), claims=(), papers=papers)
+    folder = build_articles(known, tmp_path / "figures", tmp_path / "none")
+    assert "The text needs no correction." in (folder / f"{KEY}-corrections.html").read_text(encoding="utf-8")
