@@ -17,7 +17,7 @@ from replication.estimation.nonuniform.worst_case import worst_sequence
 
 LEAVES = 4
 """Lyapunov matrices for the level without sensors, whose guarantee gains little by more."""
-NODES = 9
+COMPARED = 9
 """Constant periods at which other estimators are compared."""
 ANGLES = 181
 """Frequencies between standing still and half the sampling frequency at which a smoother is looked at."""
@@ -52,7 +52,7 @@ def beside(
     ends: what a sequence attains, and what none exceeds. stamped: the filter knows the period. A constant period is a
     sequence, too, so that the lower end is at least what the filter has there.
     """
-    nodes = [float(h) for h in periods.nodes(NODES if periods.h_l < periods.h_u else 1)]
+    nodes = [float(h) for h in periods.nodes(COMPARED if periods.h_l < periods.h_u else 1)]
 
     def largest(filters: Sequence[Estimator]) -> float:
         return max(periodic_gain(plant, one.at(h), [h]).value for one, h in zip(filters, nodes, strict=True))
@@ -79,7 +79,7 @@ def without_sensors(plant: SampledPlant, periods: PeriodRange, level: float, hor
     level: one that it is compared with. Constant periods give the lower end, a bad sequence of `horizon` samples where
     that does not tell them apart.
     """
-    lower = zero_at_constant_periods(plant, periods.nodes(NODES if periods.h_l < periods.h_u else 1).tolist())
+    lower = zero_at_constant_periods(plant, periods.nodes(COMPARED if periods.h_l < periods.h_u else 1).tolist())
     if lower is None:
         return None
     zero = zero_filter(plant)

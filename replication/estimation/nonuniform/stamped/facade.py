@@ -31,7 +31,7 @@ class StampedPlantReader(SampledPlantReader):
     makes = StampedPlant
 
 
-read_plant = StampedPlantReader()
+read_stamped_plant = StampedPlantReader()
 
 
 def design_stamped(
@@ -82,7 +82,6 @@ def design_stamped(
 
     Examples
     --------
-    >>> from replication.estimation.nonuniform.facade import design
     >>> tank = SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
     >>> best = design_stamped(tank, periods=(0.1, 0.3), horizon=50)
     >>> best.value <= design(tank, periods=(0.1, 0.3), leaves=2, horizon=50).value
@@ -93,7 +92,7 @@ def design_stamped(
     >>> estimate.shape
     (2,)
     """
-    checked, signals = read_plant(plant, measured=measured)
+    checked, signals = read_stamped_plant(plant, measured=measured)
     range_ = as_range(periods)
     inputs = np.zeros((checked.order, 0)) if B_u is None else as_matrix("B_u", B_u, rows=checked.order)
     signals = replace(signals, inputs=numbered("u", inputs.shape[1]))
