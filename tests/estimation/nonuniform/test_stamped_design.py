@@ -18,20 +18,27 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
-from replication.estimation.nonuniform import bracket as bracket_module
-from replication.estimation.nonuniform.baselines import smoother_limit, zero_at_constant_periods
-from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform import worst_case as bracket_module
+from replication.estimation.nonuniform.facade import design_stamped
 from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped import proof as proof_module
+from replication.estimation.nonuniform.result import smoother_limit, zero_at_constant_periods
+from replication.estimation.nonuniform.robust import robust_design
+from replication.estimation.nonuniform.stamped import design as proof_module
 from replication.estimation.nonuniform.stamped import result as stamped_module
-from replication.estimation.nonuniform.stamped.design import Storage, stamped_design, violations
-from replication.estimation.nonuniform.stamped.facade import design_stamped
-from replication.estimation.nonuniform.stamped.proof import LOOSE, prove, proved_design
+from replication.estimation.nonuniform.stamped.design import (
+    LOOSE,
+    StampedFilter,
+    StampedPlant,
+    Storage,
+    prove,
+    proved_design,
+    stamped_design,
+    violations,
+)
 from replication.estimation.nonuniform.stamped.result import floor_of_any_filter
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
 from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error, worst_sequence
 
 OMEGA = 2 * np.pi * 0.8
