@@ -1,6 +1,5 @@
 """The filter scheduled over the known period: its levels against the robust filter, Riccati, simulation, no sensor."""
 
-import doctest
 import importlib
 import json
 import os
@@ -359,13 +358,6 @@ def test_small_matrices_are_multiplied_on_one_thread():
         design_stamped(SWING, periods=SWING_RANGE, **SHORT)
         assert 2 in {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}
     assert seen == [{1}, {1}]
-
-
-@pytest.mark.parametrize("name", ["facade", "kalman.noisy_plant", "kalman.running"])
-def test_doctests(name):
-    module = importlib.import_module(f"replication.estimation.nonuniform.stamped.{name}")
-    failures, tried = doctest.testmod(module)
-    assert (failures, tried > 0) == (0, True)
 
 
 def test_constant_periods_count_as_sequences_in_the_lower_end() -> None:
