@@ -35,8 +35,10 @@ ROOT = Path(__file__).resolve().parents[1]
 ROOM = ROOT / "replication" / "verify"
 PAGE = ROOT / "docs" / "lines.md"
 BEGIN, END = "<!-- lines: begin, written by `python benchmarks/sceptic.py` -->", "<!-- lines: end -->"
-ASIDE = ("algebra/work.py", "place.py", "says.py", "quantities.py")
+ASIDE = ("algebra/work.py", "predicate.py")
 """Modules on which no sentence depends."""
+REFUSING = ("require_form", "wanted_at", "require_file")
+"""Functions that can only refuse."""
 KERNEL = ("kernel.py", "reading.py")
 BAR = 250
 """Lines for one theorem that is not machine-checked."""
@@ -109,7 +111,7 @@ def entered(check: Callable[[], object]) -> set[Place]:
         if not code.co_filename.startswith(room):
             outside[id(code)] = code
             return
-        while frame is not None and frame.f_code.co_filename not in aside:
+        while frame is not None and not (frame.f_code.co_filename in aside or frame.f_code.co_name in REFUSING):
             frame = frame.f_back
         if frame is None:
             found[id(code)] = code

@@ -10,7 +10,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.decimals import decimal, printed_matrix
+from replication.verify.algebra.linear import decimal, printed_matrix
 
 OUR_FILTER = {
     "A": fmpq_mat([[fmpq(-555129, 2**24), fmpq(959481, 2**24)], [fmpq(-6722817, 2**24), fmpq(5809691, 2**23)]]),

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from replication.verify.algebra.decimals import half_unit, printed_matrix, printed_poles
-from replication.verify.algebra.linear import identity
+from replication.verify.algebra.linear import half_unit, identity, printed_matrix, printed_poles
 
 
 def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

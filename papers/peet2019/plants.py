@@ -7,8 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.decimals import decimal, printed_matrix
-from replication.verify.algebra.linear import zeros
+from replication.verify.algebra.linear import decimal, printed_matrix, zeros
 
 OWN: dict[str, dict[str, Any]] = {
     "own-1": {

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.decimals import decimal
+from replication.verify.algebra.linear import decimal
 
 LONGER = (1005, 1006)
 """Ratios M between which the restarted predictor's loop turns unstable at the period of `scalar`."""

@@ -37,9 +37,8 @@ from replication.audit.parts import Formula as Formula
 from replication.audit.parts import Table as Table
 from replication.audit.run.command import OUTPUT, execute
 from replication.errors import AuditError
-from replication.verify.predicate import Predicate, Relation, Term
+from replication.verify.predicate import Predicate, Relation, Term, unit_of
 from replication.verify.predicate import term as term
-from replication.verify.quantities import unit_of
 
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate

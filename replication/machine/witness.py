@@ -13,8 +13,7 @@ from flint import fmpq, fmpq_mat, fmpz
 
 from replication.errors import InfeasibleError
 from replication.verify.algebra.linear import block, identity, submatrix, zeros
-from replication.verify.multirate.bounds import advanced, recurrent
-from replication.verify.multirate.sensing import Sensing
+from replication.verify.multirate.sensing import Sensing, advanced, recurrent
 
 ROOM = range(12, 61, 4)
 """Exponents tried for the room 2^-k that is left in the matrix of Theorem 2."""

@@ -1,34 +1,24 @@
-"""What is said of a number, as data: a claim says a predicate, a theorem exports what it proves, and the two compare.
+"""What is said of a number, as data, and of what can be spoken: claims say predicates, theorems export what they prove.
 
-Standard library only. What can be spoken of stands in `quantities`.
+Standard library only. No sentence of a theorem depends on it.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias, TypeVar
 
-YES_NO = "yes or no"
-"""The unit of a statement, which holds or fails."""
-NO_READING = "none"
+from replication.verify.reading import same
+from replication.verify.theorem import NO_READING as NO_READING
+from replication.verify.theorem import YES_NO as YES_NO
+from replication.verify.theorem import Exported as Exported
+from replication.verify.theorem import Found, Side
+from replication.verify.theorem import Term as Term
 
 Relation = Literal["is", "is not", "at most", "at least", "less than", "more than", "holds", "fails"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Term:
-    """One number, or one statement, of which something is said.
-
-    plant: its name in the paper's plants.py; empty for all plants, or where there is none. setting: the parameters of
-    a certificate that belong to what is said. estimators: the class of estimators, empty where none enters.
-    """
-
-    quantity: str
-    plant: str = ""
-    setting: Mapping[str, Any] = field(default_factory=dict)
-    estimators: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,25 +40,236 @@ class Predicate:
         return (self.of, self.to) if isinstance(self.to, Term) else (self.of,)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Exported:
-    """What a theorem proves of a term: closed bounds as rationals, of each number of a list, or whether it holds.
-
-    readings: the readings of the paper under which the text speaks of this term.
-    """
-
-    of: Term
-    unit: str
-    readings: tuple[str, ...] = (NO_READING,)
-    items: tuple[tuple[str | None, str | None], ...] = ()
-    holds: bool | None = None
-
-
 def term(quantity: str, /, plant: str = "", estimators: str = "", **setting: Any) -> Term:
     """A term in few words; what is set becomes plain JSON."""
     return Term(quantity=quantity, plant=plant, estimators=estimators, setting=json.loads(json.dumps(setting)))
 
 
-def same(first: Any, second: Any) -> bool:
-    """Whether two JSON values are equal, with types: true is not 1."""
-    return json.dumps(first, sort_keys=True) == json.dumps(second, sort_keys=True)
+QUANTITIES: Mapping[str, tuple[str, str]] = {
+    # Measurements at several rates.
+    "smallest gain": ("1", "the smallest worst-case gain"),
+    "gain": ("1", "the worst-case gain of given gains"),
+    "stable error system": (YES_NO, "the stability of the error system"),
+    "excess of Theorem 1": ("1", "the relative excess of the level of Theorem 1 over the gain"),
+    "excess of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over the smallest gain"),
+    "excess over gains of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over what its gains reach"),
+    "level of Theorem 1": ("1", "the level of Theorem 1"),
+    "level of Theorem 1 with one P": ("1", "the level of Theorem 1 with one P for all instants"),
+    "shorter periods are better": (YES_NO, "the rule that a shorter period gives a smaller optimum"),
+    "measured sensors": ("1", "which sensors are measured at each instant"),
+    "common period": ("instants", "the period of the schedule"),
+    "longest time unmeasured": ("instants", "the longest time without a measurement"),
+    "dual-rate schedule": (YES_NO, "all sensors at the first instant of the period and none at any other"),
+    "unknowns of Theorem 2": ("1", "the number of unknowns of Theorem 2"),
+    "rows of Theorem 2": ("1", "the number of rows of each inequality of Theorem 2"),
+    "rows of the cyclic inequality": ("1", "the number of rows of the inequality of the cyclic reformulation"),
+    "unmeasured columns are zero": (YES_NO, "zero gains of the sensors that are not measured"),
+    "observability": (YES_NO, "the observability of (C, A)"),
+    "same poles from the next instant": (YES_NO, "the poles of A_e over a period that starts an instant later"),
+    "error system (16)": (YES_NO, "the error system (16)"),
+    "identity (23)": (YES_NO, "the identity (23)"),
+    "Theorem 1": (YES_NO, "that the condition of Theorem 1 suffices"),
+    "Theorem 2": (YES_NO, "that the condition of Theorem 2 suffices"),
+    "Schur complement (32)": (YES_NO, "the Schur complement of (30)"),
+    "poles": ("1", "the poles of A"),
+    "unstable plant": (YES_NO, "a pole of A outside the unit circle"),
+    "error poles": ("1", "the poles of A_e"),
+    "design by Theorem 2": (YES_NO, "an observer by Theorem 2"),
+    # Dual-rate output feedback.
+    "spectral radius over a slow period": ("1", "the spectral radius of the loop over a slow period"),
+    "largest tracking error": ("percent", "the largest tracking error in the steady state"),
+    "no bounded tracking error": (YES_NO, "that no tracking error is bounded"),
+    "better estimate": (YES_NO, "a smaller error of the estimate"),
+    "equivalent observers": (YES_NO, "that (7) gives the estimates of (3)"),
+    "equations (9) and (10)": (YES_NO, "that (9) is (10)"),
+    "Case 2": (YES_NO, "that Case 2 is Case 1 without prediction error"),
+    "Lyapunov equation": (YES_NO, "a positive definite solution of the Lyapunov equation"),
+    "bounds (12) and (13)": (YES_NO, "the bounds (12) and (13)"),
+    "bound (14)": (YES_NO, "the bound (14)"),
+    "bound (15)": (YES_NO, "the bound (15)"),
+    "constant (17)": (YES_NO, "that the constant of (17) bounds the terms of (16)"),
+    "condition (18)": (YES_NO, "condition (18)"),
+    "contraction (22)": (YES_NO, "a factor (22) below one"),
+    "stability result": (YES_NO, "the stability result of Sec. IV"),
+    "torque constant": ("N m/A", "the torque constant"),
+    "slow period": ("s", "the period of the sensor"),
+    "coordinates of the motor": (YES_NO, "the motor in position, speed and acceleration"),
+    "Hurwitz": (YES_NO, "that a matrix is Hurwitz"),
+    "feedforward inverts the motor": (YES_NO, "that the feedforward inverts the motor"),
+    # Nonuniform sampling.
+    "gain over sequences": ("1", "the gain over the sampling sequences of a range"),
+    "least gain over sequences": ("1", "the least gain over the sampling sequences of a range"),
+    "least level of (6)": ("1", "the least level with which (6) can hold at all periods of the range"),
+    "grid solutions of (6) are valid": (YES_NO, "that what solves (6) on the grid solves it on the range"),
+    "stable for every sequence": (YES_NO, "stability for every sampling sequence"),
+    "Lemma 1": (YES_NO, "Lemma 1"),
+    "stability of Theorems 1 to 3": (YES_NO, "the stability that Theorems 1 to 3 conclude"),
+    "level of Theorem 3": (YES_NO, "the level that Theorem 3 concludes"),
+    "Lemma 2": (YES_NO, "Lemma 2"),
+    "Lemma 3": (YES_NO, "Lemma 3"),
+    "map of the error system": (YES_NO, "the map from w to e"),
+    "congruence (10)": (YES_NO, "the congruence of (6) and (10)"),
+    "recovery (11)": (YES_NO, "the recovery (11)"),
+    "size of F": (YES_NO, "the size of F"),
+    "sharp upper end (9)": (YES_NO, "the upper end of (9)"),
+    "sharp lower end (9)": (YES_NO, "the lower end of (9)"),
+    "conservative element": (YES_NO, "that one element covers less than several"),
+    "elements of the grid": ("1", "the number of elements of the grid"),
+    "Algorithm 1 ends": (YES_NO, "that Algorithm 1 finds a grid"),
+    "condition (8)": (YES_NO, "condition (8) over the whole range"),
+    "conservative level": (YES_NO, "that one level for both channels is conservative"),
+    "column of the observer": ("1", "a column of Phi - B_f C"),
+    "output matrix": ("1", "the output matrix of a filter that keeps the level"),
+    # Delays.
+    "least level of Theorem 3": ("1", "the least level of Theorem 3"),
+    "gain of the error": ("1", "the gain from the disturbance to the error"),
+    "gain over the least": ("1", "the gain over the least of any observer"),
+    "Theorem 3 met": (YES_NO, "that the conditions of Theorem 3 are met with some eps > 0"),
+    "least level of LMI (3)": ("1", "the least level of LMI (3) on the Pade approximation"),
+    "unstable": (YES_NO, "an unstable plant"),
+    "Example 4 unstable": (YES_NO, "that Example 4 is unstable"),
+    "dissipation identity": (YES_NO, "the dissipation as the quadratic form of Theorem 3"),
+    "operator identity": (YES_NO, "the inverse of Theorem 4, or the gains of Lemma 5"),
+    "correction of the present state only": (YES_NO, "that only the present state is corrected"),
+    "bound (7)": (YES_NO, "the bound (7)"),
+    "error vanishes with w": (YES_NO, "that the error tends to zero with the disturbance"),
+}
+"""Unit and words of each quantity that can be spoken of."""
+OWN = re.compile(r"[^\[\]]+ \[([^\[\]]+)\]")
+"""A quantity of a paper's own statements: words with the unit behind them, such as `final size [1]`."""
+
+ESTIMATORS: Mapping[str, str] = {
+    "periodic one-step observers": "observer that predicts one step",
+    "one-step predictors": "predicts one step",
+    "all estimators": "no estimator, not even a smoother",
+    "the given filter": "given filter",
+    "filters of form (4)": "filter of form (4)",
+    "filters with time stamps": "filter with time stamps",
+    "observers by Theorem 3": "observer with the gains of",
+}
+"""Each class of estimators, with the words by which the sentence of a theorem on it names it."""
+
+
+def unit_of(quantity: str) -> str:
+    """The unit of a quantity: that of the table, or the one in brackets behind a paper's own; empty if not known."""
+    own = OWN.fullmatch(quantity)
+    return own[1] if own else QUANTITIES.get(quantity, ("", ""))[0]
+
+
+def in_words(predicate: Predicate) -> str:
+    """What a predicate says, on one line."""
+    to = predicate.to
+    whole = _relation(predicate.relation)
+    if to is not None:
+        whole = f"{whole} {_term(to) if isinstance(to, Term) else f'{to} {predicate.unit}'.removesuffix(' 1')}"
+    under = "" if predicate.reading in ("", NO_READING) else f", under the reading {predicate.reading}"
+    return f"{_term(predicate.of)} {whole}{under}"
+
+
+def _relation(relation: Relation) -> str:
+    return relation if relation in ("is", "is not", "holds", "fails") else f"is {relation}"
+
+
+def _term(of: Term) -> str:
+    told = [f"plant {of.plant}"] if of.plant else []
+    told += [of.estimators] if of.estimators else []
+    told += [f"{name} {_shown(value)}" for name, value in of.setting.items()]
+    return f"{_words(of.quantity)} ({'; '.join(told)})" if told else _words(of.quantity)
+
+
+def differences(wanted: Term, reading: str, proved: Exported) -> list[str]:
+    """How a theorem falls short of speaking of a term under a reading, in words; empty if it does speak of it."""
+    found = []
+    of = proved.of
+    if of.quantity != wanted.quantity:
+        found.append(f"it is about {_words(of.quantity)}, not {_words(wanted.quantity)}")
+    if of.plant != wanted.plant:
+        found.append(f"another plant: {of.plant or 'all'}, not {wanted.plant or 'all'}")
+    for name in sorted(of.setting.keys() | wanted.setting.keys()):
+        if name not in of.setting:
+            found.append(f"not for {name} {_shown(wanted.setting[name])}")
+        elif name not in wanted.setting:
+            found.append(f"for {name} {_shown(of.setting[name])} of all")
+        elif not same(of.setting[name], wanted.setting[name]):
+            found.append(f"for {name} {_shown(of.setting[name])}, not {_shown(wanted.setting[name])}")
+    if of.estimators != wanted.estimators:
+        found.append(f"for {of.estimators or 'no class of estimators'}, not for {wanted.estimators or 'none'}")
+    if reading not in proved.readings:
+        found.append(f"under the reading {' or '.join(proved.readings)} only, not {reading}")
+    return found
+
+
+def _words(quantity: str) -> str:
+    return QUANTITIES.get(quantity, ("", quantity.partition(" [")[0]))[1]
+
+
+def _shown(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+T = TypeVar("T")
+Parameters = Mapping[str, Any]
+Chosen: TypeAlias = T | Callable[[Parameters], T]
+"""A value, or what gives it from the parameters of a certificate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Says:
+    """A term of which a theorem speaks, as data: see `predicate.Term`; one for each class of estimators, if several.
+
+    setting: the parameters but `relative`, unless given. readings: of the paper `source`, under which its text speaks
+    of this term. found: what is proved of it, from all that was read, proved and worded; that of the theorem unless
+    given. universal: it is about all plants, though the certificate has one.
+    """
+
+    quantity: Chosen[str]
+    estimators: Chosen[tuple[str, ...]] = ("",)
+    readings: Chosen[tuple[str, ...]] = (NO_READING,)
+    setting: Chosen[Mapping[str, Any]] | None = None
+    found: Callable[[Mapping[str, Any]], Found] | None = None
+    universal: bool = False
+
+
+def exported(
+    says: Says, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found
+) -> tuple[Exported, ...]:
+    """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
+    parameters, plant = certificate["parameters"], certificate["plant"]
+    name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
+    name = name if certificate.get("paper") is not None else f"own plant {name}"
+    found = whole if says.found is None else says.found(given)
+    quantity = _chosen(says.quantity, parameters)
+    statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
+    usual = {key: value for key, value in parameters.items() if key != "relative"}
+    return tuple(
+        Exported(
+            of=Term(
+                quantity=quantity,
+                plant="" if says.universal else name,
+                setting=usual if says.setting is None else _chosen(says.setting, parameters),
+                estimators=estimators,
+            ),
+            unit=unit_of(quantity),
+            readings=_chosen(says.readings, parameters),
+            items=() if statement else tuple((_end(low), _end(high)) for low, high in found.items or (one,)),
+            holds=found.holds if statement else None,
+        )
+        for estimators in _chosen(says.estimators, parameters)
+    )
+
+
+def as_data(
+    terms: tuple[Says, ...], source: str, certificate: Mapping[str, Any], known: Mapping[str, Any], whole: Found
+) -> tuple[Exported, ...]:
+    """All that a theorem exports; the readings of the paper `source` are not those of another one."""
+    borrowed = source not in ("", certificate.get("paper"))
+    stated = (replace(one, readings=(NO_READING,)) for one in terms) if borrowed else terms
+    return tuple(one for says in stated for one in exported(says, certificate, known, whole))
+
+
+def _chosen(value: Chosen[T], parameters: Parameters) -> T:
+    return value(parameters) if callable(value) else value
+
+
+def _end(side: Side) -> str | None:
+    return None if side is None else str(side)

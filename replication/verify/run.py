@@ -12,11 +12,19 @@ from pathlib import Path
 from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
-from replication.verify.place import require_file, require_form, wanted_at
-from replication.verify.predicate import same
-from replication.verify.reading import content, fields, parse, rational, text
+from replication.verify.reading import content, fields, parse, rational, same, text
 from replication.verify.statement import Statement, collected
-from replication.verify.subjects import ROOT, folder_of, loaded, papers, subject, theorems
+from replication.verify.subjects import (
+    ROOT,
+    folder_of,
+    loaded,
+    papers,
+    require_file,
+    require_form,
+    subject,
+    theorems,
+    wanted_at,
+)
 from replication.verify.theorem import Refused, Theorem, require
 from replication.verify.workers import add_jobs, in_order
 

@@ -29,10 +29,10 @@ from typing import Any
 
 from flint import arb, ctx, fmpq
 
-from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.linear import above, below
 from replication.verify.algebra.work import budget
+from replication.verify.predicate import Says, as_data
 from replication.verify.reading import Reader, fields, positive
-from replication.verify.says import Says, as_data
 from replication.verify.theorem import Found, Theorem, require
 
 

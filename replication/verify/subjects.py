@@ -22,6 +22,7 @@ from replication.verify.reading import (
     no_number,
     parse,
     record,
+    same,
     sequence,
     text,
     written,
@@ -144,3 +145,43 @@ def loaded(path: Path) -> ModuleType | None:
     module = ModuleType(loader.name)
     loader.exec_module(module)
     return module
+
+
+# All that the three functions below can do is to refuse: the sentence of a theorem does not depend on them. They keep a
+# file from standing for a theorem of a paper that it does not prove.
+
+
+def require_form(values: Mapping[str, Any], place: tuple[str, str] | None) -> None:
+    """Refuse another format, what are no names, other sides of a bound, and a paper or name that its place has not."""
+    require(values["format"] == FORMAT, f"the format is {values['format']!r:.40}, not {FORMAT}")
+    name = name_of(values["name"], "name")
+    if isinstance(values["plant"], dict) and values["plant"].get("name", "") != "":
+        name_of(values["plant"]["name"], "plant.name")
+    if place is not None:
+        require(
+            same([values["paper"], name], list(place)),
+            f"where it lies there must be the theorem {place[1]!r:.90} of the paper {place[0]!r:.90}",
+        )
+    sides = values["bound"]
+    require(isinstance(sides, dict) and set(sides) <= {"lower", "upper"}, "bound must hold lower, upper, or nothing")
+    if values["paper"] is None:
+        require(values["claims"] == [], "a certificate that belongs to no paper supports no claims")
+    else:
+        text(values["paper"], "paper")
+
+
+def wanted_at(path: Path, root: Path) -> tuple[str, str] | None:
+    """The paper and the name of the theorem for which the file at `path` stands; None outside root/certificates."""
+    # A link to a file stands for a theorem by where it lies, wherever it leads; a link to a folder does by either.
+    located = path.parent.resolve() / path.name
+    for file, folder in ((path.absolute(), root.absolute()), (located, root.resolve())):
+        if file.is_relative_to(folder / "certificates"):
+            return file.parent.relative_to(folder / "certificates").as_posix(), file.stem
+    return None
+
+
+def require_file(certificate: Mapping[str, Any], path: Path) -> None:
+    """Refuse a file about a paper under another name than that of its theorem."""
+    if certificate["paper"] is not None:
+        expected = Path(certificate["paper"]) / f"{certificate['name']}.json"
+        require(path.resolve().parts[-2:] == expected.parts, f"the file should be {expected.as_posix()}")

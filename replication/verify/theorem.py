@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replication.verify.predicate import Exported
-
 if TYPE_CHECKING:  # what a paper wants can be read without it
     from flint import fmpq
 
+YES_NO = "yes or no"
+"""The unit of a statement, which holds or fails."""
+NO_READING = "none"
 Side: TypeAlias = "fmpq | None"
 """One end of a proved interval; None if the certificate says nothing on that side."""
 
@@ -28,6 +29,34 @@ class Found:
     upper: Side = None
     holds: bool | None = None
     items: tuple[tuple[Side, Side], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """One number, or one statement, of which something is said.
+
+    plant: its name in the paper's plants.py; empty for all plants, or where there is none. setting: the parameters of
+    a certificate that belong to what is said. estimators: the class of estimators, empty where none enters.
+    """
+
+    quantity: str
+    plant: str = ""
+    setting: Mapping[str, Any] = field(default_factory=dict)
+    estimators: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exported:
+    """What a theorem proves of a term: closed bounds as rationals, of each number of a list, or whether it holds.
+
+    readings: the readings of the paper under which the text speaks of this term.
+    """
+
+    of: Term
+    unit: str
+    readings: tuple[str, ...] = (NO_READING,)
+    items: tuple[tuple[str | None, str | None], ...] = ()
+    holds: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,7 @@ from replication.audit.declare import Part
 from replication.audit.judge.validate import validate_claims, validate_theorems
 from replication.audit.model import Evidence, Kind, Results
 from replication.errors import AuditError
-from replication.verify.predicate import Predicate, Term, term
-from replication.verify.quantities import in_words
+from replication.verify.predicate import Predicate, Term, in_words, term
 
 GAIN = Predicate(of=term("gain", "toy"), relation="is", to="1.33", unit="1", reading="none")
 STABLE = Predicate(of=term("stable error system", "toy"), unit="yes or no", reading="none")

@@ -110,7 +110,7 @@ def test_nothing_is_loaded_from_outside(tree: Any, drawn: dict[str, Any]) -> Non
         if name == "link":
             assert address == "data:,"
         elif name == "a":
-            assert re.match(r"#|\.\./|https://doi\.org/", address)
+            assert re.match(r"#|\.\./|articles/|https://doi\.org/", address)
         else:
             assert address == "" or address.startswith("#")
 

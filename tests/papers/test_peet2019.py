@@ -54,8 +54,7 @@ from replication.estimation.delay import delay_system, rightmost_roots
 from replication.estimation.delay.sos.synthesis import assemble, program
 from replication.estimation.validation import Array
 from replication.verify.delay import dual, levels
-from replication.verify.delay.forms import kernels
-from replication.verify.delay.sos import bases
+from replication.verify.delay.sos import bases, kernels
 
 ROUNDING = 1e-10
 

@@ -28,6 +28,8 @@ from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
 
+import pytest
+
 from replication.verify.statement import Statement
 
 ROOM = ("replication.verify",)
@@ -258,7 +260,9 @@ def _printed() -> Iterator[Printed]:
         yield printed
 
 
-FIXTURES: Mapping[str, Callable[[], contextlib.AbstractContextManager[Any]]] = {"tmp_path": _folder, "capsys": _printed}
+FIXTURES: Mapping[str, Callable[[], contextlib.AbstractContextManager[Any]]] = {
+    "tmp_path": _folder, "capsys": _printed, "monkeypatch": pytest.MonkeyPatch.context
+}  # fmt: skip
 """Those of pytest that a check may have."""
 
 

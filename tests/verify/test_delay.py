@@ -11,17 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from delay_cases import FOLDER, Json, certificate, refusal
 from flint import acb, arb, fmpq, fmpq_mat
-from stated import check_stated as check
+from tampered import DELAY as FOLDER
+from tampered import Json, refusal
+from tampered import check_stated as check
+from tampered import delayed as certificate
 
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
 from replication.verify.algebra.linear import identity, zeros
-from replication.verify.delay import forms as delay_forms
-from replication.verify.delay import hidden as delay_hidden
 from replication.verify.delay import levels as delay
+from replication.verify.delay import plant as delay_hidden
 from replication.verify.delay import plant as delay_plant
+from replication.verify.delay import sos as delay_forms
 from replication.verify.delay import sos as delay_sos
 from replication.verify.theorem import Refused
 

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from unittest import mock
 
 import pytest
-from delay_cases import certificate
 from flint import fmpq
+from tampered import delayed as certificate
 
-from replication.verify.algebra.words import Words, letter, number, one
+from replication.verify.algebra.symbolic import Words, letter, number, one
 from replication.verify.delay import identity as delay_identity
-from replication.verify.delay import inverse as delay_inverse
+from replication.verify.delay import identity as delay_inverse
 from replication.verify.delay.identity import a, canonical
 from replication.verify.run import check
 from replication.verify.theorem import Refused

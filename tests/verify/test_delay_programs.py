@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from delay_cases import Json, certificate, refusal
 from flint import acb, fmpq, fmpq_mat
+from tampered import Json, refusal
+from tampered import delayed as certificate
 
 from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
@@ -18,9 +19,9 @@ from replication.certify.delay import pade as pade_maker
 from replication.certify.rounding import exact, floats, rational
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import dual as delay_dual
-from replication.verify.delay import forms as delay_forms
 from replication.verify.delay import pade as delay_pade
 from replication.verify.delay import plant as delay_plant
+from replication.verify.delay import sos as delay_forms
 from replication.verify.delay import sos as delay_sos
 from replication.verify.run import check
 

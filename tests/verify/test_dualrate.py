@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from flint import fmpq
 
-from replication.verify.dualrate import errors, identities, lyapunov
+from replication.verify.dualrate import errors, lyapunov
+from replication.verify.dualrate import theory as identities
 from replication.verify.dualrate.loop import Observer, monodromy, read_loop
 from replication.verify.run import STATEMENTS, check
 from replication.verify.subjects import theorems

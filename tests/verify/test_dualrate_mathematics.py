@@ -18,13 +18,13 @@ from replication.estimation.dualrate.loop import close_loop, monodromy
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 from replication.verify.algebra.linear import identity
-from replication.verify.dualrate import identities as dualrate_identities
 from replication.verify.dualrate import loop as dualrate_loop
 from replication.verify.dualrate import loops as dualrate
+from replication.verify.dualrate import loops as dualrate_motor
 from replication.verify.dualrate import lyapunov as dualrate_lyapunov
-from replication.verify.dualrate import motor as dualrate_motor
 from replication.verify.dualrate import response as dualrate_response
-from replication.verify.dualrate import scalar as dualrate_scalar
+from replication.verify.dualrate import theory as dualrate_identities
+from replication.verify.dualrate import theory as dualrate_scalar
 from replication.verify.dualrate.loop import Loop, Observer
 from replication.verify.kernel import Hurwitz, decide
 from replication.verify.theorem import Refused

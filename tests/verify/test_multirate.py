@@ -10,24 +10,26 @@ from unittest.mock import patch
 
 import pytest
 from flint import fmpq, fmpq_mat
-from stated import check_stated as check
+from tampered import check_stated as check
 
 from replication.verify.algebra.linear import block, identity
 from replication.verify.algebra.symbolic import Symbolic
 from replication.verify.multirate import identities as multirate_identities
-from replication.verify.multirate.bounds import (
+from replication.verify.multirate.levels import require_bracket, require_lower
+from replication.verify.multirate.recovered import reading_of
+from replication.verify.multirate.sensing import (
+    Sensing,
     attained,
     monodromy,
     recurrent,
     require_stable,
     require_theorem_1,
     require_turn,
+    schedule,
+    select,
     unseen_for_long,
     unseen_forever,
 )
-from replication.verify.multirate.levels import require_bracket, require_lower
-from replication.verify.multirate.recovered import reading_of
-from replication.verify.multirate.sensing import Sensing, schedule, select
 from replication.verify.theorem import Refused, Theorem
 
 ROOT = Path(__file__).parents[2]

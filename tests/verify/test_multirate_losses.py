@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from stated import check_stated as check
+from tampered import check_stated as check
 
 from replication.certify.own import certificate
 from replication.errors import InvalidInputError

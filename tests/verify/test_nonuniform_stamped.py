@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
-from nonuniform_cases import Certificate, Tamper, load, put, remove, scaled
-from stated import check_stated
+from tampered import Certificate, Tamper, check_stated, load, put, remove, scaled
 
-from replication.verify.nonuniform import gain, stamped, system
+from replication.verify.nonuniform import gain, system
+from replication.verify.nonuniform import levels as stamped
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 

@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
-from nonuniform_cases import load
-from stated import check_stated as check
+from tampered import check_stated as check
+from tampered import load
 
-from replication.verify.nonuniform import floor, gain, system
+from replication.verify.nonuniform import gain, system
+from replication.verify.nonuniform import levels as floor
 from replication.verify.reading import rational
 from replication.verify.theorem import Refused
 

@@ -7,8 +7,8 @@ from unittest.mock import patch
 
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
-from nonuniform_cases import Certificate, Tamper, load, put, remove
-from stated import check_stated as check
+from tampered import Certificate, Tamper, load, put, remove
+from tampered import check_stated as check
 
 from papers.mustafa import certificates
 from replication.verify.kernel import Equal, Hurwitz, Identity

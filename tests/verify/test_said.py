@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
+from replication.verify.predicate import exported
 from replication.verify.run import STATEMENTS
-from replication.verify.says import exported
 from replication.verify.theorem import Found
 
 ROOT = Path(__file__).parents[2]

@@ -10,9 +10,9 @@ import pytest
 
 from replication.verify import run
 from replication.verify.algebra.symbolic import Symbolic
-from replication.verify.multirate import sufficiency as multirate
+from replication.verify.multirate import identities as multirate
 from replication.verify.nonuniform import identities
-from replication.verify.nonuniform import sufficiency as nonuniform
+from replication.verify.nonuniform import identities as nonuniform
 from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2] / "certificates"

@@ -12,8 +12,7 @@ from replication.audit.judge.agreement import Interval, Position, Target, positi
 from replication.audit.model import Evidence
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.errors import AuditError
-from replication.verify.predicate import NO_READING, Exported, Predicate, Relation, Term
-from replication.verify.quantities import differences, in_words
+from replication.verify.predicate import NO_READING, Exported, Predicate, Relation, Term, differences, in_words
 
 NO_PREDICATE = "The claim states no predicate that a theorem could be compared with."
 MIRRORED: Mapping[Relation, Relation] = {"more than": "less than", "at least": "at most"}

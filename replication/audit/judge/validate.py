@@ -14,8 +14,7 @@ from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
-from replication.verify.predicate import YES_NO, Predicate
-from replication.verify.quantities import ESTIMATORS, in_words, unit_of
+from replication.verify.predicate import ESTIMATORS, YES_NO, Predicate, in_words, unit_of
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
@@ -192,7 +191,7 @@ def _predicates(paper: Paper) -> Iterator[str]:
 
 
 def _terms(predicate: Predicate) -> Iterator[str]:
-    where = "replication/verify/quantities.py"
+    where = "replication/verify/predicate.py"
     for term in predicate.terms:
         unit = unit_of(term.quantity)
         if not unit:

@@ -15,7 +15,7 @@ from replication.audit.names import listed
 from replication.audit.parts import Paper
 from replication.audit.run.progress import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
-from replication.verify.quantities import in_words
+from replication.verify.predicate import in_words
 
 SLOWEST = 5
 _PLACE = re.compile(r" \[[^\[\]]+:\d+\]$")

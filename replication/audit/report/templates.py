@@ -13,7 +13,7 @@ from replication.audit.judge import numerals
 from replication.audit.report.claim import anchor
 from replication.audit.report.formulas import prose
 from replication.errors import AuditError
-from replication.verify.quantities import in_words
+from replication.verify.predicate import in_words
 
 SOURCES = Path(__file__).resolve().parent / "html"
 """Templates, style sheet and script."""

@@ -1,13 +1,16 @@
-"""Exact linear algebra over the rationals: blocks, definiteness, linear equations."""
+"""Exact linear algebra, printed decimals as exact numbers, and balls: enclosures that hold for certain."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from fractions import Fraction
+from functools import reduce
 from typing import Any
 
-from flint import fmpq, fmpq_mat
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.work import spend_characteristic, spend_product, spend_solution
+from replication.verify.algebra.work import spend_characteristic, spend_on_roots, spend_product, spend_solution
 from replication.verify.theorem import Refused, require
 
 
@@ -64,3 +67,121 @@ def solved(M: Any, right: Any, what: str) -> Any:
         return M.solve(right)
     except ZeroDivisionError:
         raise Refused(what) from None
+
+
+def between(low: fmpq, high: fmpq) -> arb:
+    """A ball that holds every number from `low` to `high`."""
+    return arb(low).union(arb(high))
+
+
+def ends(ball: arb) -> tuple[fmpq, fmpq]:
+    """Rationals that bound every number of a ball."""
+    require(ball.is_finite(), "a ball has no finite ends")
+    return ball.lower().fmpq(), ball.upper().fmpq()
+
+
+def largest(values: Sequence[arb]) -> arb:
+    """The maximum of balls."""
+    return reduce(arb.max, values)
+
+
+def energy(vector: acb_mat | arb_mat) -> arb:
+    """The sum of the squared moduli of all entries."""
+    return sum((entry.real**2 + entry.imag**2 for entry in acb_mat(vector).entries()), arb(0))
+
+
+def complex_of(pair: Sequence[fmpq]) -> acb:
+    """The number with this real and imaginary part."""
+    real, imaginary = pair
+    return acb(arb(real), arb(imaginary))
+
+
+def circle_point(t: fmpq) -> acb:
+    """(1 + it) / (1 - it) = (1 - t^2 + 2it) / (1 + t^2), a point of the unit circle."""
+    return acb(arb((1 - t * t) / (1 + t * t)), arb(2 * t / (1 + t * t)))
+
+
+def beside(left: arb_mat, right: arb_mat) -> arb_mat:
+    """[left, right]."""
+    return arb_mat([[*a, *b] for a, b in zip(left.tolist(), right.tolist(), strict=True)])
+
+
+def generator(A: fmpq_mat, B: fmpq_mat) -> arb_mat:
+    """N = [[A, B], [0, 0]]: the upper rows of its exponential at t are those of `hold`."""
+    return arb_mat(block([[A, B], [zeros(B.ncols(), A.ncols()), zeros(B.ncols(), B.ncols())]]))
+
+
+def hold(A: fmpq_mat, B: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
+    """e^{A t} and ∫₀^t e^{A τ} dτ · B, which take state and held input to the next state, for all t in a ball."""
+    n = A.nrows()
+    upper = (generator(A, B) * arb(time)).exp().tolist()[:n]
+    return arb_mat([row[:n] for row in upper]), arb_mat([row[n:] for row in upper])
+
+
+def roots(polynomial: fmpq_poly) -> list[acb]:
+    """Enclosures of all complex roots, each as often as its multiplicity; apart from each other unless equal."""
+    spend_on_roots(polynomial)
+    found: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
+    return [root for root, multiplicity in found for _ in range(multiplicity)]
+
+
+def root_near(polynomial: acb_poly, guess: acb) -> acb:
+    """A ball that holds a root: one lies within n |p(z)/p'(z)| of z, since p'/p is the sum of 1/(z − root)."""
+    slope = polynomial.derivative()(guess)
+    require(not slope.contains(0), "the derivative of the characteristic polynomial may vanish at the guessed root")
+    distance = (polynomial.degree() * abs(polynomial(guess) / slope)).upper()
+    return acb(arb(guess.real, distance), arb(guess.imag, distance))
+
+
+def without_root(polynomial: acb_poly, root: acb) -> acb_poly:
+    """p(z)/(z − root) of a polynomial that has this root, by Horner's scheme."""
+    quotient = [acb(0)]
+    for coefficient in polynomial.coeffs()[:0:-1]:
+        quotient.append(coefficient + quotient[-1] * root)
+    return acb_poly(quotient[:0:-1])
+
+
+DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?")
+
+
+def decimal(printed: str) -> fmpq:
+    """The exact value of a printed decimal such as "-0.0440", ".5" or "1e-3"."""
+    require(DECIMAL.fullmatch(printed) is not None, f"{printed!r} is not a decimal number")
+    exact = Fraction(printed)
+    return fmpq(exact.numerator, exact.denominator)
+
+
+def printed_matrix(printed: str) -> fmpq_mat:
+    """The exact value of a printed matrix such as "[0.95 0.5; -0.1 0.9]"."""
+    require(printed[:1] == "[" and printed[-1:] == "]", f"{printed!r} is not a printed matrix")
+    rows = [[decimal(entry) for entry in row.split()] for row in printed[1:-1].split(";")]
+    require(len({len(row) for row in rows}) == 1, f"the rows of {printed!r} differ in length")
+    return fmpq_mat(rows)
+
+
+def printed_poles(printed: str) -> list[list[fmpq]]:
+    """Real and imaginary part of each pole of a list such as "(1.031, 1.085±0.240i)", one of each pair."""
+    require(printed[:1] == "(" and printed[-1:] == ")", f"{printed!r} is not a printed list of poles")
+    parts = [pole.strip().removesuffix("i").split("±") for pole in printed[1:-1].split(",")]
+    return [[decimal(pole[0]), decimal(pole[1] if len(pole) > 1 else "0")] for pole in parts]
+
+
+def half_unit(printed: str) -> fmpq:
+    """Half a unit in the last place of the last decimal in a text."""
+    places = len(re.findall(r"\.([0-9]+)", printed)[-1])
+    return fmpq(1, 2 * 10**places)
+
+
+def above(number: fmpq, places: int = 9) -> str:
+    """`number` rounded up to so many decimals: for a sentence that says "at most"."""
+    return _decimals(int((number * 10**places).ceil()), places)
+
+
+def below(number: fmpq, places: int = 9) -> str:
+    """`number` rounded down to so many decimals: for a sentence that says "at least"."""
+    return _decimals(int((number * 10**places).floor()), places)
+
+
+def _decimals(scaled: int, places: int) -> str:
+    digits = str(abs(scaled)).rjust(places + 1, "0")
+    return f"{'-' if scaled < 0 else ''}{digits[:-places]}.{digits[-places:]}"

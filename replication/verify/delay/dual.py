@@ -13,16 +13,27 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.decimals import below
-from replication.verify.algebra.linear import block, zeros
+from replication.verify.algebra.linear import below, block, zeros
 from replication.verify.algebra.work import bits, multiplying, spend
-from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_size, kernels, moment
 from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
-from replication.verify.delay.sos import Squared, bases, motion, require_zero, supplied
+from replication.verify.delay.sos import (
+    BUMP,
+    UNIFORM,
+    Form,
+    Powers,
+    Squared,
+    bases,
+    basis_size,
+    kernels,
+    moment,
+    motion,
+    require_zero,
+    supplied,
+)
 from replication.verify.kernel import AtMost, Below, Nonnegative, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
-from replication.verify.says import Says
 from replication.verify.statement import LOWER, Depends
 
 

@@ -7,12 +7,11 @@ from typing import Any
 
 from flint import acb, fmpq
 
-from replication.verify.delay.hidden import Hidden, characteristic, read_hidden, require_hidden
-from replication.verify.delay.plant import DelayPlant, on_plant
+from replication.verify.delay.plant import DelayPlant, Hidden, characteristic, on_plant, read_hidden, require_hidden
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.kernel import Below, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import integer, positive, rational, several, sized, text
-from replication.verify.says import Says
 from replication.verify.statement import LOWER, UPPER, Depends, statement
 from replication.verify.theorem import Found, require
 

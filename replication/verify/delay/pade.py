@@ -10,14 +10,20 @@ from typing import Any
 
 from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.decimals import above
-from replication.verify.algebra.linear import block, characteristic_polynomial, identity, submatrix, take_rows, zeros
+from replication.verify.algebra.linear import (
+    above,
+    block,
+    characteristic_polynomial,
+    identity,
+    submatrix,
+    take_rows,
+    zeros,
+)
 from replication.verify.algebra.work import PLACE, spend
-from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
-from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
+from replication.verify.delay.plant import DelayPlant, Hidden, measured_last, on_plant, read_hidden, require_hidden
 from replication.verify.kernel import Equal, Positive, decide
+from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
-from replication.verify.says import Says
 from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 

@@ -9,15 +9,13 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, fmpq
 
-from replication.verify.algebra.balls import largest
-from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.linear import above, below, largest
 from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, held_over, monodromy, on_loop, read_observer
 from replication.verify.dualrate.response import Feedforward, Place
 from replication.verify.kernel import Below, Within, decide
-from replication.verify.predicate import NO_READING
+from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import fields, positive, sequence, several, sized, text
-from replication.verify.says import Says
 from replication.verify.statement import Depends
 from replication.verify.theorem import Found, require
 

@@ -14,8 +14,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import hold
-from replication.verify.algebra.linear import identity
+from replication.verify.algebra.linear import hold, identity
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.reading import fields, matrix, positive, states, text
 from replication.verify.statement import statement

@@ -10,8 +10,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import between, hold
-from replication.verify.algebra.linear import block, identity, zeros
+from replication.verify.algebra.linear import between, block, hold, identity, zeros
 from replication.verify.dualrate.loop import Loop
 from replication.verify.kernel import Below, Equal, Positive, decide
 from replication.verify.reading import fields, matrix, rational, symmetric

@@ -13,8 +13,7 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
-from replication.verify.algebra.balls import largest
-from replication.verify.algebra.linear import identity, solved, zeros
+from replication.verify.algebra.linear import identity, largest, solved, zeros
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import Loop, Observer, Passage, monodromy, pass_period
 from replication.verify.kernel import Below, Within, decide, holds

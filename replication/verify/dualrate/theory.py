@@ -2,22 +2,162 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from flint import arb, fmpq, fmpq_mat
+from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.dualrate import identities
+from replication.verify.algebra.linear import identity
+from replication.verify.algebra.symbolic import Symbolic, letters, one, symbols, unit
+from replication.verify.algebra.work import spend_on_products
 from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
-from replication.verify.dualrate.scalar import determinant, require_negative
-from replication.verify.kernel import Below, decide, holds
+from replication.verify.kernel import Below, Identity, Nonnegative, decide, holds
+from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
-from replication.verify.says import Says
 from replication.verify.statement import Depends, statement
 from replication.verify.theorem import Found, require
+
+# The scalar loop A = B = C = 1, L = 2 for all periods at once: with h = e^T − 1 its matrices are rational in h.
+#
+# Ā = 1 + h, B̄ = h, F = 1/(1 + h), G = h/(1 + h) and H = 2h/(1 + h), so (1 + h)^{2M} det(I − Φ) is a polynomial in h.
+
+
+H = fmpq_poly([0, 1])
+GROWTH = 1 + H
+"""e^T."""
+
+
+def determinant(loop: Loop, ratio: int) -> fmpq_poly:
+    """(1 + h)^{2M} det(I − Φ) of the alternating predictive observer, Φ over z = (x, ζ).
+
+    x and ζ at phase k, and what stands for the measurement then, are carried times (1 + h)^k.
+    """
+    one, L = fmpq(1), loop.L[0, 0]
+    shapes = [M.nrows() for M in (loop.A, loop.B, loop.C)]
+    unit = shapes == [1, 1, 1] and (loop.A[0, 0], loop.B[0, 0], loop.C[0, 0]) == (one, one, one)
+    require(unit and L == 2, "the argument needs A = B = C = 1 and L = 2")
+    columns = []
+    for x, zeta in ((fmpq_poly([1]), fmpq_poly([0])), (fmpq_poly([0]), fmpq_poly([1]))):
+        measured = x
+        for k in range(ratio):
+            spend_on_products(k + 1, (k + 1) * (loop.K[0, 0].height_bits() + 2), "det(I − Φ)")
+            u = loop.K[0, 0] * zeta
+            predicted = GROWTH * (GROWTH * zeta + H * u)
+            x, zeta = GROWTH * (GROWTH * x + H * u), zeta + H * u + L * H * measured
+            measured = predicted
+        columns.append((x, zeta))
+    (a, c), (b, d) = columns
+    scale = GROWTH**ratio
+    return (scale - a) * (scale - d) - b * c
+
+
+def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
+    """Refuse unless the polynomial in h is negative for all 0 < T ≤ longest.
+
+    With k its lowest power: the positive ones of the other coefficients, at the largest h, do not outweigh the lowest.
+    """
+    coefficients = polynomial.coeffs()
+    lowest = next((k for k, c in enumerate(coefficients) if c != 0), None)
+    require(lowest is not None, "det(I − Φ) vanishes for every period")
+    reach, low = arb(longest).exp() - 1, lowest or 0
+    rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
+    decide(Below(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))
+
+
+# Identities of Shao et al. with a letter for every matrix: they hold for any number of states, inputs and outputs.
+
+
+ONE = (1, 1)
+
+
+def require_error_equations() -> None:
+    """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
+    A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
+    zeta = x - xi
+    for used in (predicted, y):
+        joint = A @ x + B @ K @ x - B @ K @ xi
+        decide(Identity(A @ x + B @ K @ held, joint + B @ K @ (held - zeta), "the first row of (9) = (10)"))
+        second = A @ xi - L @ (used - C @ zeta)
+        rest = (A - L @ C) @ xi - L @ (y - C @ x) - L @ (used - y)
+        decide(Identity(second, rest, "the second row of (9) = (10)"))
+
+
+def require_second_case() -> None:
+    """(9) with ȳ(t_k) = y(t_k) is (10) without its last term."""
+    A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
+    zeta = x - xi
+    first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
+    decide(Identity(A @ x + B @ K @ held, first, "the first row of Case 2"))
+    second = (A - L @ C) @ xi - L @ (y - C @ x)
+    decide(Identity(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2"))
+
+
+def require_collected() -> None:
+    """The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
+
+    All factors are non-negative, so that these bounds may be put in their places. Both sides times r.
+    """
+    names = ("a1", "a2", "a3", "c1", "L", "KL", "most", "V", "Vm")
+    a1, a2, a3, c1, L, KL, most, V, Vm = (symbol.entry for symbol in symbols(dict.fromkeys(names, ONE)).values())
+    PB, PL = most * c1, most * L
+    terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
+    total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
+    decide(Identity(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)"))
+
+
+def require_sampled_observer() -> None:
+    """(7) solves (3): the derivatives at t = 0 of both, which determine them.
+
+    By (3), the derivative k + 1 of z is Â times the derivative k, and Â z + B u + L ȳ for k = 0. By (7), the derivative
+    k is F_k ζ + G_k u + H_k ȳ with F_k = Â^k of e^{Ât}, and G_k = F_{k−1} B, H_k = F_{k−1} L of its integral times B
+    and L. Both are multiplied by Â for k ≥ 1, so k = 1 and k = 2 settle all.
+    """
+    A, B, L, zeta, u, y = letters("A", "B", "L", "zeta", "u", "y")
+    pushed = B @ u + L @ y
+    solution, rate, F = zeta, pushed, unit(1, one())
+    for derivative in ("first", "second"):
+        solution, rate = A @ solution + rate, pushed * 0
+        previous, F = F, A @ F
+        decide(
+            Identity(
+                solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
+            )
+        )
+
+
+def require_rates() -> None:
+    """y' = C A x + C B K ζ_k, K ζ' = K Â ζ + K B K ζ_k + K L C x_k + K L e_p: (1), (3) and (8) with ȳ = C x_k + e_p.
+
+    It holds whatever matrix Â (`guided`) is.
+    """
+    names = ("A", "guided", "B", "C", "K", "L", "x", "zeta", "first", "held", "gap")
+    A, guided, B, C, K, L, x, zeta, first, held, gap = letters(*names)
+    u = K @ held
+    decide(Identity(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)"))
+    drift = K @ (guided @ zeta + B @ u + L @ (C @ first + gap))
+    terms = K @ guided @ zeta + K @ B @ K @ held + K @ L @ C @ first + K @ L @ gap
+    decide(Identity(drift, terms, "the rate of K ζ in (14)"))
+
+
+SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
+"""State and estimate as combinations of (x, ξ)."""
+
+
+def require_weight(signal: str, weight: fmpq) -> None:
+    """Refuse unless |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
+    m = fmpq_mat([list(SIGNALS[signal])])
+    decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
+
+
+def require_contraction() -> None:
+    """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
+    E, c = (symbol.entry for symbol in symbols({"E": ONE, "c": ONE}).values())
+    left, right = 1 - (E + (1 - E) * c), (1 - E) * (1 - c)
+    decide(Identity(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)"))
+
 
 LARGEST_RATIO = 100
 """Of a ratio for which det(I − Φ) is expanded for all periods at once."""
@@ -27,25 +167,25 @@ SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 @statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
 def sampled_observer() -> None:
     """At the instants (7) has the estimates of (3), for all matrices of any size."""
-    identities.require_sampled_observer()
+    require_sampled_observer()
 
 
 @statement("dualrate.error-equations", source="shao", holds=True, says="equations (9) and (10)")
 def error_equations() -> None:
     """(9) equals (10), for all matrices and states of any size."""
-    identities.require_error_equations()
+    require_error_equations()
 
 
 @statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
 def second_case() -> None:
     """In Case 2 (9) equals (10) without its last term, for all matrices and states of any size."""
-    identities.require_second_case()
+    require_second_case()
 
 
 @statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
 def collected_constant() -> None:
     """The last four terms of (16) add up to at most α₄ √V V_m with the constant of (17), for all loops."""
-    identities.require_collected()
+    require_collected()
 
 
 @on_loop(
@@ -110,9 +250,9 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     Integrated from t_k to t this is the bound; the term K L e_p, constant over the period, gives ‖K L‖ |e_p| (t − t_k).
     As printed, with e_p for its modulus, (14) fails at t = t_k wherever e_p < 0 and K L is not zero: 0 ≤ ‖K L‖ e_p.
     """
-    identities.require_rates()
+    require_rates()
     for term, weight in weights.items():
-        identities.require_weight(STEPS[quantity][term], weight)
+        require_weight(STEPS[quantity][term], weight)
     equations = {
         "output": "(12) and (13) hold",
         "feedback": "(14) holds with |e_p(t_k)| (t − t_k) where e_p(t_k) is printed",
@@ -158,7 +298,7 @@ def contraction() -> None:
 
     φ < 1 under (18), since 0 < E < 1 for T > 0 and 0 ≤ c < 1 by (18).
     """
-    identities.require_contraction()
+    require_contraction()
 
 
 @on_loop(

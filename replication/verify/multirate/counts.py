@@ -10,11 +10,9 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, characteristic_polynomial, identity, product, take_rows
 from replication.verify.algebra.work import bits, spend_elimination
-from replication.verify.multirate.bounds import monodromy
-from replication.verify.multirate.sensing import TIMES, schedule, without_noise
-from replication.verify.predicate import NO_READING
+from replication.verify.multirate.sensing import TIMES, monodromy, schedule, without_noise
+from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import as_written, known_fields, matrices, matrix, states
-from replication.verify.says import Says
 from replication.verify.statement import statement
 from replication.verify.theorem import Found, require
 

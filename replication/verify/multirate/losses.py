@@ -13,9 +13,8 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.work import PLACE, spend
 from replication.verify.kernel import Positive, decide
-from replication.verify.multirate.bounds import attained, require_fall
 from replication.verify.multirate.levels import Matrices, require_lower
-from replication.verify.multirate.sensing import CHOSEN, Schedule, Sensing, read_plant, schedule
+from replication.verify.multirate.sensing import CHOSEN, Schedule, Sensing, attained, read_plant, require_fall, schedule
 from replication.verify.reading import integer, matrices, sequence, several, sized, square, symmetric
 from replication.verify.statement import BOTH, Depends, Table, statement
 from replication.verify.theorem import Found, require

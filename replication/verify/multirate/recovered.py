@@ -12,13 +12,11 @@ from typing import Any
 
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.balls import ends
-from replication.verify.algebra.linear import characteristic_polynomial, identity
-from replication.verify.algebra.roots import roots
+from replication.verify.algebra.linear import characteristic_polynomial, ends, identity, roots
 from replication.verify.kernel import Within, decide, holds
-from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
-from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
+from replication.verify.multirate.sensing import TIMES, monodromy, schedule, select, without_noise
+from replication.verify.predicate import Says
 from replication.verify.reading import (
     known_fields,
     matrices,
@@ -30,7 +28,6 @@ from replication.verify.reading import (
     square,
     symmetric,
 )
-from replication.verify.says import Says
 from replication.verify.statement import UPPER, Depends, Table, statement
 from replication.verify.theorem import Found, require
 

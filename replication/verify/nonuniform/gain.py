@@ -13,8 +13,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import complex_of, energy
-from replication.verify.algebra.linear import block, identity, solved, zeros
+from replication.verify.algebra.linear import block, complex_of, energy, identity, solved, zeros
 from replication.verify.algebra.work import BALL, STEP, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system

@@ -11,8 +11,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import beside, between, circle_point, energy, hold
-from replication.verify.algebra.linear import identity, solved
+from replication.verify.algebra.linear import beside, between, circle_point, energy, hold, identity, solved
 from replication.verify.kernel import Below, Positive, decide
 from replication.verify.nonuniform.gain import complex_vector, require_ratio
 from replication.verify.nonuniform.system import Plant, seconds

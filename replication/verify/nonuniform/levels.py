@@ -3,21 +3,87 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
-from flint import acb_mat, fmpq
+from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import circle_point
-from replication.verify.kernel import AtMost, decide
+from replication.verify.algebra.linear import block, circle_point, energy, hold, identity, product, solved, zeros
+from replication.verify.algebra.work import BALL, spend
+from replication.verify.kernel import AtMost, Hurwitz, Positive, decide
 from replication.verify.nonuniform import gain, system
-from replication.verify.nonuniform.floor import require_no_filter_below
-from replication.verify.nonuniform.gain import Storage, require_attained, require_level
-from replication.verify.nonuniform.system import PERIODS, Case, Filter, Plant, on_filtered, on_plant
-from replication.verify.predicate import NO_READING
-from replication.verify.reading import positive, rational, sequence, sized, text
-from replication.verify.says import Says
-from replication.verify.statement import LOWER, UPPER, Depends, Table
-from replication.verify.theorem import Found
+from replication.verify.nonuniform.gain import Storage, require_attained, require_level, require_motion, require_ratio
+from replication.verify.nonuniform.system import (
+    PERIODS,
+    Case,
+    CaseOf,
+    Filter,
+    Plant,
+    Time,
+    on_filtered,
+    on_plant,
+    seconds,
+)
+from replication.verify.predicate import NO_READING, Says
+from replication.verify.reading import fields, matrices, positive, rational, sequence, sized, square, text
+from replication.verify.statement import BOTH, LOWER, UPPER, Depends, Table
+from replication.verify.theorem import Found, require
+
+# A level that no filter of form (4) attains at a constant period: disturbances that the measurements do not show.
+#
+# A filter that has seen only zero measurements estimates zero. If w_k for k <= 0, from rest in the distant past, gives
+# y_k = 0 for all k <= 0, the errors are e_k = L x_k for k <= 1, whatever the filter; so its gain is at least
+# (sum_{k <= 1} |L x_k|^2 / sum_{k <= 0} |w_k|^2)^(1/2).
+
+
+def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list[fmpq]) -> None:
+    """Refuse unless every filter of form (4) with A_f Schur has a gain above `level` at this constant period.
+
+    D = 0: nothing is seen of w_0 = start before k = 1. D invertible: `start` is x_0, reached by w_k = -D^{-1} C x_k,
+    x_{k+1} = F x_k, F = Phi - Gamma D^{-1} C; this motion comes from rest if F^{-1} is Schur, that is if all zeros of
+    w -> y lie outside the unit circle. Truncated in the distant past it keeps its ratio up to any small number,
+    because what the truncation shows decays with the plant, and a filter with A_f Schur answers little to it.
+    """
+    n = plant.A.nrows()
+    Phi, Gamma = hold(plant.A, plant.B, seconds(period))
+    L = arb_mat(plant.L)
+    x = arb_mat(len(start), 1, [arb(entry) for entry in start])
+    if plant.D.rank() == 0:
+        require(len(start) == plant.B.ncols(), "witness.start must be a disturbance")
+        supplied, seen = energy(x), energy(L * Gamma * x)
+    else:
+        require(len(start) == n, "witness.start must be a state")
+        require(plant.D.nrows() == plant.D.ncols(), "D is neither zero nor square")
+        require(plant.D.det() != 0, "D is neither zero nor invertible")
+        decide(Hurwitz(plant.A, "the plant"))
+        ratio = plant.D.inv() * plant.C
+        back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C is not proved invertible")
+        require_schur(back)
+        following = (Phi - Gamma * arb_mat(ratio)) * x
+        supplied = _quadratic(energy_before(back, arb_mat(ratio.transpose() * ratio)), x)
+        seen = _quadratic(energy_before(back, L.transpose() * L), following)
+    require_ratio(seen, supplied, level, "the hidden disturbance")
+
+
+def require_schur(J: arb_mat) -> None:
+    """Refuse unless X = I + J'XJ has a positive definite solution: J is then Schur (Lyapunov)."""
+    X = energy_before(J, arb_mat(identity(J.nrows())))
+    decide(Positive(X, "the energy of the zeros of w -> y, which must lie outside the unit circle,"))
+
+
+def energy_before(J: arb_mat, Q: arb_mat) -> arb_mat:
+    """X = Q + J'XJ, for a Schur J the sum of (J^k)'Q J^k over k >= 0, by the linear equation for its entries."""
+    # Before the equation is set up: its entries alone, the fourth power of the states, fill the memory first.
+    spend(J.nrows() ** 6 * BALL, "the energy of a motion")
+    places = [(i, j) for i in range(J.nrows()) for j in range(J.nrows())]
+    equation = [[arb(int(p == q)) - J[q[0], p[0]] * J[q[1], p[1]] for q in places] for p in places]
+    X = solved(arb_mat(equation), arb_mat([[entry] for entry in Q.entries()]), "the energy is not proved finite")
+    return arb_mat(J.nrows(), J.nrows(), X.entries())
+
+
+def _quadratic(Q: arb_mat, x: arb_mat) -> arb:
+    return (x.transpose() * Q * x).trace()
+
 
 GAIN, LEAST, GIVEN, EVERY = (
     "gain over sequences",
@@ -177,3 +243,88 @@ def stable(plant: Plant, parameters: Case) -> None:
     {parameters.least} s: A is Hurwitz, A_f Schur.
     """
     system.require_stable(plant, parameters.filter)
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """x^(k|k) = x^ + G_x v, w^ = G_w v, v = y - C x^, then the plant's own motion over the known period.
+
+    cells: shares at which the cells end; entries: E = I - G [C, D] for each cell of the period before, G = [G_x; G_w].
+    """
+
+    cells: list[fmpq]
+    entries: list[fmpq_mat]
+
+    def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
+        """e+ = Phi (e - G_x v) + Gamma (w - G_w v), v = C e + D w: (n, n + m)."""
+        return [step * arb_mat(entry) for entry in self.entries]
+
+    def output(self, plant: Plant) -> fmpq_mat:
+        """z - z^ = L e, before the sample."""
+        return plant.L
+
+
+def read_stamped(value: Any, path: str, plant: Plant) -> Stamped:
+    """Cells that cover the range exactly, and G (n + m, r) for each."""
+    edges, gains = fields(value, path, "cells", "G")
+    cells = gain.read_cells(edges, f"{path}.cells")
+    seen = block([[plant.C, plant.D]])
+    size = seen.ncols()
+    G = matrices(gains, f"{path}.G", size, seen.nrows(), len(cells) - 1)
+    return Stamped(cells, [identity(size) - product(one, seen) for one in G])
+
+
+def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, Stamped]:
+    """The same for the state T x; no gain depends on that."""
+    n, m = plant.A.nrows(), plant.B.ncols()
+    back = solved(T, identity(n), "witness.T is not invertible")
+    enter, leave = (block([[M, zeros(n, m)], [zeros(m, n), identity(m)]]) for M in (T, back))
+    entries = [product(product(enter, entry), leave) for entry in filter_.entries]
+    A, B = product(product(T, plant.A), back), product(T, plant.B)
+    return replace(plant, A=A, B=B, C=plant.C * back, L=plant.L * back), replace(filter_, entries=entries)
+
+
+@on_plant(
+    "nonuniform.stamped-gain",
+    bound=BOTH,
+    witness={
+        "filter": Depends(lambda given: sized(read_stamped, given.plant)),
+        "T": Depends(lambda given: sized(square, given.plant.A.nrows())),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows(), given.filter.cells)),
+        "pattern": gain.read_pattern,
+        "turn": rational,
+        "w": Depends(
+            lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))
+        ),
+    },
+    says=Says(
+        quantity="least gain over sequences",
+        estimators=("filters with time stamps",),
+        found=lambda given: Found(upper=given["upper"]),
+    ),
+)
+def stamped_gain(
+    plant: Plant,
+    lower: fmpq,
+    upper: fmpq,
+    filter: Stamped,
+    T: fmpq_mat,
+    storage: Storage,
+    pattern: list[fmpq],
+    turn: fmpq,
+    w: list[acb_mat],
+) -> Found:
+    """The filter with time stamps that stands here has a gain of more than {lower:down} and at most {upper:up}
+    {scope}; its error settles for every such sequence.
+
+    Nothing is asked of the plant: its state does not enter the error. The inequality of `require_level` is strict and
+    its periods are those of a closed range, so that without a disturbance the storage falls by a fixed share with each
+    step: the error system is stable, as `require_motion` asks. The gain at the first sample, which no period precedes,
+    may be any of the filter's: each is one of the inequalities, and one step does not change what a motion tends to.
+    The storage is written for the state T x: balls are narrow where it is about the identity.
+    """
+    moved, chosen = in_coordinates(plant, filter, T)
+    case = CaseOf(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
+    require_level(moved, case, upper, storage)
+    require_motion(moved, case, lower, pattern, circle_point(turn), w)
+    return Found(words={"scope": case.scope})

@@ -12,8 +12,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import beside, generator, hold
-from replication.verify.algebra.linear import block, characteristic_polynomial
+from replication.verify.algebra.linear import beside, block, characteristic_polynomial, generator, hold
 from replication.verify.kernel import Hurwitz, Within, decide
 from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
 from replication.verify.statement import statement

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from flint import arb, arb_mat, fmpq
+from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.kernel import Below, Hurwitz, decide
-from replication.verify.nonuniform import grid, identities
-from replication.verify.nonuniform.gain import read_storage, require_level
+from replication.verify.algebra.linear import circle_point
+from replication.verify.kernel import Below, Hurwitz, Positive, decide
+from replication.verify.nonuniform import gain, grid, identities, system
+from replication.verify.nonuniform.gain import read_storage, require_at, require_attained, require_level
 from replication.verify.nonuniform.system import (
     Case,
     Filter,
@@ -21,8 +22,8 @@ from replication.verify.nonuniform.system import (
     read_filter,
     seconds,
 )
-from replication.verify.reading import integer, matrix, positive, sequence, sized
-from replication.verify.says import Says
+from replication.verify.predicate import Says
+from replication.verify.reading import integer, matrix, positive, rational, sequence, sized, symmetric
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, Refused, require
 
@@ -207,3 +208,49 @@ def _ends(ball: arb) -> tuple[fmpq, fmpq]:
     """Multiples of 2^-DIGITS on both sides of a ball."""
     scaled = ball * 2**DIGITS
     return tuple(fmpq(end.unique_fmpz(), 2**DIGITS) for end in (scaled.lower().floor(), scaled.upper().ceil()))  # type: ignore[return-value]
+
+
+# A solution of (6) on the grid of the corrected Algorithm 1 that does not solve (6) at all periods of the range.
+
+
+@on_plant(
+    "nonuniform.grid-solution-fails",
+    source="mustafa",
+    witness={
+        **PASSES,
+        "level": positive,
+        "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
+        "P": Depends(lambda given: sized(symmetric, given.plant.A.nrows() + given.filter.A.nrows())),
+        "pattern": gain.read_pattern,
+        "turn": rational,
+        "w": Depends(
+            lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))
+        ),
+    },
+    holds=False,
+    says=Says(quantity="grid solutions of (6) are valid", setting={}, readings=("grid by (9), corrected",)),
+)
+def grid_solution_fails(
+    plant: Plant,
+    passes: list[list[grid.Alpha]],
+    level: fmpq,
+    filter: Filter,
+    P: fmpq_mat,
+    pattern: list[fmpq],
+    turn: fmpq,
+    w: list[acb_mat],
+) -> Found:
+    """A filter and a matrix solve (6) with the level {level:up} at all {size} elements of the grid of Algorithm 1, U3
+    corrected, alpha in both steps and a set-minus in step 4; they do not solve (6) at all periods of the range, for the
+    gain of this filter over them is above that level.
+
+    With P the inverse of P-bar, (6) is [P - C-bar' C-bar, 0; 0, g^2 I] - M'P M > 0 (Schur complements); at all periods
+    it would give the level to every sequence (Lemma 1).
+    """
+    decide(Positive(P, "witness.P"))
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=filter, level=level)
+    elements = grid.run_algorithm(plant, passes).elements
+    for h in elements:
+        require_at(plant, case, level, P, h)
+    require_attained(plant, case, level, pattern, circle_point(turn), w)
+    return Found(words={"size": len(elements)})

@@ -1,14 +1,38 @@
-"""Certificates of the nonuniform-sampling paper, and ways to tamper with them."""
+"""Committed certificates of the papers, as one of a plant of one's own, altered, and why they are refused."""
+
+from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
+
+import pytest
+
+from replication.verify.run import STATEMENTS, check
+from replication.verify.theorem import Refused, Theorem
 
 FOLDER = Path(__file__).parents[2] / "certificates" / "mustafa"
-Certificate = dict[str, Any]
+DELAY = FOLDER.parent / "peet2019"
+Json = dict[str, Any]
+Certificate = Json
 Tamper = Callable[[Certificate], None]
+
+
+def delayed(name: str) -> Json:
+    """A certificate of the delay paper."""
+    found: Json = json.loads((DELAY / f"{name}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
+    """Why a certificate is refused."""
+    with pytest.raises(Refused) as caught:
+        statement(given)
+    return str(caught.value)
 
 
 def load(name: str) -> Certificate:
@@ -44,3 +68,9 @@ def remove(*path: Any) -> Tamper:
         del inner[path[-1]]
 
     return tamper
+
+
+def check_stated(certificate: dict[str, Any]) -> Theorem:
+    """As `check`, but the words of any paper may stand with a plant of one's own."""
+    with patch.dict(STATEMENTS, {name: replace(one, source="") for name, one in STATEMENTS.items()}):
+        return check(certificate)

@@ -1,0 +1,212 @@
+"""Exact linear algebra, balls, roots, symbols and words of the verifier."""
+
+from __future__ import annotations
+
+import pytest
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+
+from replication.verify.algebra import linear as balls
+from replication.verify.algebra import linear as roots
+from replication.verify.algebra.linear import (
+    block,
+    identity,
+    solved,
+    submatrix,
+    take_rows,
+    zeros,
+)
+from replication.verify.algebra.symbolic import Symbolic, Words, blocks, letter, letters, number, one, symbols, unit
+from replication.verify.kernel import Identity, decide
+from replication.verify.theorem import Refused
+
+# Exact linear algebra of the verifier.
+
+
+DEFINITE = fmpq_mat([[2, -1, 0], [-1, 2, -1], [0, -1, 2]])
+SINGULAR = fmpq_mat([[1, 1], [1, 1]])
+
+
+def test_blocks() -> None:
+    M = block([[identity(2), zeros(2, 1)], [fmpq_mat([[1, 2]]), fmpq_mat([[3]])]])
+    assert fmpq_mat([[1, 0, 0], [0, 1, 0], [1, 2, 3]]) == M
+    assert block([[identity(1), zeros(1, 0)]]) == identity(1)
+    with pytest.raises(Refused, match="beside"):
+        block([[identity(2), zeros(1, 1)]])
+    with pytest.raises(Refused, match="above"):
+        block([[identity(2)], [zeros(1, 1)]])
+    assert submatrix(M, [2, 0], [1]) == fmpq_mat([[2], [0]])
+    assert take_rows(M, [2]) == fmpq_mat([[1, 2, 3]])
+
+
+def test_what_cannot_be_solved_is_refused_in_the_words_given() -> None:
+    assert solved(DEFINITE, identity(3), "M is singular") == DEFINITE.inv()
+    with pytest.raises(Refused, match=r"^M is singular$"):
+        solved(SINGULAR, identity(2), "M is singular")
+
+
+# Balls hold what they should.
+
+
+def test_a_ball_between_two_numbers_holds_both() -> None:
+    ball = balls.between(fmpq(1, 3), fmpq(2, 3))
+    assert ball.contains(arb(fmpq(1, 3))) and ball.contains(arb(fmpq(2, 3))) and not ball.contains(1)
+
+
+def test_ends_of_balls() -> None:
+    low, high = balls.ends(arb(1, fmpq(1, 2)))
+    assert 0 < low <= fmpq(1, 2) and fmpq(3, 2) <= high < 2
+    for ball in (arb("inf"), arb("nan"), arb(0, arb("inf"))):
+        with pytest.raises(Refused, match="no finite ends"):
+            balls.ends(ball)
+
+
+def test_points_of_the_circle_and_energies() -> None:
+    z = balls.circle_point(fmpq(1, 2))
+    assert z.real.contains(fmpq(3, 5)) and z.imag.contains(fmpq(4, 5))
+    assert balls.energy(acb_mat([[3], [4j]])) == 25
+    assert balls.energy(arb_mat([[3, -4]])) == 25
+    pair = balls.complex_of([fmpq(1), fmpq(-2)])
+    assert (pair.real, pair.imag) == (1, -2)
+    assert balls.largest([arb(1), arb(3), arb(2)]) == 3
+
+
+def test_blocks_beside_each_other_are_of_one_height() -> None:
+    assert balls.beside(arb_mat([[1]]), arb_mat([[2, 3]])).tolist() == [[1, 2, 3]]
+    with pytest.raises(ValueError, match="zip"):
+        balls.beside(arb_mat([[1], [2]]), arb_mat([[2, 3]]))
+
+
+def test_a_held_input_is_integrated() -> None:
+    """x' = -x + u: e^{-t}, and 1 - e^{-t}; with two inputs one column each."""
+    Phi, Gamma = balls.hold(fmpq_mat([[-1]]), fmpq_mat([[1, 3]]), fmpq(2))
+    decay = arb(-2).exp()
+    assert Phi[0, 0].overlaps(decay) and Gamma[0, 0].overlaps(1 - decay) and Gamma[0, 1].overlaps(3 - 3 * decay)
+    assert balls.hold(fmpq_mat([[-1]]), fmpq_mat([[1]]), arb(0).union(arb(2)))[0][0, 0].contains(decay)
+    assert balls.generator(fmpq_mat([[5]]), fmpq_mat([[1, 3]])).tolist() == [[5, 1, 3], [0, 0, 0], [0, 0, 0]]
+
+
+# Roots of polynomials, told from each other.
+
+
+def test_roots_come_with_their_multiplicity() -> None:
+    found = roots.roots(fmpq_poly([1, 2, 2, 2, 1]))  # (z + 1)^2 (z^2 + 1)
+    assert len(found) == 4
+    for root, count in ((acb(-1), 2), (acb(0, 1), 1), (acb(0, -1), 1)):
+        assert sum(ball.contains(root) for ball in found) == count
+
+
+def test_a_root_lies_in_its_disc_and_no_smaller_one_would_do() -> None:
+    """Of (z − 1)^n the root is as far from z as the disc reaches."""
+    for n in (1, 2, 5):
+        polynomial = acb_poly([-1, 1]) ** n
+        disc = roots.root_near(polynomial, acb(3, 2))
+        assert disc.contains(1)
+        assert abs(disc - acb(3, 2)).upper() < 1.5 * arb(8).sqrt()
+    with pytest.raises(Refused, match="derivative of the characteristic polynomial may vanish"):
+        roots.root_near(acb_poly([1, 0, 1]), acb(0))
+
+
+def test_a_root_is_divided_out() -> None:
+    quotient = roots.without_root(acb_poly([-30, 31, -10, 1]), acb(5))
+    assert [int(float(c.real.mid())) for c in quotient.coeffs()] == [6, -5, 1]
+
+
+# Matrices of symbols: the rules of algebra, and what is an identity.
+
+
+def test_matrices_of_symbols_obey_the_rules() -> None:
+    m = symbols({"A": (2, 2), "B": (2, 1), "S": (2, 2), "g": (1, 1)}, ("S",))
+    A, B, S, g = m["A"], m["B"], m["S"], m["g"].entry
+    assert S.T == S and A.T != A
+    assert (A @ B).T == B.T @ A.T
+    assert ((A + S) @ B - A @ B - S @ B).is_zero()
+    assert not (A @ S - S @ A).is_zero()
+    assert (A * g - A.each(lambda entry: g * entry)).is_zero()
+    assert unit(2, g**0) @ A == A
+    first, second = A.rows[0]
+    assert (A @ B).rows[0][0] == first * B.rows[0][0] + second * B.rows[1][0]
+    assert len({str(entry) for row in A.rows + S.rows for entry in row}) == 7
+    assert not Symbolic(((g - g, g),)).is_zero()
+    assert -(A * 2) == A * -2 == A - A * 3
+    ragged = Symbolic(((g, g), (g,)))
+    for wrong in (lambda: A @ B.T, lambda: A + B, lambda: B.T + A, lambda: ragged.T):
+        with pytest.raises(ValueError, match="zip"):
+            wrong()
+
+
+def test_mirrored_and_diagonal_symbols() -> None:
+    m = symbols({"P": (2, 2), "C": (1, 2), "D": (2, 2), "g": (1, 1)}, symmetric=("P",), diagonal=("D",))
+    entries = {str(entry) for M in m.values() for row in M.rows for entry in row}
+    assert entries == {"C_0_0", "C_0_1", "P_0_0", "P_0_1", "P_1_1", "D_0_0", "D_1_1", "g_0_0", "0"}
+    assert m["P"].rows[0][1] == m["P"].rows[1][0]
+    assert m["D"].rows[0][1].is_zero() and m["D"].rows[1][0].is_zero()
+
+
+def test_blocks_must_fit() -> None:
+    m = symbols({"A": (2, 2), "row": (1, 2)})
+    A, row = m.values()
+    assert blocks([[A, A], [row, row]]).rows[2] == row.rows[0] * 2
+    with pytest.raises(ValueError, match="zip"):
+        blocks([[A, row]])
+
+
+def test_what_is_no_identity_is_refused() -> None:
+    a, b, c = symbols({"a": (1, 2), "b": (2, 1), "c": (1, 1)}).values()
+    same = a @ b
+    decide(Identity(same, (same + same) * fmpq(1, 2), ""))
+    assert len({str(entry) for M in (a, b, c) for row in M.rows for entry in row}) == 5
+    with pytest.raises(Refused, match="row is no identity"):
+        decide(Identity(a, blocks([[Symbolic(((a.rows[0][0],),)), c]]), "row"))
+    for other in (c, same * 2, same + c):
+        with pytest.raises(Refused, match="sum is no identity"):
+            decide(Identity(same, other, "sum"))
+
+
+# Words in letters that do not commute: the rules of algebra, and what equalities make of them.
+
+
+def test_letters_obey_the_rules_of_matrices() -> None:
+    A, B, P = letter("A"), letter("B"), letter("P", symmetric=True)
+    assert (A * B).T == B.T * A.T
+    assert not (A * B - B * A).is_zero()
+    assert ((A + B) * (A + B) - A * A - A * B - B * A - B * B).is_zero()
+    assert P.T == P and A.T != A and A.T.T == A
+    assert (A.T * P * B).T == B.T * P * A
+    assert (A * one() - A).is_zero() and (one() * A - A).is_zero()
+    assert (A * fmpq(1, 2) + A * fmpq(1, 2) - A).is_zero()
+    assert (A * 0).is_zero()
+
+
+def test_numbers_commute_with_all() -> None:
+    A, B, t, g = letter("A"), letter("B"), number("t"), number("g")
+    assert (A * t * B - t * A * B).is_zero() and (A * g * t - t * g * A).is_zero()
+    assert (t.T - t).is_zero()
+    assert not (t * t - t).is_zero()
+
+
+def test_words_are_reduced_by_equalities() -> None:
+    A, X = letter("A"), letter("X")
+    inverse = {(("A", False), ("X", False)): one(), (("X", False), ("A", False)): one()}
+    assert (A * X * A - A).reduced(inverse).is_zero()
+    assert (X * A * X * number("t") - X * number("t")).reduced(inverse).is_zero()
+    assert (A * A * X).reduced(inverse) == A
+    assert not (A * X.T).reduced(inverse).is_zero()
+    assert (A * X - one()).reduced({}) == A * X - one()
+
+
+def test_letters_that_are_zero_and_letters_that_are_numbers() -> None:
+    A, B = letter("A"), letter("B")
+    form = A * B.T * number("t") * 3 - A + one()
+    assert form.without("B") == one() - A
+    assert form.at({"A": fmpq(2), "B": fmpq(5), "t": fmpq(1, 3)}) == 10 - 2 + 1
+    assert Words({}).at({}) == 0
+
+
+def test_blocks_of_letters_multiply_as_matrices() -> None:
+    A, B, P = letters("A", "B", "P", symmetric=("P",))
+    zero, same = A * 0, unit(1, one())
+    M = blocks([[A, B], [zero, same]])
+    decide(Identity(M.T, blocks([[A.T, zero], [B.T, same]]), "the transpose"))
+    decide(Identity(M @ M, blocks([[A @ A, A @ B + B], [zero, same]]), "the square"))
+    decide(Identity((M.T @ blocks([[P, zero], [zero, P]]) @ M).T, M.T @ blocks([[P, zero], [zero, P]]) @ M, "a form"))
+    assert not (A @ B - B @ A).is_zero()
