@@ -13,7 +13,7 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
 
 A, B_D, C, D = np.array([[0.9, 0.1], [0.0, 0.8]]), np.array([[0.0], [0.1]]), np.eye(2), np.diag([0.5, 0.1])
-EXACT = 1e-7
+LEVELS = 1e-7
 
 
 def gain(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> float:
@@ -33,10 +33,10 @@ def test_multirate_levels_are_those_of_other_packages() -> None:
     result = multirate.design(MultiratePlant(A=A, B_d=B_D, C=C, D=D), periods=(1, 1))
     L = control.dlqe(A, np.eye(2), C, B_D @ B_D.T, D @ D.T)[0]
     kalman = gain(A - L @ C, np.hstack([B_D, -L @ D]), np.eye(2))
-    assert result.fact("level without sensors").value == pytest.approx(gain(A, B_D, np.eye(2)), rel=EXACT)
-    assert result.fact("level of the Kalman filter").value == pytest.approx(kalman, rel=EXACT)
+    assert result.fact("level without sensors").value == pytest.approx(gain(A, B_D, np.eye(2)), rel=LEVELS)
+    assert result.fact("level of the Kalman filter").value == pytest.approx(kalman, rel=LEVELS)
     limit = result.fact("limit of any smoother").value
-    assert isinstance(limit, float) and limit <= result.value <= kalman * (1 + EXACT)
+    assert isinstance(limit, float) and limit <= result.value <= kalman * (1 + LEVELS)
 
 
 def test_a_plant_that_is_not_stable_has_no_level_without_sensors() -> None:
@@ -73,8 +73,8 @@ def test_nonuniform_levels_are_those_of_other_packages() -> None:
     Phi, Gamma = tank.discretise(0.2)
     L = control.dlqe(Phi, np.eye(2), tank.C, Gamma @ Gamma.T, tank.D @ tank.D.T)[0]
     kalman = gain(Phi - L @ tank.C, Gamma - L @ tank.D, tank.L)
-    assert result.fact("level of the Kalman filter").value == pytest.approx(kalman, rel=EXACT)
-    assert result.fact("level without sensors").value == pytest.approx(gain(Phi, Gamma, tank.L), rel=EXACT)
+    assert result.fact("level of the Kalman filter").value == pytest.approx(kalman, rel=LEVELS)
+    assert result.fact("level without sensors").value == pytest.approx(gain(Phi, Gamma, tank.L), rel=LEVELS)
     own = result.fact("level at constant periods").value
     assert isinstance(own, float) and result.bracket.lower == pytest.approx(own, rel=0.1) and own <= result.value
 

@@ -12,7 +12,7 @@ from replication.errors import InvalidInputError
 from tests.estimation.api.api_plants import METHODS, result_of
 from tests.estimation.api.running_cases import DT, innovations
 
-EXACT = 1e-10
+CLOSE = 1e-10
 PERIODS = 40
 RESULTS = (*METHODS, "innovations")
 
@@ -38,8 +38,8 @@ def test_it_gives_the_estimates_of_the_running_observer(name: str) -> None:
     response = control.forced_response(
         control.StateSpace(system.A, system.B, system.C, system.D, 1), U=driven.reshape(PERIODS, -1).T, squeeze=False
     )
-    assert np.abs(expected).max() > EXACT
-    assert np.allclose(response.outputs.T, expected, rtol=EXACT, atol=EXACT * np.abs(expected).max())
+    assert np.abs(expected).max() > CLOSE
+    assert np.allclose(response.outputs.T, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -13,7 +13,7 @@ from replication.estimation.multirate import losses
 from tests.estimation.api.api_plants import SERVO, result_of
 from tests.estimation.nonuniform.test_stamped_c import observer_of
 
-COUNT = 40
+FEW = 40
 
 
 def again(observer: Any, folder: Path) -> Any:
@@ -25,7 +25,7 @@ def test_an_observer_that_switches_with_losses(tmp_path: Path) -> None:
     result = losses.design(result_of("multirate"), losses.InARow(1))
     observer, rng = result.observer(), np.random.default_rng(2)
     loaded = again(observer, tmp_path)
-    for k in range(COUNT):
+    for k in range(FEW):
         u, y = rng.standard_normal(), rng.standard_normal(2)
         camera = None if k % 8 == 2 else y[1]
         named = {"force": u, "encoder": y[0], "camera": camera}
@@ -36,7 +36,7 @@ def test_an_observer_that_switches_with_losses(tmp_path: Path) -> None:
 def test_a_filter_with_time_stamps(tmp_path: Path) -> None:
     observer, rng = observer_of("filter"), np.random.default_rng(2)
     loaded = again(observer, tmp_path)
-    for t in np.cumsum(rng.uniform(0.02, 0.4, COUNT)):
+    for t in np.cumsum(rng.uniform(0.02, 0.4, FEW)):
         y = rng.standard_normal(2)
         one, other = (run.step(y, t=t, u=[0.5]) for run in (observer, loaded))
         assert np.array_equal(one, other)
@@ -46,7 +46,7 @@ def test_a_controller_at_the_slow_rate(tmp_path: Path) -> None:
     result = dualrate.design(SERVO, period=0.02, ratio=10, at="slow")
     controller, rng = result.running(), np.random.default_rng(2)
     loaded = again(controller, tmp_path)
-    for _ in range(COUNT):
+    for _ in range(FEW):
         y = rng.standard_normal()
         assert np.array_equal(controller.step(None, [y]), loaded.step({"camera": y}))
         assert np.array_equal(controller.command, loaded.command)

@@ -17,7 +17,7 @@ from replication.estimation.conic.sdpa import LEAST, OPTIONS, _accurate, _measur
 COST = np.array([1.0])
 # [[x, 1], [1, 1]] >= 0: the least x is 1.
 GROUP = Inequalities(np.array([[[0.0, 1.0], [1.0, 1.0]]]), np.array([[[[1.0, 0.0], [0.0, 0.0]]]]), np.array([[0]]))
-solve = sdpacall.solve_sdpa
+real_solve = sdpacall.solve_sdpa
 
 
 def giving_up_beyond(iterations: int) -> Any:
@@ -26,7 +26,7 @@ def giving_up_beyond(iterations: int) -> Any:
     def call(*arguments: Any) -> Any:
         if arguments[-1]["maxIteration"] > iterations:
             os._exit(0)
-        return solve(*arguments)
+        return real_solve(*arguments)
 
     return call
 

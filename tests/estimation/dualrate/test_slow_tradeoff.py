@@ -11,11 +11,11 @@ from replication.estimation.dualrate.slow.controller import MARGIN
 from replication.estimation.dualrate.slow.result import SlowRateResult
 
 SERVO = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
-GIVEN = {"period": 0.05, "ratio": 10, "at": "slow", "sensor_noise": [[1e-3]]}
+SERVED = {"period": 0.05, "ratio": 10, "at": "slow", "sensor_noise": [[1e-3]]}
 
 
 def design(**given: object) -> SlowRateResult:
-    result = dualrate.design(SERVO, **{**GIVEN, **given})  # type: ignore[arg-type]
+    result = dualrate.design(SERVO, **{**SERVED, **given})  # type: ignore[arg-type]
     assert isinstance(result, SlowRateResult)
     return result
 
