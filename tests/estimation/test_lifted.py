@@ -33,7 +33,7 @@ RANDOM = MultiratePlant(
 )
 
 
-def stable_system(seed: int, n: int, N: int) -> PeriodicSystem:
+def shrinking_system(seed: int, n: int, N: int) -> PeriodicSystem:
     """A stable system whose inputs and outputs change in number from stage to stage, down to none."""
     rng = np.random.default_rng(seed)
     stages = []
@@ -48,7 +48,7 @@ def stable_system(seed: int, n: int, N: int) -> PeriodicSystem:
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.integers(1, 60), st.floats(0, np.pi))
 def test_the_operator_and_its_adjoint_are_the_lifted_matrix(seed: int, n: int, N: int, angle: float) -> None:
-    system, rng = stable_system(seed, n, N), np.random.default_rng(seed)
+    system, rng = shrinking_system(seed, n, N), np.random.default_rng(seed)
     matrix = frequency_response(system.lift(), angle)
     response = LiftedResponse(system)
     assert response.inputs == matrix.shape[1]
@@ -91,7 +91,7 @@ def test_what_no_disturbance_reaches_is_zero_either_way(monkeypatch: pytest.Monk
 
 def test_a_long_period_forms_no_lifted_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stages that repeat have the norm of one, whatever the period they are given in."""
-    stage = stable_system(3, 4, 1).stages[0]
+    stage = shrinking_system(3, 4, 1).stages[0]
     one = l2_gain(PeriodicSystem((stage,)))
     longest: list[int] = []
     lift = PeriodicSystem.lift
