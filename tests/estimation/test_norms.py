@@ -42,8 +42,6 @@ from replication.estimation.multirate.problem import MultirateProblem, SensingSc
 from replication.estimation.validation import Array, ComplexArray
 from tests.tolerances import AGREEMENT, GRID, NORM_BRACKET, ROUNDING
 
-# Exact induced norms against closed forms, brute-force grids and the truncated operator
-
 
 def stable_system(seed: int, n: int, N: int, *, radius: float = 0.95) -> PeriodicSystem:
     rng = np.random.default_rng(seed)
@@ -170,9 +168,6 @@ def test_bad_matrices_are_named(bad: Any) -> None:
         hinf_norm(bad, [[1.0]], [[1.0]], [[0.0]])
 
 
-# Riccati maps: composition, doubling and change of the reference
-
-
 def random_map(rng: np.random.Generator, n: int) -> RiccatiMap:
     C, B = rng.normal(size=(2, n)), rng.normal(size=(n, 2))
     return RiccatiMap(rng.normal(size=(n, n)), C.T @ C, B @ B.T)
@@ -279,9 +274,6 @@ def test_circle_angles_are_the_crossings_of_a_level_whatever_the_reference() -> 
         np.testing.assert_allclose(angles, [crossing, crossing], rtol=ROUNDING)
 
 
-# Periodic systems: lifted and cyclic forms against the recursion itself
-
-
 def varying_system(seed: int, n: int = 3, N: int = 4) -> PeriodicSystem:
     """Stages with different numbers of inputs and outputs, none among them."""
     rng = np.random.default_rng(seed)
@@ -368,9 +360,6 @@ def test_a_simulation_of_one_period_is_the_lifted_system() -> None:
     inputs, start, lifted = rng.normal(size=(4, 3)), rng.normal(size=2), system.lift()
     expected = lifted.C @ start + lifted.D @ inputs.ravel()
     assert np.abs(simulate(system, inputs, start).ravel() - expected).max() < ROUNDING * np.abs(expected).max()
-
-
-# The operator form of long periods against the dense lift: same response, same norms, same bounds
 
 
 RANDOM = MultiratePlant(

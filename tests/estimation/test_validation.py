@@ -127,9 +127,6 @@ def test_what_stands_still_does_not_increase() -> None:
         increasing_grid("times", [0.5, 1.0, 1.0])
 
 
-# The states of all phases at once against the recursion one phase after the other; what has no limit is None
-
-
 def maps(rng: np.random.Generator, count: int, n: int, size: float) -> list[RiccatiMap]:
     found = []
     for _ in range(count):

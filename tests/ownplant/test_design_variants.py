@@ -25,9 +25,6 @@ from replication.estimation.nonuniform.worst_case import simulate_error
 from replication.verify import run as first
 from replication.verify.run import check
 
-# Dual-rate designs at the slow rate from plant files, by the command line
-
-
 PLANT = """
 A = [[0.0, 1.0], [22.0, 0.0]]
 B = [[0.0], [1.0]]
@@ -91,9 +88,6 @@ def test_gains_of_ones_own_are_not_designed(file: Path, capsys: pytest.CaptureFi
 def test_a_certificate_of_it_is_refused(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert designed(file, *CALL, "--certificate") == 2
     assert "the verifier has no statement on a SlowRateResult" in capsys.readouterr().err
-
-
-# `replication design nonuniform` where samples have time stamps, and the certificates of such designs
 
 
 ROOT = Path(__file__).parents[2]

@@ -25,9 +25,6 @@ from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.nonuniform.result import RunningFilter
 from tests.estimation.api.api_plants import CART, METHODS, SPRING, result_of
 
-# Every public name says what it takes, gives and raises: sections of numpydoc, against its signature and source
-
-
 SHARED: tuple[type, ...] = (Bracket, Shown, GainResult, Design, Simulation)
 SHARED += (RunningObserver, PeriodicObserver, RunningFilter, RunningDelayObserver)
 SECTION = re.compile(r"^(\w+)\n-{3,}$", re.MULTILINE)
@@ -167,9 +164,6 @@ def test_a_planted_omission_is_found(planted: str, replacement: str, found: list
     assert omissions(whole) == found
 
 
-# The examples in the docstrings of the public functions run and give what they print
-
-
 @pytest.mark.parametrize(
     ("module", "least"),
     [
@@ -184,9 +178,6 @@ def test_a_planted_omission_is_found(planted: str, replacement: str, found: list
 def test_doctests(module: str, least: int) -> None:
     failures, tried = doctest.testmod(importlib.import_module(f"replication.estimation.{module}"))
     assert (failures, tried >= least) == (0, True)
-
-
-# What an engineer tries first: `dir`, `help`, arguments slightly wrong
 
 
 PACKAGES = (estimation, multirate, nonuniform, dualrate, delay)

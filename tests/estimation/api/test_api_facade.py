@@ -229,9 +229,6 @@ def test_outputs_are_measured_once_and_some_are_left_to_estimate(wrong: Any) -> 
         measured_outputs(system, wrong)
 
 
-# The estimator as a linear system gives what the running observer gives
-
-
 CLOSE = 1e-10
 PERIODS = 40
 RESULTS = (*METHODS, "innovations")
@@ -282,9 +279,6 @@ def test_its_period_is_that_of_the_schedule(name: str, dt: float | bool) -> None
 def test_too_many_states_are_refused(result: Any) -> None:
     with pytest.raises(InvalidInputError, match="states, more than 2000; choose a longer dt"):
         result().estimator(1e-4)
-
-
-# The levels beside a guaranteed one, by other packages, and the advice that follows from them
 
 
 A, B_D, C, D = np.array([[0.9, 0.1], [0.0, 0.8]]), np.array([[0.0], [0.1]]), np.eye(2), np.diag([0.5, 0.1])

@@ -20,9 +20,6 @@ from tests.estimation.api.api_plants import SERVO, result_of
 from tests.estimation.api.running_cases import OBSERVERS, kalman, sizes, steps
 from tests.estimation.nonuniform.test_stamped_c import observer_of
 
-# A file of a running observer loads again and takes the same steps; what is no such file has a message
-
-
 COUNT = 200
 EXACT = 1e-15
 
@@ -143,9 +140,6 @@ def test_without_names_values_come_in_order() -> None:
     bare = PeriodicObserver(observer.phases, observer.expected)
     with pytest.raises(InvalidInputError, match="has no names"):
         bare.step({"encoder": 1.0})
-
-
-# The file of an observer that switches with losses, takes time stamps, or sets the inputs at the slow rate
 
 
 FEW = 40

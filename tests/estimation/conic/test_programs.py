@@ -124,9 +124,6 @@ def test_what_is_missed_is_a_size_and_a_proof_of_the_trace_divides_by_what_is_re
         assert program.least_trace(np.array([multiplier])) == pytest.approx(0.75)
 
 
-# SDPA ends its process, with exit code 0, where a factorisation fails: that must be an error, not the end of ours
-
-
 COST = np.array([1.0])
 # [[x, 1], [1, 1]] >= 0: the least x is 1.
 GROUP = Inequalities(np.array([[[0.0, 1.0], [1.0, 1.0]]]), np.array([[[[1.0, 0.0], [0.0, 0.0]]]]), np.array([[0]]))

@@ -47,9 +47,6 @@ def random_design(rng: np.random.Generator, ratio: int) -> DualRateDesign:
     )
 
 
-# Plants for designs at the slow rate, and their closed loops by brute force, tick by tick
-
-
 LEVITATION: tuple[Any, Any, Any] = ([[0.0, 1.0], [22.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]])
 """Time constant 0.21 s: over 0.4 s an error grows sixfold."""
 TWO = (

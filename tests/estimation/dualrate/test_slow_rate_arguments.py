@@ -152,9 +152,6 @@ def test_an_integrator_has_no_level_without_sensors_and_a_fast_sensor_is_read_at
     assert slow != fast and one.fact("level from process and sensor noise").value > 0
 
 
-# Between the least mean and the least worst case at the slow rate: both ends, the way between, what is refused
-
-
 SERVED = {"period": 0.05, "ratio": 10, "at": "slow", "sensor_noise": [[1e-3]]}
 
 

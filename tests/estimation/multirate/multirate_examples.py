@@ -118,9 +118,6 @@ def problems(draw: st.DrawFn, *, max_n: int = 5, max_period: int = 6, decades: f
         return replace(recipe, periods=(1,) * q, offsets=(0,) * q).build()
 
 
-# Plants with correlated noise, and the estimates of a filter by conditioning all at once: no recursion
-
-
 def correlated(problem: MultirateProblem, seed: int, share: float = 0.5) -> MultirateProblem:
     """The same problem, whose sensor noise also drives the state."""
     plant = problem.plant

@@ -237,9 +237,6 @@ def test_noise_that_reaches_the_output_at_once_counts() -> None:
     assert white_noise_variance(PeriodicSystem((one,))) == pytest.approx(1 / (1 - 0.25) + 4, rel=ROUNDING)
 
 
-# `design` with the goals h2 and mixed: what it makes least, what it refuses, and the curve between the goals
-
-
 CART = control.ss([[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], 0, 0.1)
 GIVEN: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": [0]}
 EQUAL = 1e-9

@@ -476,9 +476,6 @@ def test_one_sensor_may_start_anywhere(period: int, offset: int) -> None:
     assert shifted.value == pytest.approx(optimum(problem(plant, (period,))).value, rel=AGREEMENT)
 
 
-# A reader who follows one own plant through `multirate.design` meets few files
-
-
 ROOM = str(Path(multirate.__file__).parents[2])
 MOST = 14
 

@@ -115,9 +115,6 @@ def test_periods_that_hardly_ever_meet_are_refused_though_each_is_short() -> Non
         SensingSchedule((997, 1009, 1013))
 
 
-# Plants on the border of what floating point can tell: undamped modes, faint noise, entries without measure
-
-
 def oscillator(frequency: float) -> MultiratePlant:
     A = scipy.linalg.expm(0.05 * np.array([[0.0, 1.0], [-(frequency**2), 0.0]]))
     return MultiratePlant(A=A, B_d=0.05 * np.eye(2), C=[[1.0, 0.0]], D=[[0.1]], dt=0.05)
@@ -175,9 +172,6 @@ def test_what_leaves_the_range_of_numbers_is_named(change: dict[str, object], to
     given = {"A": [[0.9, 1.0], [0.0, 0.95]], "B_d": np.eye(2), "C": [[1.0, 0.0]], "D": [[0.1]], **change}
     with pytest.raises(InvalidInputError, match=told):
         MultiratePlant(**given)  # type: ignore[arg-type]
-
-
-# Observers and error systems as `control.StateSpace`, against the recursions that they stand for
 
 
 DRIVEN = problem(replace(PAPER, B_u=np.array([[1.0, 0], [0, 2], [1, 1]])), (2, 3), (0, 1))

@@ -156,9 +156,6 @@ def test_every_status_but_solved_is_an_error(status: str, error: type[Exception]
     raise_unless_solved(report, accept=(status,))
 
 
-# Analytic centres: exact norm, bracket of the optimum, invariance, and the same centre by a general solver
-
-
 SAME = 1e-6
 """Relative agreement of two centres found from different starts: the Newton decrement at which a centre is accepted."""
 
