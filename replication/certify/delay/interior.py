@@ -19,9 +19,9 @@ from replication.errors import SolverError
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 
-STEPS = (8e-6, 3e-5, 6e-5, 8e-5, 1e-4, 3e-4, 1e-3)
+INTERIOR_STEPS = (8e-6, 3e-5, 6e-5, 8e-5, 1e-4, 3e-4, 1e-3)
 """Relative distances of the bound from the dual optimum, tried in turn until there is room for rounding."""
-ROOM = 1e-8
+INTERIOR_ROOM = 1e-8
 """Least eigenvalue below which the residuals of the solver could spoil the rounding."""
 SCALINGS, SEEN = 3, 1e-13
 """How often the coordinates are scaled anew; relative size below which a direction counts as none."""
@@ -93,14 +93,14 @@ def inner_weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmp
         sizes = [np.sqrt(np.maximum(np.diag(gram.value), SEEN)) for gram in tasks[-1].grams]
         changes = tuple(change / size[:, None] for change, size in zip(changes, sizes, strict=True))
         tasks.append(_task(dual, *known, changes))
-    for step, task in product(STEPS, reversed(tasks)):
+    for step, task in product(INTERIOR_STEPS, reversed(tasks)):
         try:
-            if task.margin(best * (1.0 - step)) >= ROOM:
+            if task.margin(best * (1.0 - step)) >= INTERIOR_ROOM:
                 break
         except SolverError:
             continue
     else:
-        raise SolverError(f"no room for rounding up to {STEPS[-1]:g} below {best!r}; add a larger step")
+        raise SolverError(f"no room for rounding up to {INTERIOR_STEPS[-1]:g} below {best!r}; add a larger step")
     chosen = fmpq_mat([[rational(rounded(float(value), WEIGHT_BITS))] for value in task.back @ task.x.value])
     moved = free * chosen
     return [value + moved[i, 0] for i, value in enumerate(constant)]

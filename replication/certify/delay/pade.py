@@ -15,7 +15,7 @@ import cvxpy as cp
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.certify.delay.levels import change_of, floating, hidden_gain
+from replication.certify.delay.levels import LEVEL_BITS, change_of, floating, hidden_gain
 from replication.certify.rounding import floats, modelled, rounded_array, stepwise
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelaySystem, lmi_gain, pade_model
@@ -23,11 +23,11 @@ from replication.estimation.validation import Array
 from replication.verify.algebra.linear import identity
 from replication.verify.reading import written
 
-STEPS = (1e-6, 5e-6, 2e-5)
+PADE_STEPS = (1e-6, 5e-6, 2e-5)
 """Relative distances of the level from the least one, tried in turn until there is room for rounding."""
-ROOM = 1e-8
+PADE_ROOM = 1e-8
 """Least eigenvalue below which the residuals of the solver could spoil the inequality."""
-LEVEL_BITS, STATE_BITS = 40, 40
+STATE_BITS = 40
 LARGEST = 30.0
 """Bound on P: small numbers leave the solver the digits that the margin needs."""
 
@@ -69,7 +69,7 @@ def pade_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
             "P": rounded_array(_storage(system, part, float(Fraction(gamma))), STATE_BITS),
         }
 
-    return stepwise(least, STEPS, LEVEL_BITS, witness)
+    return stepwise(least, PADE_STEPS, LEVEL_BITS, witness)
 
 
 def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -88,7 +88,7 @@ def _lag(order: int, argument: complex) -> complex:
 def _storage(system: DelaySystem, part: Section, gamma: float) -> Array:
     """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2.
 
-    Raises SolverError if there is none, InfeasibleError if the margin is below ROOM.
+    Raises SolverError if there is none, InfeasibleError if the margin is below PADE_ROOM.
     """
     n, q = system.states, system.measurements
     A, B, C = _model(system, part)
@@ -115,7 +115,7 @@ def _storage(system: DelaySystem, part: Section, gamma: float) -> Array:
         raise SolverError(f"Clarabel found no storage at the level {gamma!r}: status {status}; raise the level")
     # The eigenvalues of what it returned decide.
     eigenvalues = np.linalg.eigvalsh(storage.value), -np.linalg.eigvalsh((inequality.value + inequality.value.T) / 2)
-    if not min(values.min() for values in eigenvalues) >= ROOM:
+    if not min(values.min() for values in eigenvalues) >= PADE_ROOM:
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}; raise it")
     return np.asarray(storage.value)
 

@@ -15,7 +15,7 @@ from replication.estimation.multirate.losses.automaton import along, automaton
 from replication.estimation.multirate.losses.models import InARow
 from replication.estimation.multirate.losses.worst import bracket as worst_case
 
-MARGIN = 1e-6
+LOSS_MARGIN = 1e-6
 """Relative distances of the bounds to the numbers found: room for the rounding of the storage functions."""
 
 
@@ -50,7 +50,7 @@ def _bounded(theorem: Mapping[str, Any]) -> dict[str, Any]:
     turn, v = peak_disturbance(system, l2_gain(system).angle)
     leaving = [worst.tree.out[node] for node in range(len(worst.P))]
     return {
-        "bound": bracket(worst.lower, worst.upper, MARGIN, LEVEL_BITS),
+        "bound": bracket(worst.lower, worst.upper, LOSS_MARGIN, LEVEL_BITS),
         "witness": {
             "at": [given.edges[worst.tree.edges[out[0]].origin].source for out in leaving],
             "to": [[worst.tree.edges[i].target for i in out] for out in leaving],

@@ -20,8 +20,8 @@ from replication.verify.algebra.linear import block, zeros
 PRECISION = 200
 SLACK = fmpq(1, 2**40)
 """Room in the state block of the inequality."""
-STORAGE_BITS = 60
-"""Storage matrices are multiples of 2^-STORAGE_BITS: much finer than the room."""
+EXACT_BITS = 60
+"""Storage matrices are multiples of 2^-EXACT_BITS: much finer than the room."""
 SETTLED, MAX_DOUBLINGS = fmpq(1, 2**70), 60
 """Relative change of the recursion at its end, and its length."""
 
@@ -89,4 +89,4 @@ def _floats(M: arb_mat) -> Array:
 
 
 def _rounded(entry: arb) -> str:
-    return str(fmpq((entry * 2**STORAGE_BITS).floor().mid().unique_fmpz(), 2**STORAGE_BITS))
+    return str(fmpq((entry * 2**EXACT_BITS).floor().mid().unique_fmpz(), 2**EXACT_BITS))

@@ -28,7 +28,7 @@ from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilt
 from replication.estimation.nonuniform.worst_case import worst_sequence
 from replication.estimation.validation import Array
 
-LEVEL_BITS = 30
+STAMPED_BITS = 30
 """Bits of a bound."""
 LOST = 30
 """Bits of the verifier's balls that may be lost under a pattern, which it goes through twice; longer ones are cut."""
@@ -53,8 +53,8 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     lower, upper = peak.lower * (1 - ATTAINED_MARGIN), proof.level * (1 + RANGE_MARGIN)
     return {
         "bound": {
-            "lower": rounded_down(lower, LEVEL_BITS - frexp(lower)[1]),
-            "upper": rounded_up(upper, LEVEL_BITS - frexp(upper)[1]),
+            "lower": rounded_down(lower, STAMPED_BITS - frexp(lower)[1]),
+            "upper": rounded_up(upper, STAMPED_BITS - frexp(upper)[1]),
         },
         "witness": {
             "filter": {"cells": shares(plant, filter_.edges), "G": rationals(filter_.G)},

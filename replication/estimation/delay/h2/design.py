@@ -25,7 +25,7 @@ from replication.estimation.delay.h2.designs import OF, Designs, returns
 from replication.estimation.delay.h2.variance import error_covariance, smoother_covariance
 from replication.estimation.validation import Array, frozen
 
-BOTH_ENDS = "exact closed loop with true exponentials, all frequencies; not certified"
+EXACT_ENDS = "exact closed loop with true exponentials, all frequencies; not certified"
 TOLERANCE, NOTICED = 1e-8, 1e-3
 """Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""
 
@@ -56,7 +56,7 @@ def mean_design(
         *worth(plant_terms(plant), gain.upper),
     )
     return InnovationsResult(
-        bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
+        bracket=Bracket(gain.lower, gain.upper, EXACT_ENDS),
         gains=frozen(arrays),
         axes=axes,
         evidence=evidence,
