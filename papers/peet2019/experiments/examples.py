@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
 from replication.estimation.delay.galerkin import check
 from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain

@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.solvers import solve_modelled
+from replication.estimation.conic.program import solve_modelled
 from replication.estimation.delay.spectrum import generator
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array, positive_integer, positive_scalar, undetectable_mode

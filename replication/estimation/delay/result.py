@@ -11,11 +11,10 @@ import scipy
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.api.forms.statespace import require_small, single
+from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.api.shown import Shown
-from replication.estimation.api.signals import Signals
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import worth
 from replication.estimation.delay.galerkin import check

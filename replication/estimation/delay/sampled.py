@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.c_code import INSTANTS, c_file
-from replication.estimation.api.forms.statespace import require_small, single
-from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.export import INSTANTS, c_file
+from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.delay.exact.loop import injection_terms, plant_terms
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.lines import DelayObserver

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.conic.steps import Block
+from replication.estimation.conic.interior import Block
 from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.general.lines import LineForm
 from replication.estimation.delay.sos import legendre

@@ -8,7 +8,7 @@ import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
-from replication.estimation.api.tradeoff import Goal
+from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import climbed, limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms, worst_gain

@@ -10,8 +10,8 @@ import scipy
 from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.tradeoff import Measures, TradeOff, balanced
-from replication.estimation.api.tradeoff import tradeoff as curve
+from replication.estimation.api.shown import Measures, TradeOff, balanced
+from replication.estimation.api.shown import tradeoff as curve
 from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.limit import Limit, limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
