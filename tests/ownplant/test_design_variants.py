@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from replication import twice
-from replication.certify.nonuniform import stamped as makers
+from replication.certify import nonuniform as makers
 from replication.certify.own import certificate
 from replication.cli import main
 from replication.errors import InvalidInputError, SolverError
