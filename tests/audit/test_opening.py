@@ -99,7 +99,7 @@ def test_consequence_by_rule(place: str, kind: Kind, printed: str, expected: Con
 def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFile) -> None:
     again = altered(made.claims[1], repeats=made.claims[0].id)
     text = render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path())
-    assert "1 repeat of a number, not drawn" in text and "not drawn" not in render(made, Path())
+    assert "1 repeat of another claim, not counted" in text and "not counted" not in render(made, Path())
     page = html5lib.parse(text)
     marks = [e for e in page.iter() if e.get("class") == "k"]
     expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
@@ -107,14 +107,20 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
 
 
 def stands(
-    *, broken: int = 0, refuted: bool = True, sound: bool = True, failing: int = 0, theorems: int = 1
+    *,
+    broken: int = 0,
+    refuted: bool = True,
+    sound: bool = True,
+    failing: int = 0,
+    theorems: int = 1,
+    corrected: bool = False,
 ) -> Standing:
     return Standing(
         theorems=theorems,
         refuted=broken * refuted,
         broken=broken,
         sound=sound and not broken,
-        corrected=False,
+        corrected=corrected,
         open=False,
         failing=failing + broken,
         claims=9,
@@ -124,20 +130,20 @@ def stands(
 @pytest.mark.parametrize(
     ("papers", "sentence"),
     [
-        ([stands(broken=1)], "The paper rests on a false theorem."),
-        ([stands(broken=1, refuted=False)], "The paper rests on a theorem or guarantee that fails."),
+        ([stands(broken=1)], "The paper gives a false guarantee."),
+        ([stands(broken=1, refuted=False)], "The paper gives a guarantee that fails."),
         ([stands()], "In the paper every theorem passes our tests."),
         ([stands(), stands(sound=False)], "In both papers no theorem is refuted."),
-        ([stands(sound=False, failing=1)], "In the paper no theorem fails, but one result is off."),
+        ([stands(sound=False, failing=1)], "In the paper no theorem is refuted, but one result differs."),
         (
-            [stands(broken=1), stands(failing=2), stands(), stands(failing=1)],
-            "One of four papers rests on a false theorem. In the other three no theorem fails, but three results are "
-            "off.",
+            [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
+            "One of four papers gives a false guarantee. In the other three no theorem is refuted once misprints are "
+            "corrected, but three results differ.",
         ),
-        ([stands(broken=1), stands(broken=2)], "Both papers rest on a false theorem."),
+        ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
         (
             [stands(broken=1), stands(broken=1), stands(broken=1), stands()],
-            "Three of four papers rest on a false theorem. In the other every theorem passes our tests.",
+            "Three of four papers give a false guarantee. In the other every theorem passes our tests.",
         ),
         ([], "There is no claim to judge."),
     ],
@@ -169,7 +175,7 @@ def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
     assert field([paper_of([remark])]).answer == "0 of 1 results agree with the print, one does not."
-    assert field([paper_of([theorem])]).answer == "The paper rests on a false theorem."
+    assert field([paper_of([theorem])]).answer == "The paper gives a false guarantee."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
     assert field([paper_of(made.claims)]).failing == failing

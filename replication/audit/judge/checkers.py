@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.errors import AuditError
-from replication.machine.theory import sum_for
+from replication.machine.generate import sum_for
 from replication.twice import RECORD, second
 
 

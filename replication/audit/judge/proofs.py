@@ -19,7 +19,7 @@ from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
-from replication.machine.theory import STATEMENTS
+from replication.machine.generate import STATEMENTS
 from replication.twice import second
 from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems

@@ -52,7 +52,7 @@ class Standing:
 
     @property
     def rank(self) -> tuple[bool, bool]:
-        """The order of papers: first a false theorem, then one that hangs on the reading, then the others."""
+        """The order of papers: first a false guarantee, then one that hangs on the reading, then the others."""
         return not self.broken, not self.open
 
 

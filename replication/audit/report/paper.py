@@ -16,6 +16,7 @@ from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
 from replication.audit.report.claim import ClaimView, views
+from replication.audit.report.consequence import MEANING
 from replication.audit.report.formulas import mathml
 from replication.audit.report.pictures.explore import ExplorerView, explorers
 from replication.audit.report.pictures.ladder import Ladder, ladders
@@ -57,20 +58,19 @@ class PaperView:
     @property
     def headings(self) -> dict[str, str]:
         """The heading of each part: its result, where it has one."""
-        judged, agreeing = sum(t.judged for t in self.tables), sum(t.agree + t.corrected for t in self.tables)
+        numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
         failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
-        missed = sum(not made.inside for made in self.ladders)
         told = {
-            "tables": f"{agreeing} of {judged} table entries agree" if judged else "Tables as printed, and ours",
-            "ladder": f"{missed} of {len(self.ladders)} proved numbers miss their print"
-            if missed
-            else "Proved numbers agree with their print",
-            "errata": f"{certain} of {len(self.errata)} corrections are certain",
+            "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
+            if numbers
+            else "Tables as printed, and ours",
+            "ladder": "How close our proved values lie to the printed ones",
+            "errata": f"We are certain of {certain} of {len(self.errata)} corrections",
             "findings": "What we found",
-            "claims": f"{failing} of {self.total} claims fail" if failing else f"None of {self.total} claims fails",
-            "figures": "The figures, drawn anew",
-            "readings": "What the text leaves to choose",
+            "claims": f"{failing or 'None'} of {self.total} claims fail{'s' * (failing < 2)}",
+            "figures": "The paper's figures, recomputed",
+            "readings": "Assumptions where the paper is silent",
             "scope": "What was checked, and what was left out",
         }
         return dict(self.parts) | {name: heading for name, heading in told.items() if name in dict(self.parts)}
@@ -92,9 +92,13 @@ class PaperView:
         return {name: tuple(view for view in listed if name in _readings(view.record)) for name in self.readings}
 
     @property
-    def by_consequence(self) -> tuple[tuple[Consequence, tuple[ClaimView, ...]], ...]:
-        """The claims, repeats included, by what hangs on them, the worst first in each group."""
-        groups = ((kind, tuple(view for view in self.claims if view.consequence is kind)) for kind in Consequence)
+    def by_consequence(self) -> tuple[tuple[str, tuple[ClaimView, ...]], ...]:
+        """The claims, repeats included, by what hangs on them, each group with its title; remarks of ours come last."""
+        theirs = [view for view in self.claims if not view.record.claim.ours]
+        groups = [
+            (MEANING[kind][0], tuple(view for view in theirs if view.consequence is kind)) for kind in Consequence
+        ]
+        groups.append(("Remarks of ours, not counted", tuple(view for view in self.claims if view.record.claim.ours)))
         return tuple(group for group in groups if group[1])
 
     @property
@@ -104,11 +108,11 @@ class PaperView:
             ("findings", "Findings"): self.record.findings,
             ("tables", "Tables"): self.tables,
             ("ladder", "How close"): self.ladders,
-            ("explore", "Pictures"): self.explorers,
+            ("explore", "Try it"): self.explorers,
             ("errata", "Corrections"): self.errata,
             ("claims", "All claims"): self.claims,
             ("figures", "Figures"): self.figures,
-            ("readings", "Choices"): self.record.readings,
+            ("readings", "Assumptions"): self.record.readings,
             ("formulas", "Formulas"): self.formulas,
             ("scope", "Scope"): self.record.scope,
         }

@@ -18,6 +18,8 @@ from replication.audit.report.templates import CLAIM_CELL, claim_of
 _NUMBERS = re.compile(r"[\d\s.,()]+")
 """A heading that says nothing without the name of what is counted."""
 
+_CORRECTED = {Policy.ERRATUM, Verdict.REPRODUCED_AFTER_ERRATUM}
+
 
 @dataclass(frozen=True, kw_only=True)
 class CellView:
@@ -37,13 +39,14 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    judged: how many entries have a verdict that settles them. agree: how many of these agree with the text as printed,
-    `chosen` of them under a choice that it leaves; `corrected` more agree once an erratum is. unsettled: the others.
+    numbers: how many entries print one that has a verdict. agree: how many of these agree to the last digit,
+    `corrected` of them once a misprint is; `chosen` more, not to the last digit, under an assumption of ours.
+    unsettled: how many entries are undetermined.
     """
 
     record: Table
     rows: tuple[tuple[CellView, ...], ...]
-    judged: int
+    numbers: int
     agree: int
     chosen: int
     corrected: int
@@ -53,23 +56,18 @@ class TableView:
 def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     """The table; claims: those of its paper, by id."""
     rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
-    records = [cell.claim.record for row in rows for cell in row if cell.claim is not None]
-    verdicts = [record.verdict for record in records]
-    unsettled = verdicts.count(Verdict.UNDETERMINED)
-    agree = [record for record in records if record.verdict in AGREES]
-    corrected = [
-        record
-        for record in agree
-        if Policy.ERRATUM in record.judgement.policies or record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM
-    ]
+    shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
+    judged = [v for v in shown if v.record.claim.printed and v.record.verdict is not Verdict.UNDETERMINED]
+    holding = [view for view in judged if view.record.verdict in AGREES]
+    exact = [view for view in holding if view.meant or all(entry.inside for entry in view.entries)]
     return TableView(
         record=table,
         rows=rows,
-        judged=len(verdicts) - unsettled,
-        agree=len(agree) - len(corrected),
-        chosen=sum(record.verdict is Verdict.COMPATIBLE for record in agree if record not in corrected),
-        corrected=len(corrected),
-        unsettled=unsettled,
+        numbers=len(judged),
+        agree=len(exact),
+        chosen=len(holding) - len(exact),
+        corrected=sum(bool(_CORRECTED & {view.record.verdict, *view.record.judgement.policies}) for view in exact),
+        unsettled=sum(view.record.verdict is Verdict.UNDETERMINED for view in shown),
     )
 
 

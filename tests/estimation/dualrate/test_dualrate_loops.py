@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.signal
-from dualrate_examples import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
+from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
 from papers.shao.method.simulation import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError
@@ -22,10 +22,9 @@ from replication.estimation.dualrate.loop import (
     noise_gain,
     stability_radius,
 )
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.observers import OBSERVERS, Harmonic, sampled_model
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant, plant_of
-from replication.estimation.dualrate.sampled import Harmonic, sampled_model
-from replication.estimation.dualrate.tracking import Points, fast_errors, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.response import Points, fast_errors, steady_state, tracking_error_ratio
 from replication.estimation.validation import ComplexArray
 
 ROUND_OFF = 1e-9

@@ -34,7 +34,7 @@ _END = re.compile(r"(-\d+|\.[^.]*\d[^.]*)+$")
 @dataclass(frozen=True, kw_only=True)
 class Cell:
     """The claims of a paper of one consequence. timed: run times of another computer, which are one mark; repeats: how
-    many claims print a number again. failing: in words and with its number, what does not hold.
+    many claims say again what another one says. failing: in words and with its number, what does not hold.
     """
 
     consequence: Consequence
@@ -114,21 +114,22 @@ def answer(papers: Sequence[Standing], found: Mapping[Verdict, int]) -> str:
     if not false:
         where = "In the paper" if whole == 1 else f"In {'both' if whole == 2 else f'all {count(whole)}'} papers"
         return f"{where} {_of_others(others)}."
-    thing = "a false theorem" if all(paper.refuted for paper in false) else "a theorem or guarantee that fails"
-    who = f"{count(len(false)).capitalize()} of {count(whole)} papers rest{'s' if len(false) == 1 else ''}"
+    thing = "a false guarantee" if all(paper.refuted for paper in false) else "a guarantee that fails"
+    who = f"{count(len(false)).capitalize()} of {count(whole)} papers give{'s' if len(false) == 1 else ''}"
     if not others:
-        who = "The paper rests" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers rest"
-        return f"{who} on {thing}."
+        who = "The paper gives" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers give"
+        return f"{who} {thing}."
     where = "the other" if len(others) == 1 else f"the other {count(len(others))}"
-    return f"{who} on {thing}. In {where} {_of_others(others)}."
+    return f"{who} {thing}. In {where} {_of_others(others)}."
 
 
 def _of_others(papers: Sequence[Standing]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
-    if failing:
-        return f"no theorem fails, but {count(failing)} {'result is' if failing == 1 else 'results are'} off"
-    return "every theorem passes our tests" if all(paper.sound for paper in papers) else "no theorem is refuted"
+    sound = all(paper.sound for paper in papers) and not failing
+    corrected = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
+    off = f", but {count(failing)} {'result differs' if failing == 1 else 'results differ'}" if failing else ""
+    return f"{'every theorem passes our tests' if sound else 'no theorem is refuted'}{corrected}{off}"
 
 
 def _tally(found: Mapping[Verdict, int]) -> str:
@@ -173,7 +174,7 @@ def _cell(paper: PaperView, kind: Consequence) -> Cell:
         marks=tuple(marks),
         timed=tuple(timed),
         failing=tuple(failing.items())[:MOST_PLACES],
-        repeats=len(listed) - len(own),
+        repeats=sum(bool(view.record.claim.repeats) for view in listed),
     )
 
 

@@ -28,6 +28,7 @@ from replication.errors import AuditError
 MOST_ROWS, MOST_COLUMNS = 3, 8
 """Entries of a table that stand for a paper without a picture of its own."""
 SHOWN = 1.5
+GAP = 4.0
 """Units of the last printed place that a box shows on either side of the print."""
 
 
@@ -108,6 +109,12 @@ class EntriesView:
         return sum(cell is not None and bool(cell.instead) for _, row in self.rows for cell in row)
 
     @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Those of the entries, each once."""
+        found = {cell.view.record.verdict for _, row in self.rows for cell in row if cell is not None}
+        return tuple(verdict for verdict in Verdict if verdict in found)
+
+    @property
     def total(self) -> int:
         """How many entries are shown."""
         return sum(cell is not None for _, row in self.rows for cell in row)
@@ -154,7 +161,7 @@ def _row(lane: Lane, told: BriefView | None, figures: Path) -> Row:
 
 def _verdict(stands: Standing) -> tuple[str, Verdict, str]:
     if stands.broken:
-        return "fails", Verdict.REFUTED, "false theorem" if stands.refuted else "guarantee fails"
+        return "fails", Verdict.REFUTED, "false guarantee" if stands.refuted else "guarantee fails"
     if stands.open:
         return "partly", Verdict.COMPATIBLE, "depends on the reading"
     if stands.theorems and stands.failing:
@@ -212,6 +219,8 @@ def _boxed(view: ClaimView) -> Boxed:
     (entry,) = view.entries
     value, places = float(entry.full.replace(numerals.MINUS, "-")), len(entry.printed.partition(".")[2])
     at = 50 + 50 * min(max(entry.deviation, -SHOWN), SHOWN) / SHOWN
+    if not entry.inside:  # a gap to the box that can be seen
+        at = math.copysign(max(abs(at - 50), EntriesView.box[1] / 2 + GAP), at - 50) + 50
     return Boxed(
         view=view,
         entry=entry,

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.interior import Point, solve
-from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
-from replication.estimation.conic.steps import Block
+from replication.estimation.conic.interior import Block, Point, solve
+from replication.estimation.conic.program import ALMOST, Inequalities, program_under, solve_clarabel, symmetric_basis
 from replication.estimation.delay.general.cone import (
+    Rates,
     Storage,
     dissipation,
+    injection,
+    multiplier,
     positivity,
+    rates,
     scalars_of,
     storage_of,
 )
-from replication.estimation.delay.general.gains import injection, multiplier
 from replication.estimation.delay.general.lines import LineForm, line_form
-from replication.estimation.delay.general.rates import Rates, rates
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays

@@ -1,0 +1,338 @@
+"""Kalman filters that run in a loop: `step(u, y)` gives x^(k|k), x^(k+1|k), covariances and innovation.
+
+`KalmanFilter` has the gains of the steady state; `starting.py` has those that begin with the covariance of the start.
+A measurement that is None or NaN although its sensor is due is left out: the first then goes on without a correction
+by it, the other also says so in its covariance. The other takes a sample off its schedule, too; the first has no gain
+for it. With a gate, a measurement whose innovation exceeds so many standard deviations is left out likewise.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from replication.estimation.api.export import Phase, Recursion
+from replication.estimation.api.portable import NOT_GIVEN, Portable
+from replication.estimation.api.running import Mask, gate_of, known_inputs, vector, warn_unscheduled
+from replication.estimation.linear.riccati import solve
+from replication.estimation.multirate.kalman import Correction, FilterGains, Sensing, corrected, read_only, sensing
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.validation import Array, as_array, covariance
+
+
+class KalmanStep(NamedTuple):
+    """What is known after the measurements of one instant k.
+
+    Attributes
+    ----------
+    filtered : array (n,)
+        x^(k|k).
+    covariance : array (n, n)
+        Of its error.
+    prediction : array (n,)
+        x^(k+1|k).
+    predicted_covariance : array (n, n)
+        Of its error.
+    innovation : array (q,)
+        y(k) - C x^(k|k-1); NaN where nothing was measured.
+    smoothed : array (n,)
+        x^(k-lag|k): of the past; x^(k|k) for lag 0, and NaN before instant `lag`.
+    smoothed_covariance : array (n, n)
+        Of its error.
+    """
+
+    filtered: Array
+    covariance: Array
+    prediction: Array
+    predicted_covariance: Array
+    innovation: Array
+    smoothed: Array
+    smoothed_covariance: Array
+
+
+class RunningKalman(Portable, ABC):
+    """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come.
+
+    `unscheduled` counts samples of sensors that were not due, `gated` those beyond the gate.
+    """
+
+    takes_any: bool = False
+    """Whether a sample off its schedule is used."""
+
+    def __init__(self, problem: MultirateProblem, lag: int, gate: float | None) -> None:
+        plant = problem.plant
+        self._gate = gate_of(gate)
+        self.problem, self.lag = problem, lag
+        self._sizes = plant.order, plant.B_u.shape[1], plant.sensors
+        self._A, self._B, self._C, self._mask = plant.A, plant.B_u, plant.C, problem.schedule.mask
+        self._direct = plant.D_u if np.any(plant.D_u) else None
+        self._due = [int(due.sum()) for due in self._mask]
+        self.reset()
+
+    def reset(self, estimate: Any = None) -> Array:
+        """Go back to instant 0.
+
+        Parameters
+        ----------
+        estimate : array (n,), optional
+            x^(0|-1); zero unless given.
+
+        Returns
+        -------
+        array (n,)
+            The estimate at instant 0.
+
+        Raises
+        ------
+        InvalidInputError
+            `estimate` has another length, or is not finite.
+        """
+        n = self._sizes[0]
+        start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
+        self.instant, self.missed, self.unscheduled, self.gated = 0, 0, 0, 0
+        # Row i is x^(k-i|k-1).
+        self._past = np.full((self.lag + 1, n), np.nan)
+        self._past[0] = start
+        self._begin()
+        return np.array(start)
+
+    def step(self, u: Any, y: Any = NOT_GIVEN) -> KalmanStep:
+        """Take what is known at the present instant and go on to the next.
+
+        Parameters
+        ----------
+        u : array (m,), dict, or None
+            Known inputs u(k); None if the plant has none. Alone, a dict of inputs and measurements by name.
+        y : array (q,), dict, or None
+            Measurements y(k) of all sensors; only those that are due are looked at. None or NaN where one did not come.
+
+        Returns
+        -------
+        KalmanStep
+            Estimates, covariances and innovation.
+
+        Raises
+        ------
+        InvalidInputError
+            Another length or name, text, or infinities; the filter is then as before.
+        """
+        if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
+            u, y = self._by_name(u, y)
+        phase = self.instant % len(self._mask)
+        measured = vector("y", y, self._sizes[2])
+        known = known_inputs(u, self._sizes[1])
+        driven = self._B @ known if len(known) else 0.0
+        innovation = measured - self._C.dot(self._past[0])
+        if self._direct is not None:
+            innovation -= self._direct @ known
+        due, there = self._mask[phase], innovation == innovation  # NaN is not itself
+        came, gated = (there if self.takes_any else due & there), 0
+        missed, extra = self._due[phase] - int(np.count_nonzero(due & there)), int(np.count_nonzero(there & ~due))
+        if self._gate:
+            passed = came & (innovation**2 <= self._gate**2 * self._variances(phase))
+            gated, came = int(np.count_nonzero(came & ~passed)), passed
+        if extra and not self.takes_any:
+            warn_unscheduled(self.unscheduled)
+        shown = innovation
+        if not came.all():
+            shown, innovation = np.where(came, innovation, np.nan), np.where(came, innovation, 0.0)
+        other = missed or gated or (extra and self.takes_any)
+        step = self._update(phase, innovation, came if other else None, driven, shown)
+        self.instant += 1
+        self.missed += missed
+        self.unscheduled += extra
+        self.gated += gated
+        return step
+
+    @property
+    def estimate(self) -> Array:
+        """x^(k|k-1), the estimate of the state at the present instant from what came before, (n,)."""
+        return np.array(self._past[0])
+
+    @abstractmethod
+    def _begin(self) -> None: ...
+
+    @abstractmethod
+    def _variances(self, phase: int) -> Array:
+        """Of the innovation of each sensor, (q,)."""
+
+    @abstractmethod
+    def _update(
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
+    ) -> KalmanStep:
+        """innovation: zero where nothing came, and NaN there in `shown`; came: which came, None if all that are due."""
+
+    def _shifted(self, K: Array, L: Array, innovation: Array, driven: Array | float) -> Array:
+        """Correct all that is carried along, x^(k-i|k), and predict; K (lag + 1, n, q), or (n, q) without a lag."""
+        corrected = self._past + K.dot(innovation)
+        following = np.empty_like(self._past)
+        following[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
+        if self.lag:
+            following[1:] = corrected[:-1]
+        following.flags.writeable = False  # a part of it is handed out
+        self._past = following
+        return np.asarray(corrected)
+
+
+class KalmanFilter(RunningKalman):
+    """The periodic steady state of the filter; its covariances hold once the start is forgotten.
+
+    Parameters
+    ----------
+    problem : MultirateProblem
+        Plant and schedule.
+    gains : FilterGains
+        Of `filter_gains`.
+    gate : float, optional
+        Beyond which a measurement is left out: a probability below 1 with which a good one passes, or standard
+        deviations from 1 on.
+    """
+
+    def __init__(self, problem: MultirateProblem, gains: FilterGains, gate: float | None = None) -> None:
+        self.gains = gains
+        self._next = read_only(np.roll(gains.predicted, -1, axis=0))
+        super().__init__(problem, gains.lag, gate)
+
+    def _begin(self) -> None:
+        pass
+
+    def _variances(self, phase: int) -> Array:
+        return np.diagonal(self.gains.innovation[phase])
+
+    def _update(
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
+    ) -> KalmanStep:
+        gains = self.gains
+        now = self._shifted(gains.K[phase], gains.L[phase], innovation, driven)
+        return KalmanStep(
+            now[0],
+            gains.filtered[phase],
+            self._past[0],
+            self._next[phase],
+            shown,
+            now[-1],
+            gains.smoothed[phase],
+        )
+
+    def to_c(self, name: str = "kalman", comment: str = "") -> str:
+        """The filter as one C99 file that compiles by itself.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k), of n numbers each; those of
+            instants before the first are without meaning.
+        """
+        return super().to_c(name, comment)
+
+    def to_matlab(self, name: str = "kalman", comment: str = "") -> str:
+        """The filter as a MATLAB function; its estimate is laid out as in `to_c`."""
+        return super().to_matlab(name, comment)
+
+    def _recursion(self) -> Recursion:
+        """One phase for each instant, of the state (x^(k+1|k), x^(k|k), ..., x^(k-lag|k))."""
+        n, _, q = self._sizes
+        blocks = self.lag + 2
+        output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
+        direct, phases = self.problem.plant.D_u, []
+        for K, L, due in zip(self.gains.K, self.gains.L, self._mask, strict=True):
+            injection = np.vstack([L, *K])
+            transition = np.kron(np.eye(blocks, k=-1), np.eye(n)) - injection @ output
+            transition[:n, :n] += self._A
+            known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
+            phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
+        limits = self._gate * np.sqrt(np.diagonal(self.gains.innovation, axis1=1, axis2=2)) if self._gate else None
+        return Recursion(phases, n, [output] * len(phases), direct, limits)
+
+
+SETTLED = 1e-15
+"""Relative change of a covariance over one period below which it counts as steady."""
+
+
+class StartingFilter(RunningKalman):
+    """The filter from a known start: its gains follow the covariance, and tend to those of `KalmanFilter`.
+
+    Parameters
+    ----------
+    problem : MultirateProblem
+        Plant and schedule.
+    P0 : array (n, n)
+        Covariance of the error of the start, positive semidefinite.
+    lag : int
+        How many instants it looks back.
+    gate : float, optional
+        As in `KalmanFilter`.
+
+    Raises
+    ------
+    InvalidInputError
+        P0 has another shape, is not symmetric or indefinite.
+    """
+
+    def __init__(self, problem: MultirateProblem, P0: Any, lag: int = 0, gate: float | None = None) -> None:
+        plant = problem.plant
+        self.start = covariance("P0", P0, plant.order)
+        self._Q = plant.drive @ plant.drive.T
+        whole = sensing(problem, problem.schedule.mask)
+        self._sensors = [whole.at(k) for k in range(problem.schedule.period)]
+        # A sample off its schedule is used unless sensors that never measure together may share their noise.
+        self.takes_any = bool(np.linalg.matrix_rank(plant.D) == plant.sensors)
+        self._noise = np.sum(plant.D**2, axis=1)
+        super().__init__(problem, lag, gate)
+
+    def _begin(self) -> None:
+        # Of x^(k-i|k-1): covariance with the error of x^(k|k-1), and its own.
+        unknown = [np.full_like(self.start, np.nan)] * self.lag
+        self._cross, self._own = [self.start, *unknown], [self.start, *unknown]
+        self._kept: dict[int, tuple[Array, Correction | None]] = {}
+
+    def _update(
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
+    ) -> KalmanStep:
+        sensors = self._sensors[phase] if came is None else sensing(self.problem, came)
+        step = self._settled(phase) if came is None else None
+        if step is None:
+            step = corrected(self._A, self._Q, sensors, self._cross[0])
+            step.filtered.flags.writeable = step.following.flags.writeable = False  # they are handed out
+            if came is None:
+                self._kept[phase] = self._cross[0], step
+        K, own = step.K, [step.filtered]
+        if self.lag:
+            K, own = self._smoothed(sensors, step)
+        self._cross[0] = step.following
+        self._own = [step.following, *own[:-1]]
+        now = self._shifted(K, step.L, innovation, driven)
+        return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], own[-1])
+
+    def _variances(self, phase: int) -> Array:
+        return np.asarray(np.einsum("qa,ab,qb->q", self._C, self._cross[0], self._C) + self._noise)
+
+    def _settled(self, phase: int) -> Correction | None:
+        """The correction of a period ago if the covariance has not changed since: in the steady state it never does."""
+        P = self._cross[0]
+        before, step = self._kept.get(phase, (None, None))
+        if before is not None and P is not before:
+            if np.abs(P - before).max() > SETTLED * np.abs(P).max():
+                return None
+            self._kept[phase] = P, step
+        return step
+
+    def _smoothed(self, sensors: Sensing, step: Correction) -> tuple[Array, list[Array]]:
+        """Gains (lag + 1, n, q) and covariances of x^(k-i|k); what is carried along goes on to the next instant."""
+        K, own = [step.K], [step.filtered]
+        for cross, before in zip(self._cross[1:], self._own[1:], strict=True):
+            gain = solve(step.innovation, sensors.C @ cross.T).T
+            K.append(gain)
+            own.append(before - gain @ step.innovation @ gain.T)
+        closed = self._A - step.L @ sensors.C
+        self._cross[1:] = [cross @ closed.T for cross in self._cross[:-1]]
+        return np.stack(K), own

@@ -1,0 +1,399 @@
+"""The guaranteed level of a given filter: common Lyapunov function, then one that knows more and more coming
+periods.
+
+The inequality of `path_lyapunov` is concave in [Phi(h), Gamma(h)] and h, so it holds on a piece of a cell if it holds
+at the vertices of a hull of that piece. Pieces that ask for more than the target are halved: the hull then hugs the
+curve. Remainder of the hull and rounding are allowed for by a bound that is subtracted from the inequality.
+
+On a piece [a, a + d] the exponential is a Taylor polynomial in h, which lies in the hull of its Bernstein coefficients,
+plus a remainder of norm at most ||N||^{p+1} d^{p+1} e^{||N|| d} / (p + 1)! ||e^{Na}||.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import comb, factorial
+
+import numpy as np
+import scipy
+
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation.conic.program import ALMOST, SolverReport
+from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
+from replication.estimation.nonuniform.path_lyapunov import (
+    ROUGH,
+    Cells,
+    ContextTree,
+    ErrorSystem,
+    PathSolution,
+    Samples,
+    solve,
+)
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.validation import Array, positive_integer, positive_scalar
+
+DEGREE = 5
+"""Of the Taylor polynomial of a hull."""
+UNPROVED = 1e9
+"""Squared levels from here on, in units of the common one, count as no level."""
+PIECES = 4
+"""Pieces of a cell at the start, or more: on none of them does the norm of [[A, B], [0, 0]] times its length exceed
+one."""
+MAX_PIECES = 4096
+HALVINGS = 14
+MAX_HALVED = 64
+"""If more pieces than this, and than four times those at the start, ask for more than the target, the storage matrices
+are at fault, not the hulls."""
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """level: proved for every sequence, inf if P proves none.
+
+    needs, periods: for each transition of the tree the squared level that it asks for, in units of the common one, and
+    where.
+    """
+
+    level: float
+    needs: Array
+    periods: Array
+
+
+def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, target: float) -> Certificate:
+    """The level that P (leaves, N, N) proves; pieces are halved until it is at most `target`, or HALVINGS times."""
+    steps = np.array(tree.transitions())
+    needs, periods = np.zeros(len(steps)), np.zeros(len(steps))
+    for letter, ends in enumerate(pairwise(cells.edges)):
+        chosen = steps[:, 1] == letter
+        pairs = P[steps[chosen, 0]], P[steps[chosen, 2]]
+        needs[chosen], periods[chosen] = cell_needs(system, *pairs, ends, (target / system.level) ** 2)
+    worst = float(np.max(needs))
+    # Above UNPROVED the need is only a measure of how far P is from proving anything.
+    proved = np.linalg.eigvalsh(P).min() > 0 and worst < UNPROVED
+    return Certificate(system.level * float(np.sqrt(worst * (1 + 1e-9))) if proved else float("inf"), needs, periods)
+
+
+def cell_needs(
+    system: ErrorSystem, P: Array, P_next: Array, ends: tuple[float, float], target: float
+) -> tuple[Array, Array]:
+    """For each transition the largest squared level that a piece of the cell asks for, and the period where."""
+    edges = np.linspace(*ends, _pieces(system, ends) + 1)
+    most = max(MAX_HALVED, 4 * (len(edges) - 1))
+    start, stop = edges[:-1], edges[1:]
+    done, where = np.full(len(P), -np.inf), np.full(len(P), ends[0])
+    for halving in range(HALVINGS + 1):
+        hull = enclose(system.plant, start, stop)
+        needs = _needed(system, P, P_next, hull)
+        halve = (needs.max(axis=(0, 2)) > target) & (halving < HALVINGS)
+        if np.sum(halve) > most:
+            halve[:] = False
+        if not np.all(halve):
+            kept = needs[:, ~halve].reshape(len(P), -1)
+            place = np.argmax(kept, axis=1)
+            top = kept[np.arange(len(P)), place]
+            where = np.where(top > done, hull.periods[~halve].ravel()[place], where)
+            done = np.maximum(done, top)
+        if not np.any(halve):
+            return done, where
+        middle = (start[halve] + stop[halve]) / 2
+        start, stop = np.concatenate([start[halve], middle]), np.concatenate([middle, stop[halve]])
+    return done, where
+
+
+def _pieces(system: ErrorSystem, ends: tuple[float, float]) -> int:
+    """Pieces of the cell at the start; raises InvalidInputError if they would be too many."""
+    wanted = float(np.linalg.norm(system.plant.generator(), 2)) * (ends[1] - ends[0])
+    if wanted > MAX_PIECES:
+        raise InvalidInputError(
+            f"periods from {ends[0]:.6g} to {ends[1]:.6g} s are {wanted:.3g} times the fastest time constant apart, "
+            f"more than {MAX_PIECES}: narrow the range, or cut it"
+        )
+    return max(PIECES, int(np.ceil(wanted)))
+
+
+def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Array:
+    """The squared level that each vertex of each piece asks for in each transition, (transitions, K, DEGREE + 1)."""
+    shape = (len(P), *hull.periods.shape)
+    steps = system.steps(hull.vertices.reshape(-1, *hull.vertices.shape[2:]))
+    weights = system.weights(hull.periods.ravel())
+    output = system.output
+    size = output.shape[1]
+    missed = np.repeat(_missed(system, hull), shape[2])
+    needs = []
+    for current, following in zip(P, P_next, strict=True):
+        allowance = _allowance(system, steps, following, missed)
+        if not np.all(np.isfinite(allowance)):
+            return np.full(shape, np.inf)
+        gram = np.swapaxes(steps, 1, 2) @ following @ steps
+        left = current - gram[:, :size, :size] - weights[:, None, None] * (output.T @ output)
+        left -= allowance[:, None, None] * np.eye(size)
+        smallest = np.linalg.eigvalsh(left)[:, 0]
+        good = smallest > 0
+        need = UNPROVED * (1 - smallest)
+        cross = gram[good, :size, size:]
+        inner = gram[good, size:, size:] + np.swapaxes(cross, 1, 2) @ np.linalg.solve(left[good], cross)
+        need[good] = (np.linalg.eigvalsh(inner)[:, -1] + allowance[good]) / weights[good]
+        needs.append(need)
+    return np.array(needs).reshape(shape)
+
+
+def _missed(system: ErrorSystem, hull: Enclosure) -> Array:
+    """Bound (K,) of what the hulls miss of the steps: in the plant's coordinates or in those of T, whichever is less.
+
+    With T = [T_1, T_2] and T_1 = Q S, what is missed of x is measured in the coordinates S x, and Q changes no norm.
+    """
+    n, entry = system.plant.order, system.entry
+    plain = hull.remainder() * np.linalg.norm(system.T, 2) * np.linalg.norm(entry, 2)
+    frame = np.eye(len(hull.generator))
+    frame[:n, :n] = np.linalg.qr(system.T[:, :n], mode="r")
+    return np.asarray(np.minimum(plain, hull.remainder(frame) * np.linalg.norm(frame @ entry, 2)))
+
+
+def _allowance(system: ErrorSystem, steps: Array, P: Array, missed: Array) -> Array:
+    """Bound of the norm of what the remainder of the hull and rounding can add to M'PM, of shape (V,)."""
+    step, storage = np.linalg.norm(steps, axis=(1, 2)), float(np.linalg.norm(P, 2))
+    return np.asarray(storage * (2 * step * missed + missed**2) + system.rounding(step, storage))
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """K hulls. vertices (K, DEGREE + 1, n + m, n + m): transition matrices; periods (K, DEGREE + 1): the h of each
+    vertex; bases (K, n + m, n + m): the transition matrices at the starts; width (K,), in seconds; generator: N."""
+
+    vertices: Array
+    periods: Array
+    bases: Array
+    width: Array
+    generator: Array
+
+    def remainder(self, frame: Array | None = None) -> Array:
+        """Bound (K,) of the 2-norm of what each hull misses, infinite if it overflows.
+
+        frame S (n + m, n + m): the bound is that of S R S^-1 for what is missed, R; it is small in coordinates in which
+        S N S^-1 is.
+        """
+        N, bases = self.generator, self.bases
+        if frame is not None:
+            inverse = np.linalg.inv(frame)
+            N, bases = frame @ N @ inverse, frame @ bases @ inverse
+        size = np.linalg.norm(N, 2) * np.abs(self.width)
+        with np.errstate(over="ignore"):
+            tail = size ** (DEGREE + 1) / factorial(DEGREE + 1) * np.exp(size)
+        return np.asarray(tail * np.linalg.norm(bases, 2, axis=(1, 2)))
+
+
+def enclose(plant: SampledPlant, start: Array, stop: Array) -> Enclosure:
+    """Hulls of exp(h [[A, B], [0, 0]]) over start[i] <= h <= stop[i] (seconds), i = 1 ... K, of degree DEGREE."""
+    N = plant.generator()
+    width = stop - start
+    powers = [np.linalg.matrix_power(N, k) / factorial(k) for k in range(DEGREE + 1)]
+    # Bernstein coefficient i of sum_k c_k t^k on [0, 1] is sum_{k <= i} C(i, k) / C(p, k) c_k.
+    shares = np.array([[comb(i, k) / comb(DEGREE, k) for k in range(DEGREE + 1)] for i in range(DEGREE + 1)])
+    scaled = width[:, None] ** np.arange(DEGREE + 1)
+    bases = plant.transitions(start)
+    vertices = np.einsum("ik,ck,kab,cbd->ciad", shares, scaled, np.array(powers), bases, optimize=True)
+    periods = start[:, None] + width[:, None] * np.arange(DEGREE + 1) / DEGREE
+    return Enclosure(vertices, periods, bases, width, N)
+
+
+GROWTH = 0.1
+"""Share of the leaves, those with the largest energy flux, that know one period more in the next round."""
+LOOSE = 1e-3
+"""Relative distance of the certified level from that of the samples above which samples are added."""
+REGULAR = 1e-6
+"""Added to the Gramian of the error in the units of each state, for states that w hardly reaches."""
+ROUNDS = 3
+"""Times that the common Lyapunov function is solved for, each time in the coordinates of the last."""
+ROUNDINGS = (0.0, 8.0)
+"""Excess over rounding that the solver is asked for: none, and where that proves nothing, some, which costs level."""
+EXCHANGES = 3
+"""Times that the last tree is solved again with more samples."""
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """A level proved for every sampling sequence in [h_l, h_u].
+
+    level: upper bound of the gain; leaves, depth: size of the context tree, most periods ahead; history: the best level
+    proved with at most so many leaves; cells, tree, P, system: the certificate, which `certify` checks again; ended:
+    why the tree grew no further.
+    """
+
+    level: float
+    leaves: int
+    depth: int
+    history: tuple[tuple[int, float], ...]
+    cells: Cells
+    tree: ContextTree
+    P: Array
+    system: ErrorSystem
+    report: SolverReport
+    ended: str
+
+
+def guaranteed_level(
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: PeriodRange,
+    *,
+    max_leaves: int = 128,
+    cuts: Sequence[float] | None = None,
+    per_duration: bool = False,
+) -> Guarantee:
+    """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
+
+    cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
+    Lyapunov function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the
+    cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the
+    gain is then infinite), SolverError if no certificate is found.
+    """
+    limit = positive_integer("max_leaves", max_leaves)
+    edges = _edges(periods, cuts)
+    filter_.require_settling(plant)
+    natural = _natural(plant, filter_, periods.middle, per_duration)
+    system, best = _common(natural, periods)
+    history = [(1, best.level)]
+    # With one cell there is nothing to tell apart.
+    if len(edges) == 2 or limit < len(edges) - 1:
+        return best
+    samples, tree = Samples(Cells(edges)), ContextTree.one_step(len(edges) - 1)
+    ended, exchanges = "", 0
+    while not ended:
+        seen = samples
+        try:
+            solution, samples, proof = _solve_until_proved(system, samples, tree, exchanges)
+        except SolverError as error:
+            # What was proved so far stands: a certificate does not depend on the next one.
+            ended = str(error)
+            break
+        if proof.level < best.level:
+            best = _guarantee(system, samples.cells, tree, solution, proof, ())
+        history.append((len(tree.leaves), best.level))
+        count = max(1, int(GROWTH * len(tree.leaves)))
+        longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
+        if len(longer.leaves) <= limit:
+            tree = longer
+        elif exchanges == 0 and samples is not seen:
+            # Samples that were found missing are kept, so that only the last tree is solved more than once.
+            exchanges = EXCHANGES
+        else:
+            ended = f"more than {limit} leaves would be needed"
+    return replace(best, history=tuple(history), ended=ended)
+
+
+def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, ...]:
+    """The ends of the range with the inner edges of its cells between them."""
+    if cuts is None:
+        cuts = (periods.middle,) if periods.h_l < periods.h_u else ()
+    edges = (periods.h_l, *(positive_scalar("an entry of `cuts`", cut, unit="s") for cut in cuts), periods.h_u)
+    if len(edges) > 2 and not all(a < b for a, b in pairwise(edges)):
+        raise InvalidInputError(
+            f"`cuts` must increase strictly inside ({periods.h_l:.6g}, {periods.h_u:.6g}) s, got {tuple(cuts)}"
+        )
+    return edges
+
+
+def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[ErrorSystem, Guarantee]:
+    """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
+    tree = ContextTree.one_step(1)
+    for roundings in ROUNDINGS:
+        system, samples, best = replace(natural, roundings=roundings), Samples(Cells((periods.h_l, periods.h_u))), None
+        # Each solution gives the coordinates of the next, which is more accurate where the plant's are badly scaled.
+        # A solver that ends early has then done enough, and what is proved does not depend on its word.
+        for _ in range(ROUNDS):
+            solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
+            seen = system.level * float(np.sqrt(solution.delta))
+            if np.isfinite(proof.level):
+                best = _guarantee(system, samples.cells, tree, solution, proof, ((1, proof.level),))
+            if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
+                break
+            root = np.linalg.cholesky(solution.P[0]).T
+            system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=seen)
+        if best is not None:
+            return best.system, best
+    raise SolverError(
+        f"no common Lyapunov function was certified: the one found keeps the level {seen:.6g} at "
+        f"{len(samples.of(0, (0,)))} periods, not for certain at all others; narrow the range of sampling periods"
+    )
+
+
+def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bool) -> ErrorSystem:
+    """The error system with its Gramian at period h about the identity, e in units of its own gain there.
+
+    The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
+    """
+    balanced = balancing(plant)
+    plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
+    stage = error_system(plant, filter_, h, per_duration=per_duration)
+    reached = gramian(stage.A, stage.B)
+    # Each state in its own unit first, so that the small number added means the same to all of them.
+    size = np.sqrt(np.diag(reached))
+    units = np.where(size > 0, size, np.max(size))
+    scaled = reached / np.outer(units, units) + REGULAR * np.eye(len(units))
+    # The filter's states are measured so too, since the certificate pays for the condition of T.
+    own = np.exp2(np.round(np.log2(units[plant.order :])))
+    filter_ = filter_.in_units(own)
+    T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
+    T[:, plant.order :] *= own
+    level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
+    original = np.concatenate([1 / np.diag(balanced), own])
+    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration, original)
+
+
+def balancing(plant: SampledPlant) -> Array:
+    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
+    A, B = plant.A, plant.B
+    n, m = B.shape
+    outputs = np.vstack([plant.C, plant.L])
+    whole = np.block(
+        [
+            [A, B, np.zeros((n, len(outputs)))],
+            [np.zeros((m, n + m + len(outputs)))],
+            [outputs, np.zeros((len(outputs), m + len(outputs)))],
+        ]
+    )
+    _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
+    units = units[:n]
+    rate = np.linalg.norm(A / units[:, None] * units)
+    ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
+    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
+
+
+def _solve_until_proved(
+    system: ErrorSystem,
+    samples: Samples,
+    tree: ContextTree,
+    exchanges: int = EXCHANGES,
+    accept: tuple[str, ...] = ALMOST,
+) -> tuple[PathSolution, Samples, Certificate]:
+    """Solve, certify, and add to each transition that asks for too much the period where, until the certificate is as
+    good as the samples, or `exchanges` times."""
+    for attempt in range(exchanges + 1):
+        solution = solve(system, samples, tree, accept=accept)
+        target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
+        proof = certify(system, samples.cells, tree, solution.P, target)
+        missed = {}
+        for (_, letter, following), need, h in zip(tree.transitions(), proof.needs, proof.periods, strict=True):
+            word = tree.leaves[following]
+            if system.level * np.sqrt(need) > target and h not in samples.of(letter, word):
+                missed[letter, word] = float(h)
+        samples = samples.with_added(missed) if missed else samples
+        if proof.level <= target or not missed or attempt == exchanges:
+            break
+    return solution, samples, proof
+
+
+def _guarantee(
+    system: ErrorSystem,
+    cells: Cells,
+    tree: ContextTree,
+    solution: PathSolution,
+    proof: Certificate,
+    history: tuple[tuple[int, float], ...],
+) -> Guarantee:
+    depth = max(len(leaf) for leaf in tree.leaves)
+    leaves = len(tree.leaves)
+    ended = "one Lyapunov function was asked for"
+    return Guarantee(proof.level, leaves, depth, history, cells, tree, solution.P, system, solution.report, ended)

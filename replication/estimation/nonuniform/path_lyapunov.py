@@ -1,0 +1,236 @@
+"""Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods.
+
+A leaf is a word of letters (cells of the range of periods), the next period first. Whatever the sequence, exactly one
+leaf is a prefix of what is to come, and the leaf before a period follows from its letter and the leaf after it.
+
+V_k = x' P_c x with c the leaf of a context tree that begins h_k, h_{k+1}, ... If for every leaf d, every cell, every h
+of the cell, and the leaf c of that cell followed by d,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then
+||e|| <= g ||w|| for every sequence in [h_l, h_u] (w(h) = 1, or h for the duration-weighted gain). The periods to come
+need not be known to the filter: V enters the proof only. The worst that can still come, as a function of the state, is
+the largest x' P x over all futures, so that the bound tends to the gain. Sources: Lee and Dullerud, Automatica 42
+(2006); Ahmadi, Jungers, Parrilo and Roozbehani, SIAM J. Control Optim. 52 (2014).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy
+
+from replication.estimation.conic.program import (
+    ALMOST,
+    Inequalities,
+    SolverReport,
+    program_under,
+    solve_clarabel,
+    symmetric_basis,
+)
+from replication.estimation.nonuniform.filters import Estimator
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.validation import Array
+
+Word = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ContextTree:
+    """leaves: sorted words over the letters 0 ... letters - 1, complete (one is a prefix of every long word) and
+    closed.
+
+    Closed means that a letter and the leaf after it determine the leaf before it.
+    """
+
+    letters: int
+    leaves: tuple[Word, ...]
+
+    @classmethod
+    def one_step(cls, letters: int) -> ContextTree:
+        """The tree that knows the next period's cell only."""
+        return cls(letters, tuple((a,) for a in range(letters)))
+
+    def transitions(self) -> list[tuple[int, int, int]]:
+        """(position of the leaf before, letter, position of the leaf after) for every letter and leaf after it."""
+        position = {leaf: i for i, leaf in enumerate(self.leaves)}
+        known = set(self.leaves)
+        steps = []
+        for leaf in self.leaves:
+            for letter in range(self.letters):
+                before = _prefix(known, (letter, *leaf))
+                assert before is not None
+                steps.append((position[before], letter, position[leaf]))
+        return steps
+
+    def before(self) -> list[list[int]]:
+        """For each leaf and letter after it the position of the leaf before."""
+        found = [[0] * self.letters for _ in self.leaves]
+        for leaf, letter, after in self.transitions():
+            found[after][letter] = leaf
+        return found
+
+    def split(self, chosen: list[Word]) -> ContextTree:
+        """The tree in which the chosen leaves know one period more, and others as far as closedness asks for it."""
+        leaves = set(self.leaves)
+        for leaf in chosen:
+            _lengthen(leaves, leaf, self.letters)
+        while open_ := [w for w in leaves if any(_prefix(leaves, (a, *w)) is None for a in range(self.letters))]:
+            for leaf in open_:
+                _lengthen(leaves, leaf, self.letters)
+        return ContextTree(self.letters, tuple(sorted(leaves)))
+
+
+def _lengthen(leaves: set[Word], leaf: Word, letters: int) -> None:
+    leaves.remove(leaf)
+    leaves.update((*leaf, b) for b in range(letters))
+
+
+def _prefix(leaves: set[Word], word: Word) -> Word | None:
+    """The leaf that begins `word`, or None if all its beginnings are inner nodes."""
+    return next((word[:k] for k in range(1, len(word) + 1) if word[:k] in leaves), None)
+
+
+SLACK = 1e-6
+"""Least excess in the state block of the inequalities that the solver is asked for, in balanced coordinates (P near
+I)."""
+ROUNDING = 64 * np.finfo(float).eps
+"""Relative size of what rounding can do to a product of a few small matrices."""
+ROUGH = (*ALMOST, "NumericalError", "InsufficientProgress", "MaxIterations")
+"""For a solution that gives coordinates to the next one, or is certified whatever the solver says."""
+
+
+@dataclass(frozen=True)
+class ErrorSystem:
+    """The error system (5) with state T [x; x^] and e / level, as a function of stacks of transition matrices.
+
+    units (n + nf,): x and x^ here are those of the plant and filter that were asked about, divided by these.
+    roundings: the solver is asked for an excess of so many times what rounding can do where P is I, SLACK at least.
+    """
+
+    plant: SampledPlant
+    filter: Estimator
+    T: Array
+    level: float
+    per_duration: bool
+    units: Array
+    roundings: float = 0.0
+
+    @property
+    def output(self) -> Array:
+        """C-bar (s, n + nf) in these coordinates."""
+        return np.asarray(self.filter.error_output(self.plant) @ np.linalg.inv(self.T) / self.level)
+
+    def steps(self, transitions: Array) -> Array:
+        """[A-bar, B-bar] for a stack (V, n + m, n + m), of shape (V, n + nf, n + nf + m)."""
+        n = self.plant.order
+        state, drive = self.filter.error_step(self.plant, transitions[:, :n, :n], transitions[:, :n, n:])
+        return np.asarray(self.T @ np.concatenate([state @ np.linalg.inv(self.T), drive], axis=-1))
+
+    @property
+    def entry(self) -> Array:
+        """What transition matrices are multiplied by from the right in `steps`, (n + m, N + m)."""
+        inputs = self.plant.B.shape[1]
+        inverse = scipy.linalg.block_diag(np.linalg.inv(self.T), np.eye(inputs))
+        return np.asarray(self.filter.entry(self.plant) @ inverse)
+
+    def storage(self, P: Array) -> Array:
+        """The storage matrices P (leaves, N, N) for the error e and the states that were asked about."""
+        whole = self.T / self.units
+        return np.asarray(self.level**2 * whole.T @ P @ whole)
+
+    def rounding(self, step: Array, storage: float) -> Array:
+        """What rounding can do to M'PM for steps M of norm `step` and P of norm `storage`."""
+        # The change of coordinates T magnifies rounding by its condition.
+        size = ROUNDING * max(float(np.linalg.cond(self.T)), 1.0) * len(self.T)
+        return np.asarray(size * (storage * (1 + step**2) + 1))
+
+    def weights(self, periods: Array) -> Array:
+        """w(h) of the squared norms."""
+        return periods if self.per_duration else np.ones_like(periods)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The range of periods cut at `edges` (increasing, seconds): letter a is the cell from edges[a] to edges[a + 1]."""
+
+    edges: tuple[float, ...]
+
+    def __len__(self) -> int:
+        return len(self.edges) - 1
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The periods at which the solver sees a letter before a leaf: ends and middle of the cell, and `added` ones.
+
+    added: periods by (letter, word), for every leaf that begins with the word; a longer leaf keeps them.
+    """
+
+    cells: Cells
+    added: Mapping[tuple[int, Word], tuple[float, ...]] = field(default_factory=dict)
+
+    def of(self, letter: int, leaf: Word) -> list[float]:
+        """The sorted periods of a transition."""
+        a, b = self.cells.edges[letter : letter + 2]
+        words = (leaf[:k] for k in range(1, len(leaf) + 1))
+        return sorted({a, (a + b) / 2, b}.union(*(self.added.get((letter, word), ()) for word in words)))
+
+    def with_added(self, new: Mapping[tuple[int, Word], float]) -> Samples:
+        """The same with one more period in each of the given transitions."""
+        more = {key: (*self.added.get(key, ()), h) for key, h in new.items()}
+        return replace(self, added={**self.added, **more})
+
+
+@dataclass(frozen=True)
+class PathSolution:
+    """delta: squared level of the samples; P: stack (leaves, N, N); flux: stored energy through each leaf at the
+    optimum."""
+
+    delta: float
+    P: Array
+    flux: Array
+    report: SolverReport
+
+
+def solve(
+    system: ErrorSystem, samples: Samples, tree: ContextTree, *, accept: tuple[str, ...] = ALMOST
+) -> PathSolution:
+    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `certificate.certify`).
+
+    Raises SolverError unless the solver's status is in `accept`.
+    """
+    output, inputs = system.output, system.plant.B.shape[1]
+    size = output.shape[1]
+    basis = symmetric_basis(size)
+    terms = len(basis)
+    frame = np.eye(size, size + inputs)
+    stored = np.einsum("ax,lab,by->lxy", frame, basis, frame)
+    supplied = np.diag(np.concatenate([np.zeros(size), np.ones(inputs)]))
+    seen = [
+        (h, leaf, following)
+        for leaf, letter, following in tree.transitions()
+        for h in samples.of(letter, tree.leaves[following])
+    ]
+    distinct, which = np.unique([h for h, _, _ in seen], return_inverse=True)
+    steps, weights = system.steps(system.plant.transitions(distinct)), system.weights(distinct)
+    moved = np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True)
+    rounding = system.rounding(np.linalg.norm(steps, axis=(1, 2)), 1.0)
+    slack = max(SLACK, system.roundings * float(np.max(rounding)))
+    demanded = frame.T @ output.T @ output @ frame + slack * (frame.T @ frame)
+    constants, coefficients, variables = [], [], []
+    for i, (_, leaf, following) in zip(which, seen, strict=True):
+        columns = [0, *range(1 + leaf * terms, 1 + (leaf + 1) * terms)]
+        columns += range(1 + following * terms, 1 + (following + 1) * terms)
+        constants.append(-weights[i] * demanded)
+        coefficients.append(np.concatenate([weights[i] * supplied[None], stored, -moved[i]]))
+        variables.append(columns)
+    group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
+    cost = np.zeros(1 + terms * len(tree.leaves))
+    cost[0] = 1.0
+    solution = solve_clarabel(program_under(cost, group), accept=accept)
+    x, duals = solution.multipliers, np.array(solution.blocks)
+    P = np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis)
+    flux = np.zeros(len(tree.leaves))
+    sources = [leaf for _, leaf, _ in seen]
+    np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], duals[:, :size, :size]))
+    return PathSolution(float(x[0]), P, flux, solution.report)
