@@ -6,12 +6,11 @@ from abc import ABC, abstractmethod
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.table import Table
-
-    from replication.drawing.panels import Figure
 
 HEADINGS = ("quantity", "value", "how")
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.estimation.api.shown import Shown, as_text
 from replication.estimation.validation import Array, frozen
 

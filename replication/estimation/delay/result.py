@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Shown

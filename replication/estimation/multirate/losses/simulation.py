@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.estimation.api.shown import Shown
 from replication.estimation.multirate.kalman import corrected, sensing
 from replication.estimation.multirate.losses.automaton import Automaton, closed_loop
