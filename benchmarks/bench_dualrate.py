@@ -11,8 +11,7 @@ from papers.shao.method.simulation import simulate
 from papers.shao.printed import table_1
 from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
 from replication.estimation.dualrate.loop import DualRateLoop, stability_radius
-from replication.estimation.dualrate.response import start_state
-from replication.estimation.dualrate.tracking import output_rows, reference, tracking_error_ratio
+from replication.estimation.dualrate.response import output_rows, reference, start_state, tracking_error_ratio
 
 HALF_UNIT = 0.5 * 10.0 ** -len(table_1("DRC-APO")[0].split(".")[1])
 """Half a unit of the last printed place of Table I, percent."""

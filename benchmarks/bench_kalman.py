@@ -18,12 +18,10 @@ import scipy.linalg
 
 from papers.okajima2023.printed import PLANT as PRINTED
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.multirate.h2.filtering import filter_gains
-from replication.estimation.multirate.h2.running import KalmanFilter
-from replication.estimation.multirate.h2.starting import StartingFilter
-from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.kalman import filter_gains, kalman_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 
 PLANT = MultiratePlant(**PRINTED)
 ROUNDS, STEPS = 60, 2000

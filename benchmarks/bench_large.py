@@ -16,10 +16,9 @@ from replication.estimation.delay.sos.least_gain import minimum_gain
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.tracking import tracking_error_ratio
+from replication.estimation.dualrate.response import tracking_error_ratio
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule

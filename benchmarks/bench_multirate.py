@@ -23,12 +23,11 @@ from papers.okajima2023.method.lmi import cyclic_lmi_design, cyclic_size, lmi_de
 from papers.okajima2023.method.reduced_lmi import reduced_lmi_design
 from papers.okajima2023.printed import PLANT as PRINTED
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic import solvers
+from replication.estimation.conic import program as solvers
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
-from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
+from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.multirate.timing import search_timing
 
 PLANT = MultiratePlant(**{name: np.array(value) for name, value in PRINTED.items()})
 SCHEDULES = ((2, 3), (4, 5), (5, 7), (8, 9))

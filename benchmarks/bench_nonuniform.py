@@ -10,8 +10,8 @@ import pytest
 
 from benchmarks.clock import processor_seconds
 from papers.mustafa.method.comparisons import dense_design
-from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import robust_design
 
 SAME = 1e-6
 """Relative distance of the levels of both methods."""

@@ -18,12 +18,12 @@ from replication.certify.multirate.levels import lyapunov_matrices
 from replication.certify.nonuniform import gain as nonuniform
 from replication.certify.nonuniform import stamped
 from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up
-from replication.estimation.conic.solvers import solve_modelled
+from replication.estimation.conic.program import solve_modelled
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import design_for_periods
 from replication.estimation.validation import Array
 from replication.verify.subjects import subject
 

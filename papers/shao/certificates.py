@@ -14,7 +14,7 @@ from papers.shao.problem import COUNTEREXAMPLE, DESIGN, READINGS, literal_loop
 from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.tracking import Points
+from replication.estimation.dualrate.response import Points
 from replication.verify.subjects import subject
 
 KEY = "shao"

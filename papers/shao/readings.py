@@ -8,7 +8,7 @@ from papers.shao.method.motor import Feedforward
 from papers.shao.method.readings import Start, Structure
 from papers.shao.problem import HELD, PMI, SINGLE, SLOW_INPUT
 from replication.audit.model import Policy, Reading
-from replication.estimation.dualrate.tracking import Points
+from replication.estimation.dualrate.response import Points
 
 TABLE, FIGURES = "Sec. V and Table I", "Sec. V and Figs. 2 and 3"
 LITERAL = "literal"

@@ -10,7 +10,7 @@ from papers.shao.printed import DATA, PARAMETERS
 from papers.shao.problem import literal_loop
 from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.dualrate.problem import dual_rate_design
-from replication.estimation.dualrate.tracking import tracking_error_ratio
+from replication.estimation.dualrate.response import tracking_error_ratio
 
 PRINTS = {
     **{name: DATA[name] for name in PARAMETERS},

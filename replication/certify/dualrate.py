@@ -11,7 +11,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.certify.rounding import as_floats, bracket, exact, rounded, rounded_array, rounded_down
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
-from replication.estimation.dualrate.tracking import Points, fast_errors, reference, tracking_error_peak
+from replication.estimation.dualrate.response import Points, fast_errors, reference, tracking_error_peak
 
 MARGIN = 2e-7
 """Relative distance of a bound to the number found in floating point."""

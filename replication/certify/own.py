@@ -22,8 +22,8 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
 from replication.estimation.delay.result import DelayResult
 from replication.estimation.dualrate.result import DualRateResult
+from replication.estimation.multirate.losses.facade import LossResult
 from replication.estimation.multirate.losses.models import InARow
-from replication.estimation.multirate.losses.result import LossResult
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant

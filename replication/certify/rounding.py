@@ -12,7 +12,7 @@ import numpy.typing as npt
 from flint import fmpq, fmpq_mat
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.solvers import Options, solve_modelled
+from replication.estimation.conic.program import Options, solve_modelled
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 

@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from replication.estimation.api.forms.loading import load
+    from replication.estimation.api.portable import load
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(__name__, {"api.forms.loading": "load"})
+    __getattr__ = lazy(__name__, {"api.portable": "load"})
 
 __all__ = ["load"]

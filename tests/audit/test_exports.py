@@ -106,11 +106,13 @@ def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
     assert len({path[0].get("fill") for path in paths}) == len({path[1].get("d") for path in paths}) == 3
 
 
-def test_badge_counts_what_could_be_checked_or_what_moved(results: ResultsFile) -> None:
+def test_badge_counts_what_agrees_and_is_undecided_or_what_moved(results: ResultsFile) -> None:
     pinned = tuple(claim for claim in results.claims if not claim.unexpected)
     checked = [claim for claim in pinned if claim.verdict not in ("undetermined", "error")]
     agree = sum(claim.verdict not in ("differs", "refuted") for claim in checked)
-    assert ET.fromstring(badge("x", pinned)).get("aria-label") == f"x: {agree} of {len(checked)} agree"
+    assert ET.fromstring(badge("x", pinned)).get("aria-label") == (
+        f"x: {agree} of {len(pinned)} agree, {len(pinned) - len(checked)} undecided"
+    )
     moved = len(results.claims) - len(pinned)
     assert moved
     assert ET.fromstring(badge("x", results.claims)).get("aria-label") == f"x: {moved} off the pin"

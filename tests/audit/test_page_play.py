@@ -21,8 +21,8 @@ from papers.shao.problem import APO, COUNTEREXAMPLE, FAST, RESTARTED
 from replication.audit.report.evidence import checks, played
 from replication.audit.report.templates import source
 from replication.errors import InfeasibleError
+from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.sampled import Harmonic
 
 ROOT = Path(__file__).parents[2]
 LOOP = "certificates/shao/counterexample.json"

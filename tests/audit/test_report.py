@@ -275,11 +275,9 @@ def test_sentence_counts_what_is_there() -> None:
     assert sum(counted[1:-3]) == len(made)
     proved, supported = sum(c.judgement.proved for c in made), sum(bool(c.judgement.supported) for c in made)
     assert counted[-3:] == [sum(c.unexpected for c in made), proved, supported]
-    assert "1 claim proved: a theorem says the claim; 1 more supported by theorems." in text
+    assert "1 verdict rests on a theorem; theorems support 1 more." in text
     one = [c for c in made if c.verdict is Verdict.REPRODUCED and not c.unexpected][:1]
-    assert (
-        sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is the expected one."
-    )
+    assert sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is as expected."
     assert sentence([]) == "There is no claim to judge."
 
 
@@ -287,15 +285,19 @@ def test_sentence_counts_what_is_there() -> None:
     ("proved", "supported", "words"),
     [
         (0, 0, ""),
-        (1, 0, "1 claim proved: a theorem says the claim."),
-        (2, 1, "2 claims proved: a theorem says the claim; 1 more supported by theorems."),
-        (0, 1, "0 claims proved: a theorem says the claim; 1 more supported by theorems."),
+        (1, 0, "1 verdict rests on a theorem."),
+        (2, 1, "2 verdicts rest on theorems; theorems support 1 more."),
+        (-1, 1, "1 verdict rests on a theorem, 1 of them against the claim; theorems support 1 more."),
+        (0, 1, "0 verdicts rest on theorems; theorems support 1 more."),
     ],
 )
 def test_theorems_are_counted_in_words(proved: int, supported: int, words: str) -> None:
-    judged = [{"proved": True}] * proved + [{"supported": "It says less."}] * supported + [{}]
+    """A negative number of proofs stands for proofs against their claims."""
+    judged = [{"proved": True}] * abs(proved) + [{"supported": "It says less."}] * supported + [{}]
+    verdict = Verdict.REFUTED if proved < 0 else Verdict.REPRODUCED
     records = [
-        SimpleNamespace(judgement=SimpleNamespace(**({"proved": False, "supported": ""} | one))) for one in judged
+        SimpleNamespace(judgement=SimpleNamespace(**({"proved": False, "supported": ""} | one)), verdict=verdict)
+        for one in judged
     ]
     assert theorems(records) == words  # type: ignore[arg-type]
 

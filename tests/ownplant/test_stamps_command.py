@@ -19,7 +19,7 @@ from replication.cli import main
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.nonuniform import StampedPlant, StampedResult, design_stamped
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter
+from replication.estimation.nonuniform.stamped.design import StampedFilter
 from replication.estimation.nonuniform.worst_case import simulate_error
 from replication.verify import run as first
 from replication.verify.run import check

@@ -16,11 +16,10 @@ from papers.mustafa.method.robust_lmi import lmi13, modal_transform, robust_lmi_
 from papers.mustafa.method.stability import UpperEnd, covered_interval, delta_block, small_gain_alpha, stability
 from papers.mustafa.printed import example
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.nonuniform.exchange import robust_design
-from replication.estimation.nonuniform.filter_lmi import variable_basis
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import robust_design, variable_basis
 from replication.verify.run import check
 
 OSCILLATOR, OSCILLATOR_RANGE = problem(**example(1))

@@ -94,7 +94,7 @@ def _transfer(filter_: Filter, z: float) -> Array:
 
 def _theorem_3(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h: float) -> dict[str, float]:
     """Residuals of J' (6) J = (10) for a random P-bar, and of the filter by (11) against the one that went in."""
-    from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10  # slow to load
+    from replication.estimation.nonuniform.robust import LmiVariables, lmi10  # slow to load
 
     n, m, s, delta = plant.order, plant.B.shape[1], len(plant.L), 1.7
     root = rng.standard_normal((2 * n, 2 * n))

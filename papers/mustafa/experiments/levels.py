@@ -13,13 +13,12 @@ from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter
 from papers.mustafa.method.printed_lmi import printed_design
 from papers.mustafa.method.robust_lmi import delta_radius, modal_transform, robust_lmi_design
 from papers.mustafa.method.stability import UpperEnd, covered_interval, logarithmic_norm, small_gain_alpha, stability
-from replication.estimation.nonuniform.bracket import worst_case_gain
-from replication.estimation.nonuniform.exchange import robust_design
-from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import FilterDesign, design_for_periods, robust_design
+from replication.estimation.nonuniform.worst_case import worst_case_gain
 
 Json = dict[str, Any]
 Matrices = dict[str, list[list[float]]]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from replication.estimation.nonuniform.filter_lmi import FilterDesign, Solver, design_for_periods, normalise
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import FilterDesign, Solver, design_for_periods, normalise
 from replication.estimation.validation import positive_integer
 
 

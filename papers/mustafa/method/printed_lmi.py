@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from replication.estimation.conic.solvers import minimise_modelled
-from replication.estimation.nonuniform.filter_lmi import FilterDesign, LmiSolution, LmiVariables, normalise, with_filter
+from replication.estimation.conic.program import minimise_modelled
 from replication.estimation.nonuniform.plant import SampledPlant, as_periods
+from replication.estimation.nonuniform.robust import FilterDesign, LmiSolution, LmiVariables, normalise, with_filter
 
 ACCEPTED = ("optimal", "optimal_inaccurate")
 

@@ -16,10 +16,17 @@ import scipy
 
 from papers.mustafa.method.stability import logarithmic_norm, small_gain_alpha
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.program import Indices, Inequalities, program_under
-from replication.estimation.conic.solvers import SolverReport
-from replication.estimation.nonuniform.filter_lmi import (
+from replication.estimation.conic.program import (
+    ALMOST,
+    Indices,
+    Inequalities,
+    SolverReport,
+    program_under,
+    solve_clarabel,
+)
+from replication.estimation.nonuniform.filters import Filter
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import (
     LmiVariables,
     combine,
     lmi10,
@@ -27,8 +34,6 @@ from replication.estimation.nonuniform.filter_lmi import (
     recover,
     variable_basis,
 )
-from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array, positive_integer
 
 

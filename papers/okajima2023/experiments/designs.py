@@ -13,10 +13,10 @@ from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
-from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
+from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.optimum import optimal_design, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.multirate.timing import search_timing
 
 INACCURATE = ("optimal", "optimal_inaccurate")
 """Theorem 1 is only a cross-check of the exact norm here: an inaccurate solution is shown with its status."""

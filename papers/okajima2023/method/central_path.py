@@ -16,8 +16,7 @@ import scipy
 
 from papers.okajima2023.method.reduced_lmi import Layout, inequalities
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.program import Inequalities
-from replication.estimation.conic.solvers import SolverReport
+from replication.estimation.conic.program import Inequalities, SolverReport
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array, positive_scalar
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from papers.okajima2023.method.reduced_lmi import LmiDesign
 from replication.errors import InfeasibleError
-from replication.estimation.conic.solvers import SolverReport, minimise_modelled
+from replication.estimation.conic.program import SolverReport, minimise_modelled
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array

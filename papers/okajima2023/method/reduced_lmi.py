@@ -12,9 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from replication.estimation.conic.clarabel import SOLVED, solve_clarabel
-from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
-from replication.estimation.conic.solvers import SolverReport
+from replication.estimation.conic.program import (
+    SOLVED,
+    Inequalities,
+    SolverReport,
+    program_under,
+    solve_clarabel,
+    symmetric_basis,
+)
 from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
 from replication.estimation.delay.collocation import Scheme, grid
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain

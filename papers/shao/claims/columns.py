@@ -10,7 +10,7 @@ from papers.shao.printed import DATA
 from papers.shao.problem import COLUMNS, LABELS, READINGS
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
-from replication.estimation.dualrate.tracking import Points
+from replication.estimation.dualrate.response import Points
 
 NOT_SEARCHED = "Not searched: delays, different discretisations of plant and observer, other parameters or gains."
 WHOLE = Part("Table I as a whole, under one reading or over one window", figures=("readings", "decoys"))

@@ -13,7 +13,7 @@ from papers.shao.problem import COLUMNS, FREQUENCIES, SRC
 from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
-from replication.estimation.dualrate.tracking import Points
+from replication.estimation.dualrate.response import Points
 from replication.verify.predicate import Predicate, Term, term
 
 STEADY = "steady state by the lifted form"

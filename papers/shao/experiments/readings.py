@@ -14,7 +14,7 @@ from papers.shao.method.search import BlockResult, Column, decoy_columns, merge,
 from papers.shao.printed import table_1
 from papers.shao.problem import APO_READINGS, COLUMNS, FREQUENCIES, PMI_READINGS, READINGS
 from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES
-from replication.estimation.dualrate.tracking import Points
+from replication.estimation.dualrate.response import Points
 
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
 """Names of the blocks of the search."""

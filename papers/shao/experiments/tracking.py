@@ -44,12 +44,13 @@ from replication.estimation.dualrate.loop import (
 )
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.response import start_state, time_response
-from replication.estimation.dualrate.tracking import (
+from replication.estimation.dualrate.response import (
     Points,
     period_response,
     reference,
+    start_state,
     steady_state,
+    time_response,
     tracking_error_ratio,
 )
 from replication.estimation.validation import Array

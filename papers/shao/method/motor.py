@@ -11,8 +11,8 @@ from enum import StrEnum
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
-from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.validation import one_of, positive_integer, positive_scalar
 
 

@@ -20,11 +20,16 @@ import numpy as np
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep
+from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep, SampledModel
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.response import slow_states, start_state
-from replication.estimation.dualrate.sampled import SampledModel
-from replication.estimation.dualrate.tracking import Points, output_rows, reference, tracking_error_ratio
+from replication.estimation.dualrate.response import (
+    Points,
+    output_rows,
+    reference,
+    slow_states,
+    start_state,
+    tracking_error_ratio,
+)
 from replication.estimation.validation import Array, one_of
 
 Window = tuple[int, int]

@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
+from replication.estimation.dualrate.observers import Harmonic, check_fit
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
-from replication.estimation.dualrate.sampled import Harmonic, check_fit
 from replication.estimation.validation import Array, finite_vector, positive_integer
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import scipy
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.tracking import reference, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.response import reference, steady_state, tracking_error_ratio
 from replication.estimation.validation import Array, ComplexArray, increasing_grid, positive_scalar
 
 

@@ -120,20 +120,23 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
     expected = (
         f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
         if changed
-        else "Every verdict is the expected one."
+        else "Every verdict is as expected."
     )
     text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
     return f"{text} {theorems(claims)}".strip()
 
 
 def theorems(claims: Iterable[ClaimRecord]) -> str:
-    """How many of the claims a theorem says, and beside how many there are theorems, in words; empty if none."""
-    found = [claim.judgement for claim in claims]
-    proved, supported = sum(one.proved for one in found), sum(bool(one.supported) for one in found)
+    """How many verdicts rest on theorems, how many of them against the claim, how many are supported; empty if none."""
+    claims = tuple(claims)
+    proved = sum(claim.judgement.proved for claim in claims)
+    against = sum(claim.judgement.proved and claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in claims)
+    supported = sum(bool(claim.judgement.supported) for claim in claims)
     if not proved and not supported:
         return ""
-    many = f"{proved} {'claim' if proved == 1 else 'claims'} proved: a theorem says the claim"
-    return f"{many}; {supported} more supported by theorems." if supported else f"{many}."
+    many = f"{proved} {'verdict rests on a theorem' if proved == 1 else 'verdicts rest on theorems'}"
+    many += f", {against} of them against the claim" if against else ""
+    return f"{many}; theorems support {supported} more." if supported else f"{many}."
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:

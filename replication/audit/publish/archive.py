@@ -64,16 +64,17 @@ def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Pa
 
 
 def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
-    """One badge: how many of the claims that could be checked agree, and whether every verdict is the pinned one.
+    """One badge: how many of the claims agree, how many the text leaves undecided, and whether a verdict has moved.
 
     A tick says that all agree, a diamond that some do not, a cross that a theorem fails or a verdict has changed.
     """
     chosen = tuple(claims)
     found = counts(chosen)
-    checked = sum(found.values()) - found[Verdict.UNDETERMINED] - found[Verdict.ERROR]
+    undecided = found[Verdict.UNDETERMINED]
     agree = sum(found[verdict] for verdict in AGREES)
     moved = sum(claim.unexpected for claim in chosen)
-    text = f"{moved} off the pin" if moved else f"{agree} of {checked} agree"
+    text = f"{moved} off the pin" if moved else f"{agree} of {sum(found.values())} agree"
+    text += f", {undecided} undecided" if undecided and not moved else ""
     stands = standing(chosen)
     return draw(label, text, BAD if moved or stands.broken else SOME if stands.failing else GOOD)
 

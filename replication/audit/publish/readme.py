@@ -86,7 +86,7 @@ def _lines(results: ResultsFile, shown: dict[str, str]) -> Iterator[str]:
     papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
     for key in standings(results):
         badge_of = _image(f"{BADGES}/{key}.svg", shown)
-        yield f"- **{papers[key].cited}** {badge_of} {_line(papers[key], told.get(key))}"
+        yield f"- **{papers[key].cited}**, “{papers[key].title}” {badge_of} {_line(papers[key], told.get(key))}"
 
 
 def _image(name: str, shown: dict[str, str]) -> str:

@@ -23,8 +23,7 @@ from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.nonuniform.stamped.proof import StampedProof, proved_design
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, StampedProof, proved_design
 from replication.estimation.nonuniform.worst_case import worst_sequence
 from replication.estimation.validation import Array
 

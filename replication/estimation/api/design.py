@@ -16,11 +16,11 @@ import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
-from replication.estimation.api.phase import Recursion
+from replication.estimation.api.export import Recursion
+from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.running import PeriodicObserver
-from replication.estimation.api.signals import Signals, numbered
-from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.linear.norms import (
     GainBracket,
     gain_curve,

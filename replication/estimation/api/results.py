@@ -17,8 +17,8 @@ import numpy as np
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import to_c_header, to_json, to_mat
+from replication.estimation.api.plants import Signals
 from replication.estimation.api.shown import Shown, as_text
-from replication.estimation.api.signals import Signals
 from replication.estimation.validation import Array
 
 if TYPE_CHECKING:

@@ -1,16 +1,29 @@
-"""What all results offer: text, a rich table, HTML, plain values, and a plot; arrays that cannot be replaced."""
+"""What all results offer: text, a rich table, HTML, plain values, a plot; simulations and trade-offs."""
 
 from __future__ import annotations
 
+import csv
+import io
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from replication.drawing.panels import Panel
+from replication.errors import InvalidInputError
+from replication.estimation.validation import Array, at_most, frozen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.table import Table
+
+
+# What all results offer: text, a rich table, HTML, plain values, and a plot; arrays that cannot be replaced
+
 
 HEADINGS = ("quantity", "value", "how")
 
@@ -95,3 +108,210 @@ class Shown(ABC):
 def as_text(value: float | int | str | bool) -> str:
     """A value in a table: floats with six significant digits."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+# What `simulate` of every method gives: signals over time, frozen, as text, table, HTML, plot or plain values
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Simulation(Shown):
+    """Signals over time.
+
+    Attributes
+    ----------
+    method : str
+        Name of the method.
+    time : array (M,)
+        In s, or in instants if the plant has no sampling period.
+    time_label : str
+        What the axis of time is called.
+    signals : mapping of str to array (M, k)
+        The signals by name.
+    columns : mapping of str to tuple of str
+        What the columns of each signal are called, with units where the plant has them.
+    ratio : float or None
+        l2 norm of the error over that of the disturbance, a lower bound of the gain; None if nothing disturbs.
+    steps : bool
+        Whether values are held until the next instant.
+    """
+
+    method: str
+    time: Array
+    time_label: str
+    signals: Mapping[str, Array]
+    columns: Mapping[str, tuple[str, ...]]
+    ratio: float | None
+    steps: bool
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Ratio, length, largest size of each signal."""
+        error = ("error over disturbance", as_text(self.ratio), "ratio of l2 norms") if self.ratio is not None else None
+        return [
+            *([error] if error else []),
+            (self.time_label, f"{self.time[0]:.6g} to {self.time[-1]:.6g}", f"{len(self.time)} points"),
+            *(
+                (n, f"largest {np.abs(s).max(initial=0.0):.6g}", ", ".join(self.columns[n]))
+                for n, s in self.signals.items()
+            ),
+        ]
+
+    def panels(self) -> tuple[Panel, ...]:
+        """One panel for each signal; where it is a single curve its name stands beside the axes."""
+        return tuple(
+            Panel(
+                self.time,
+                self.time_label,
+                name if len(columns) > 1 else f"{name}: {columns[0]}",
+                dict(zip(columns, self.signals[name].T, strict=True)),
+                {},
+                self.steps,
+            )
+            for name, columns in self.columns.items()
+            if self.signals[name].size
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Time and signals as lists, with the names of the columns."""
+        return {
+            "method": self.method,
+            "ratio": self.ratio,
+            "time": {"label": self.time_label, "value": self.time.tolist()},
+            "signals": {name: signal.tolist() for name, signal in self.signals.items()},
+            "columns": {name: list(columns) for name, columns in self.columns.items()},
+        }
+
+    def to_csv(self) -> str:
+        """Time and all signals, a column each.
+
+        Returns
+        -------
+        str
+            A line of names with units, then numbers that read back exactly.
+        """
+        text = io.StringIO()
+        lines = csv.writer(text, lineterminator="\n")
+        lines.writerow([self.time_label, *(f"{n}: {column}" for n in self.signals for column in self.columns[n])])
+        lines.writerows(np.column_stack([self.time, *self.signals.values()]).tolist())
+        return text.getvalue()
+
+
+def simulated(
+    method: str,
+    time: Array,
+    signals: Mapping[str, tuple[Any, Sequence[str]]],
+    *,
+    ratio: float | None,
+    steps: bool = True,
+) -> Simulation:
+    """What a method's `simulate` hands over: by name `signals` (M, k), with columns, over `time` (M,) in seconds."""
+    arrays = frozen({name: signal for name, (signal, _) in signals.items()})
+    columns = {name: tuple(names) for name, (_, names) in signals.items()}
+    for name, array in arrays.items():
+        if array.shape[1] != len(columns[name]):
+            raise ValueError(f"{name} has {array.shape[1]} columns, named are {columns[name]}")
+    return Simulation(
+        method=method, time=time, time_label="time (s)", signals=arrays, columns=columns, ratio=ratio, steps=steps
+    )
+
+
+# Between the least worst case and the least mean: designs at every level, with both measures exact
+
+
+BALANCE = 1e-6
+"""Width, on the way from the least level (0) to the Kalman design (1), at which the search for the balance ends."""
+MOST_POINTS = 1000
+
+
+class Goal(StrEnum):
+    """What a design makes least: the worst-case gain, the mean square under white noise, or something of both."""
+
+    HINF = "hinf"
+    H2 = "h2"
+    MIXED = "mixed"
+
+
+Measures = tuple[float, float]
+"""Exact gain and root mean square of a design."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TradeOff(Shown):
+    """What each level costs in mean error, and the other way round.
+
+    Attributes
+    ----------
+    method : str
+        Name of the method.
+    what : str
+        Of what the root mean square is.
+    level : array (M,)
+        Levels of the design, from the least one to infinity (the Kalman design).
+    gain : array (M,)
+        Gain of the design, the upper end of its exact value; never above the level.
+    rms : array (M,)
+        Root of the mean square for white noise, exact.
+    """
+
+    method: str
+    what: str
+    level: Array
+    gain: Array
+    rms: Array
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """One line for each level."""
+        return [
+            (
+                f"designed for level {as_text(float(level)) if np.isfinite(level) else 'infinite'}",
+                f"{self.what} {rms:.6g}",
+                f"gain {gain:.6g}; both exact",
+            )
+            for level, gain, rms in zip(self.level, self.gain, self.rms, strict=True)
+        ]
+
+    def panels(self) -> tuple[Panel, ...]:
+        """What is lost of the one measure for each loss of the other."""
+        gain, rms = (100 * (measure / measure.min() - 1) for measure in (self.gain, self.rms))
+        curves = {"from the least gain to the Kalman design": rms}
+        return (Panel(gain, "guaranteed gain above the least (%)", f"{self.what} above the least (%)", curves, {}),)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON values; the infinite level is null."""
+        levels = [level if np.isfinite(level) else None for level in self.level.tolist()]
+        return {"method": self.method, "level": levels, "gain": self.gain.tolist(), "rms": self.rms.tolist()}
+
+
+def between(least: float, share: float) -> float:
+    """The level on the way from the least one (share 0) to an infinite one (1); more of them where most changes."""
+    return float(least / np.sqrt(1 - share**2)) if share < 1 else np.inf
+
+
+def tradeoff(method: str, what: str, points: Any, least: float, measures: Callable[[float], Measures]) -> TradeOff:
+    """The curve through `points` designs; `least`: the level of the first, `measures`: of the design at a level.
+
+    Raises InvalidInputError unless `points` is a whole number from 2 to MOST_POINTS.
+    """
+    count = at_most("points", points, MOST_POINTS)
+    if count < 2:
+        raise InvalidInputError(f"points must be at least 2, the two ends, got {count}")
+    levels = np.array([between(least, share) for share in np.linspace(0.0, 1.0, count).tolist()])
+    gain, rms = np.array([measures(level) for level in levels.tolist()]).T
+    return TradeOff(method, what, levels, gain, rms)
+
+
+def balanced(least: float, least_gain: float, measures: Callable[[float], Measures]) -> float:
+    """The level whose design has a gain and a mean that exceed the least ones by the same share."""
+    from scipy.optimize import brentq  # slow to load
+
+    least_rms = measures(np.inf)[1]
+
+    def excess(share: float) -> float:
+        """Of the mean over that of the gain."""
+        gain, rms = measures(between(least, share))
+        return rms / least_rms - gain / least_gain
+
+    if excess(0.0) <= 0:
+        return between(least, 0.0)
+    if excess(1.0) >= 0:
+        return np.inf
+    return between(least, brentq(excess, 0.0, 1.0, xtol=BALANCE))

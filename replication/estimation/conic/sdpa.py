@@ -15,12 +15,20 @@ from functools import cache
 from importlib.metadata import version
 from typing import TypeVar, cast
 
+import numpy as np
 import scipy
 from threadpoolctl import ThreadpoolController
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.program import Program, Solution
-from replication.estimation.conic.solvers import Options, SolverReport, quiet_stdout
+from replication.estimation.conic.program import (
+    Inequalities,
+    Options,
+    Program,
+    Solution,
+    SolverReport,
+    program_under,
+    quiet_stdout,
+)
 from replication.estimation.validation import Array
 
 T = TypeVar("T")
@@ -164,3 +172,126 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
             f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
     return replace(solution, report=said.with_residuals(found))
+
+
+# Matrix inequalities in few unknowns by SDPA, as those of (10) for plants of many states, and refined
+
+
+OPTIONS: Options = {
+    "epsilonStar": 1e-12,
+    # Out of reach on purpose: once SDPA holds a point for feasible it takes steps that end short of 1e-6.
+    "epsilonDash": 1e-20,
+    "lambdaStar": 1e4,
+    "betaStar": 0.05,
+    "betaBar": 0.1,
+    "gammaStar": 0.9,
+    "maxIteration": 60,
+}
+LOCAL_OPTIONS: Options = {**OPTIONS, "lambdaStar": 1e2, "epsilonStar": 1e-10, "epsilonDash": 1e-8}
+"""In local coordinates the solution lies near the start, and SDPA may end by its own measure: its gap there is
+relative to the one that the first solution left."""
+REFINEMENTS = 2
+"""Times that a program is solved again in the coordinates of the last point; one was enough for all that was met."""
+FEWER, LEAST = 0.75, 8
+"""Where SDPA gives up it is asked for this share of the iterations, and for no fewer than that: its last points, which
+are out of reach on purpose, are those whose matrices rounding spoils."""
+FLAT = 1e-14
+"""Smallest eigenvalue of a slack, relative to its largest, that the local coordinates tell from zero."""
+GAP = 1e-6
+"""Largest distance of both objectives, relative to one plus their size, with which a point counts as a solution."""
+RESIDUAL = 1e-7
+"""Largest violation of the inequalities with which a point counts as a solution."""
+
+
+def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, SolverReport]:
+    """Minimise cost'x subject to the inequalities of `group`, each of which has all unknowns in their order.
+
+    Returns the minimiser, the duals (K, q, q) and a report with what the solver said and the gap and residuals as
+    measured here, in the units of the program. A feasible point with too large a gap is refined. Raises SolverError if
+    the gap exceeds GAP or an inequality is violated by more than RESIDUAL all the same.
+    """
+    point, duals, said = _solve(cost, group, OPTIONS)
+    report = _measured(cost, group, point, duals, said)
+    for refinement in range(1, REFINEMENTS + 1):
+        if _accurate(report) or report.residuals["primal"] > RESIDUAL:
+            break
+        local = _local(cost, group, point)
+        step, duals, said = _solve(local.cost, local.group, LOCAL_OPTIONS)
+        point = point + np.linalg.solve(local.unknowns, step)
+        duals = local.size * np.swapaxes(local.slacks, 1, 2) @ duals @ local.slacks
+        said = replace(said, options={**LOCAL_OPTIONS, "refinement": refinement})
+        report = _measured(cost, group, point, duals, said)
+    if not _accurate(report):
+        told = f"(status {report.status}, residuals {report.residuals})"
+        raise SolverError(
+            f"SDPA stopped after {report.iterations} iterations short of the accuracy asked for {told}; rescale the "
+            "plant, or narrow the range of periods"
+        )
+    return point, duals, report
+
+
+def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, Array, SolverReport]:
+    """The point and the duals (K, q, q) where SDPA ended; after fewer iterations where it gives up in a later one."""
+    program = program_under(cost, group)
+    try:
+        duals, point, said = run_sdpa(program, options)
+    except SdpaGaveUp:
+        fewer = int(options["maxIteration"] * FEWER)
+        if fewer < LEAST:
+            raise
+        return _solve(cost, group, {**options, "maxIteration": fewer})
+    return point, np.array(program.matrices(duals)), said
+
+
+def _accurate(report: SolverReport) -> bool:
+    return report.residuals["gap"] <= GAP and report.residuals["primal"] <= RESIDUAL
+
+
+@dataclass(frozen=True)
+class _Local:
+    """A program in the coordinates of a point x0: x = x0 + unknowns^-1 step, slacks S become slacks S slacks'.
+
+    The slacks at x0 are then the identity and the coefficients orthonormal: the steps of length one fill the ellipsoid
+    within which every x is feasible. The cost is of length one, `size` times smaller than in the original units.
+    """
+
+    cost: Array
+    group: Inequalities
+    unknowns: Array
+    slacks: Array
+    size: float
+
+
+def _local(cost: Array, group: Inequalities, x0: Array) -> _Local:
+    count, unknowns, order, _ = group.coefficients.shape
+    values, vectors = np.linalg.eigh(group.constant + np.tensordot(x0, group.coefficients, axes=(0, 1)))
+    floor = np.maximum(values, FLAT * values[:, -1:])
+    slacks = np.swapaxes(vectors / np.sqrt(floor)[:, None, :], 1, 2)
+    moved = slacks[:, None] @ group.coefficients @ np.swapaxes(slacks, 1, 2)[:, None]
+    # Orthonormal by reflections, not by the Gram matrix, whose condition is the square.
+    basis, triangle = np.linalg.qr(moved.transpose(0, 2, 3, 1).reshape(-1, unknowns))
+    coefficients = basis.reshape(count, order, order, unknowns).transpose(0, 3, 1, 2)
+    coefficients = (coefficients + np.swapaxes(coefficients, 2, 3)) / 2
+    constant = (values / floor)[:, :, None] * np.eye(order)
+    cost = np.linalg.solve(triangle.T, cost)
+    size = float(np.linalg.norm(cost))
+    return _Local(cost / size, Inequalities(constant, coefficients, group.variables), triangle, slacks, size)
+
+
+def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: SolverReport) -> SolverReport:
+    """What SDPA said, with residuals computed from the data of the program.
+
+    The gap counts what the dual point lacks: its equations times the unknowns, its eigenvalues times the slack.
+    """
+    slack = group.constant + np.tensordot(x, group.coefficients, axes=(0, 1))
+    objective, bound = float(cost @ x), -float(np.sum(group.constant * duals))
+    equations = np.abs(np.einsum("kpab,kab->p", group.coefficients, duals) - cost)
+    below = np.maximum(0.0, -np.linalg.eigvalsh(duals)[:, 0])
+    lacking = float(equations @ np.abs(x) + below @ np.trace(slack, axis1=1, axis2=2))
+    return said.with_residuals(
+        {
+            "primal": max(0.0, -float(np.linalg.eigvalsh(slack)[:, 0].min())),
+            "dual": float(equations.max()),
+            "gap": (abs(objective - bound) + lacking) / (1 + abs(objective)),
+        }
+    )

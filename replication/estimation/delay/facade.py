@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.plants import PlantReader
+from replication.estimation.api.plants import PlantReader, Signals, measured_outputs, numbered
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.signals import Signals, measured_outputs, numbered
-from replication.estimation.api.simulation import Simulation, simulated
-from replication.estimation.api.tradeoff import Goal
+from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general
 from replication.estimation.delay.general.plant import DelayPlant

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.solvers import solve_modelled
+from replication.estimation.conic.program import solve_modelled
 from replication.estimation.delay.models import Model
 from replication.estimation.validation import Array, undetectable_mode
 

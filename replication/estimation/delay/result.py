@@ -10,9 +10,9 @@ import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import SolverError
+from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Shown
-from replication.estimation.api.signals import Signals
 from replication.estimation.delay.collocation import grid
 from replication.estimation.delay.exact.forms import plant_terms
 from replication.estimation.delay.exact.worth import worth

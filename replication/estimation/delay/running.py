@@ -12,8 +12,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.forms.statespace import require_small, single
-from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.delay.collocation import Grid, grid
 from replication.estimation.delay.observer import assembled
 from replication.estimation.delay.operators.gains import GainValues, ObserverGains, evaluate

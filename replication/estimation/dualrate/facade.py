@@ -15,9 +15,7 @@ import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import LITTLE, Evidence
-from replication.estimation.api.simulation import Simulation, simulated
-from replication.estimation.api.tradeoff import Goal
-from replication.estimation.dualrate.gains import Weights, checked_weights
+from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     close_loop,
@@ -28,12 +26,16 @@ from replication.estimation.dualrate.loop import (
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.result import DualRateResult
-from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
-from replication.estimation.dualrate.slow.loop import gain, of_gains
+from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
+from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import SlowRateResult, require_level, slow_design
-from replication.estimation.dualrate.slow.simulation import closed_loop_signals, simulate_slow
+from replication.estimation.dualrate.slow.result import (
+    SlowRateResult,
+    closed_loop_signals,
+    require_level,
+    simulate_slow,
+    slow_design,
+)
 from replication.estimation.validation import one_of
 
 if TYPE_CHECKING:

@@ -13,9 +13,16 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.observers import Builder, ObserverStep
+from replication.estimation.dualrate.observers import (
+    Builder,
+    Harmonic,
+    Held,
+    ObserverStep,
+    check_fit,
+    over_time,
+    sampled_model,
+)
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
-from replication.estimation.dualrate.sampled import Harmonic, Held, check_fit, over_time, sampled_model
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
 from replication.estimation.validation import Array, ComplexArray
 

@@ -13,8 +13,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import LinearPlant, parts_of
-from replication.estimation.api.signals import Signals, is_statespace, numbered
+from replication.estimation.api.plants import LinearPlant, Signals, is_statespace, numbered, parts_of
 from replication.estimation.validation import (
     Array,
     ComplexArray,

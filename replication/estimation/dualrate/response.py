@@ -1,20 +1,189 @@
-"""Exact time response of a dual-rate loop from a given start, between the samples too, in the lifted form.
-
-The slow instants obey z(n+1) = Φ z(n) + Im(Γ e^{sMTn}); everything inside a slow period is a fixed linear map of its
-start, so all periods are filled in at once. Works for unstable loops.
-"""
+"""Exact responses of a dual-rate loop: from a given start, and the steady state under a sinusoidal reference."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
-from replication.estimation.dualrate.loop import DualRateLoop, monodromy
+from replication.errors import InvalidInputError
+from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
+from replication.estimation.dualrate.observers import Harmonic, forced, over_time
 from replication.estimation.dualrate.problem import row_of_output
-from replication.estimation.dualrate.tracking import command, output_rows, period_response
-from replication.estimation.validation import Array, finite_vector, positive_integer
+from replication.estimation.validation import (
+    Array,
+    ComplexArray,
+    finite_vector,
+    one_of,
+    positive_integer,
+)
+
+# Steady-state response of a stable dual-rate loop to a sinusoidal reference, and its largest tracking error
+
+
+LEAST_SUBSTEPS, POINTS_PER_TURN = 100, 20
+"""Grid before the refinement: points per fast period at least, and points per turn of the fastest oscillation."""
+NEARLY_HIGHEST, REFINED = 0.98, 5
+"""Local maxima of the grid that are refined: those near its highest, since 20 points a turn miss up to 1.3 % of one,
+and no more than five."""
+MOST_STEPS, CLOSE = 8, 1e-6
+"""Of Newton's method; of a step of the grid, a step that ends it: as many digits again are right after it."""
+
+
+class Points(StrEnum):
+    """Where the tracking error is looked at: for all times, at fast instants, or at slow instants."""
+
+    BETWEEN = "between"
+    FAST = "fast"
+    SLOW = "slow"
+
+
+@dataclass(frozen=True, eq=False)
+class OutputRows:
+    """y(t_k + τ) = state x(t_k) + input u(t_k) + forcing w(t_k) at τ = offsets; shapes (q, n), (q, m), (q,)."""
+
+    offsets: Array
+    state: Array
+    input: Array
+    forcing: ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """Complex amplitudes at the M phases: loop states (M, nz), applied held inputs (M, m)."""
+
+    states: ComplexArray
+    inputs: ComplexArray
+
+
+def reference(loop: DualRateLoop) -> Harmonic:
+    """The reference of the loop; raises InvalidInputError if it has none or the plant has several outputs."""
+    if loop.plant.C.shape[0] != 1:
+        raise InvalidInputError(f"tracking is defined for one output, the plant has {loop.plant.C.shape[0]}")
+    if loop.harmonic is None:
+        raise InvalidInputError("the loop has no reference; close it with a `harmonic`")
+    return loop.harmonic
+
+
+def command(loop: DualRateLoop) -> Harmonic:
+    """What drives the loop: its reference, or the command zero if it has none."""
+    return loop.harmonic or Harmonic(0.0, np.zeros(loop.plant.B_u.shape[1], complex))
+
+
+def output_rows(loop: DualRateLoop, substeps: int, output: int = 0) -> OutputRows:
+    """The map to one output at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
+    positive_integer("number of sub-steps", substeps)
+    width, plant = loop.design.period / substeps, loop.plant
+    s, step = command(loop).exponent, over_time(plant, width, loop.harmonic)
+    n, m = plant.B_u.shape
+    joint = np.eye(n + m + 1, dtype=complex)  # x, the held input and w = exp(st) over one sub-step
+    joint[:n] = np.hstack([step.state, step.input, step.forcing[:, None]])
+    joint[-1, -1] = np.exp(s * width)
+    powers = np.eye(n + m + 1, dtype=complex)[None]
+    while len(powers) < substeps:
+        powers = np.concatenate([powers, powers @ np.linalg.matrix_power(joint, len(powers))])
+    rows = np.tensordot(powers[:substeps, :n], plant.C[output], axes=(1, 0))
+    offsets = np.arange(substeps, dtype=float) * width
+    return OutputRows(offsets, rows[:, :n].real, rows[:, n : n + m].real, rows[:, -1])
+
+
+def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
+    """States at phases 0 … M (M + 1 rows) and inputs at phases 0 … M−1, for z = start at t = 0 and w = exp(st)."""
+    harmonic = command(loop)
+    states, inputs = [start], []
+    for phase, step in enumerate(loop.steps):
+        w = np.exp(harmonic.exponent * phase * loop.design.period)
+        r = np.zeros_like(harmonic.amplitude) if harmonic.continuous else harmonic.amplitude * w
+        inputs.append(step.input_state @ states[-1] + step.input_command @ r)
+        states.append(step.state @ states[-1] + step.command @ r + step.forcing * w)
+    return SteadyState(np.array(states), np.array(inputs))
+
+
+def steady_state(loop: DualRateLoop) -> SteadyState:
+    """The periodic steady state. Raises InfeasibleError if the loop is unstable: it has none."""
+    harmonic = reference(loop)
+    require_stable(loop, "it has no steady state; ask for its time response instead")
+    transition = monodromy(loop)
+    gain = period_response(loop, np.zeros(loop.size, complex)).states[-1]
+    turn = np.exp(harmonic.exponent * loop.design.slow_period)
+    start = np.linalg.solve(turn * np.eye(loop.size) - transition, gain)
+    return period_response(loop, start)
+
+
+def tracking_error_ratio(loop: DualRateLoop, points: Points = Points.BETWEEN) -> float:
+    """sup |y − y_d| / |y_d| in the steady state, a pure number; raises InfeasibleError if the loop is unstable."""
+    points = one_of(Points, points)
+    if points is Points.BETWEEN:
+        return tracking_error_peak(loop)[0]
+    return float(np.max(fast_errors(loop)[: 1 if points is Points.SLOW else None]))
+
+
+def fast_errors(loop: DualRateLoop) -> Array:
+    """|y − y_d| / |y_d| at the fast instants of a slow period in the steady state, shape (M,)."""
+    return np.abs(_errors(loop, steady_state(loop), output_rows(loop, 1)))[:, 0]
+
+
+def tracking_error_peak(loop: DualRateLoop) -> tuple[float, float]:
+    """The ratio of `tracking_error_ratio` over all times, and the time in [0, M T) where it is met, s."""
+    steady, substeps = steady_state(loop), _substeps(loop)
+    sizes = np.abs(_errors(loop, steady, output_rows(loop, substeps))).ravel()
+    width = loop.design.period / substeps
+    peaks = np.flatnonzero((sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)))
+    peaks = peaks[np.argsort(-sizes[peaks], kind="stable")][:REFINED]
+    near = [peak * width for peak in peaks if sizes[peak] >= NEARLY_HIGHEST * sizes.max()]
+    highest = float(sizes.max()), int(sizes.argmax()) * width
+    return max(highest, *(_refined(loop, steady, time, width) for time in near))
+
+
+def _substeps(loop: DualRateLoop) -> int:
+    """Enough for the fastest oscillation in the error: of the plant, or of the reference."""
+    fastest = max(float(np.max(np.abs(np.linalg.eigvals(loop.plant.A).imag))), abs(reference(loop).frequency))
+    return max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
+
+
+def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float) -> tuple[float, float]:
+    """The highest amplitude of the error within `width` of `time`, and where it is met, modulo the slow period.
+
+    Newton's method for the slope of the squared amplitude; where that jumps, at a fast instant, `time` is the peak.
+    """
+    best, start = (0.0, time), time
+    for _ in range(MOST_STEPS):
+        error, slope, bend = _error_at(loop, steady, time)
+        best = max(best, (abs(error), time))
+        rise, curve = (error.conjugate() * slope).real, abs(slope) ** 2 + (error.conjugate() * bend).real
+        step = -rise / curve if curve < 0.0 else float(np.copysign(width / 2.0, rise))
+        following = min(max(time + step, start - width), start + width)
+        if abs(following - time) <= CLOSE * width:
+            break
+        time = following
+    return best[0], best[1] % loop.design.slow_period
+
+
+def _errors(loop: DualRateLoop, steady: SteadyState, rows: OutputRows) -> ComplexArray:
+    """Complex amplitudes of y − y_d, shape (M, q), turned back to the phase of t = 0."""
+    s, n = reference(loop).exponent, loop.plant.order
+    starts = np.exp(s * loop.design.period * np.arange(loop.design.ratio))
+    output = steady.states[:-1, :n] @ rows.state.T + steady.inputs @ rows.input.T + np.outer(starts, rows.forcing)
+    return np.asarray(output - np.outer(starts, np.exp(s * rows.offsets)))
+
+
+def _error_at(loop: DualRateLoop, steady: SteadyState, time: float) -> tuple[complex, complex, complex]:
+    """Amplitude of y − y_d at any time of the steady state, and its first two derivatives by time."""
+    time, plant = time % loop.design.slow_period, loop.plant
+    phase = min(int(time // loop.design.period), loop.design.ratio - 1)
+    s, after = reference(loop).exponent, time - phase * loop.design.period
+    part, u, w = over_time(plant, after, loop.harmonic), steady.inputs[phase], np.exp(s * phase * loop.design.period)
+    drive = forced(plant, loop.harmonic) * w * np.exp(s * after)
+    x = part.state @ steady.states[phase, : plant.order] + part.input @ u + part.forcing * w
+    rate = plant.A @ x + plant.B_u @ u + drive
+    bend = plant.A @ rate + s * drive
+    row, wanted = plant.C[0], np.exp(s * time)
+    return tuple(complex(row @ part - s**k * wanted) for k, part in enumerate((x, rate, bend)))  # type: ignore[return-value]
+
+
+# Exact time response of a dual-rate loop from a given start, between the samples too, in the lifted form
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from replication.estimation.multirate.facade import analyse, design, simulate
-    from replication.estimation.multirate.h2.result import KalmanResult
-    from replication.estimation.multirate.latency.continuous import ContinuousPlant
+    from replication.estimation.multirate.latency import ContinuousPlant
+    from replication.estimation.multirate.optimum import search_timing
     from replication.estimation.multirate.plant import MultiratePlant
-    from replication.estimation.multirate.result import MultirateResult
-    from replication.estimation.multirate.timing import search_timing
+    from replication.estimation.multirate.result import KalmanResult, MultirateResult
 else:
     from replication.estimation.lazy import lazy
 
@@ -16,11 +15,10 @@ else:
         __name__,
         {
             "facade": "analyse design simulate",
-            "h2.result": "KalmanResult",
-            "latency.continuous": "ContinuousPlant",
+            "latency": "ContinuousPlant",
             "plant": "MultiratePlant",
-            "result": "MultirateResult",
-            "timing": "search_timing",
+            "result": "KalmanResult MultirateResult",
+            "optimum": "search_timing",
         },
     )
 

@@ -15,22 +15,16 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import PlantReader, parts_of
+from replication.estimation.api.plants import ADDED, PlantReader, Signals, numbered, parts_of
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.signals import ADDED, Signals, numbered
-from replication.estimation.api.simulation import Simulation
-from replication.estimation.api.tradeoff import Goal
-from replication.estimation.linear.covariances import covariance
+from replication.estimation.api.shown import Goal, Simulation
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.multirate.h2.result import KalmanResult
-from replication.estimation.multirate.latency.continuous import ContinuousPlant, is_continuous, sampled_statespace
-from replication.estimation.multirate.latency.delivered import delivered
-from replication.estimation.multirate.optimum import Optimum, optimum
+from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
+from replication.estimation.multirate.optimum import Optimum, least_error_offsets, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.multirate.result import MultirateResult, facts
-from replication.estimation.multirate.timing import least_error_offsets, search_timing
-from replication.estimation.validation import Array, as_array, one_of, positive_scalar
+from replication.estimation.multirate.result import KalmanResult, MultirateResult, facts
+from replication.estimation.validation import Array, as_array, covariance, one_of, positive_scalar
 
 if TYPE_CHECKING:
     import control

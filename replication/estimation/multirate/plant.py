@@ -16,8 +16,7 @@ import numpy.typing as npt
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, parts_of
-from replication.estimation.linear.covariances import noise_factors
-from replication.estimation.validation import Array, as_matrix, at_most, positive_scalar
+from replication.estimation.validation import Array, as_matrix, at_most, noise_factors, positive_scalar
 
 LARGEST_OF_A = 1e30
 """Entries of A above are refused: a period is a product of many."""

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import RiccatiMap
 from replication.estimation.multirate.plant import MultiratePlant

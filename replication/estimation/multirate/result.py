@@ -2,29 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from replication.errors import InfeasibleError
+from replication.estimation.api import shown as curve
 from replication.estimation.api.design import Design, Solution
-from replication.estimation.api.phase import Phase, Recursion
+from replication.estimation.api.export import Phase, Recursion
+from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence, baselines
-from replication.estimation.api.signals import each_instant
-from replication.estimation.api.tradeoff import Goal, TradeOff
+from replication.estimation.api.shown import Goal, TradeOff
 from replication.estimation.linear.norms import gain_if_finite, l2_gain, settles, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
-from replication.estimation.multirate.h2.filtering import smoothing_limit
-from replication.estimation.multirate.h2.tradeoff import balanced, rms_error, tradeoff
-from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
+from replication.estimation.multirate.kalman import (
+    RiccatiDesign,
+    filter_gains,
+    kalman_centre,
+    kalman_design,
+    smoothing_limit,
+)
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum, riccati_design
 from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
-from replication.estimation.validation import Array
+from replication.estimation.multirate.running import KalmanFilter, StartingFilter
+from replication.estimation.validation import Array, at_most, positive_integer
 
 if TYPE_CHECKING:
     import control
+
+
+# Multi-rate observers between the least level and the least mean error; see `replication.estimation.api.shown`
+
+
+def rms_error(problem: MultirateProblem, gains: Array) -> float:
+    """Root of the mean square of W e over a period, for white noise of unit intensity; gains (N, n, q)."""
+    return float(np.sqrt(white_noise_variance(problem.error_system(gains))))
+
+
+def tradeoff(problem: MultirateProblem, best: Optimum, points: Any) -> curve.TradeOff:
+    """Levels from the least one to infinity; raises InvalidInputError for another number of points."""
+    _, measures = _designs(problem)
+    return curve.tradeoff("multirate", "rms error", points, best.upper * (1 + DESIGN_MARGIN), measures)
+
+
+def balanced(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
+    """The central gains whose level and whose mean error exceed the least ones by the same share."""
+    design, measures = _designs(problem)
+    return design(curve.balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
+
+
+def _designs(
+    problem: MultirateProblem,
+) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], curve.Measures]]:
+    """The central gains at a level, and their exact gain and rms error."""
+    centre = kalman_centre(problem)
+
+    def design(level: float) -> RiccatiDesign:
+        return central(centre, level) if np.isfinite(level) else kalman_design(problem)
+
+    def measures(level: float) -> curve.Measures:
+        gains = design(level).gains
+        return l2_gain(problem.error_system(gains)).upper, rms_error(problem, gains)
+
+    return design, measures
+
 
 SIMPLER = "the Kalman filter has the least mean error: goal='h2', or goal='mixed' for something of both"
 
@@ -162,3 +205,108 @@ def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence,
         Evidence("rms error", own, f"white noise of unit intensity; {how}"),
         *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
     )
+
+
+# The periodic Kalman filter as a result: gains, covariances, running forms, and what its mean error is worth
+
+
+LONGEST_LAG = 1000
+AXES = {
+    "L": "(phase, state, sensor)",
+    "K": "(phase, state, sensor)",
+    "P": "(phase, state, state)",
+    "F": "(phase, state, state)",
+    "V": "(phase, sensor, sensor)",
+}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class KalmanResult(MultirateResult):
+    """A periodic Kalman filter.
+
+    Its gains are L of the prediction x^(k+1|k) = A x^(k|k-1) + B_u u + L v with the innovation v, and K of the filtered
+    estimate x^(k|k) = x^(k|k-1) + K v; P and F are the covariances of the errors of both, x^(k|k-1) and x^(k|k), and V
+    is that of v (zero for sensors that do not measure).
+
+    Attributes
+    ----------
+    start : array (n, n) or None
+        Covariance P0 of the error of the start, if it was given.
+    """
+
+    axes: Mapping[str, str] = field(default_factory=AXES.copy)
+    start: Array | None = None
+
+    @classmethod
+    def solve(cls, problem: MultirateProblem, *given: Any, **aims: Any) -> Solution:
+        """The steady state of the filter, with its covariances."""
+        kalman = kalman_design(problem)
+        gains = filter_gains(problem, kalman.X)
+        arrays = {
+            "L": kalman.gains,
+            "K": gains.K[:, 0],
+            "P": gains.predicted,
+            "F": gains.filtered,
+            "V": gains.innovation,
+        }
+        return Solution(arrays, mean_error_facts(problem, kalman.gains))
+
+    def filter(self, *, lag: int = 0, P0: Any = None, gate: float | None = None) -> KalmanFilter | StartingFilter:
+        """The filter to run in a loop; its `step` gives x^(k|k), x^(k+1|k), their covariances and the innovation.
+
+        Parameters
+        ----------
+        lag : int
+            It also looks back: x^(k-lag|k).
+        P0 : array (n, n), optional
+            Covariance of the error of the start; that of the design unless given.
+        gate : float, optional
+            Beyond which a measurement is left out, and counted by `gated`: below 1 the probability with which a good
+            one passes, from 1 on standard deviations of its innovation.
+
+        Returns
+        -------
+        KalmanFilter or StartingFilter
+            With the gains of the steady state, or with those that begin at P0.
+
+        Raises
+        ------
+        InvalidInputError
+            P0 is no covariance, the lag is no whole number from 0 to 1000, or the gate neither of the two.
+        """
+        count = (
+            0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
+        )
+        start = self.start if P0 is None else P0
+        if start is not None:
+            return StartingFilter(self.problem, start, count, gate).named(self.signals)
+        gains = filter_gains(self.problem, self.gains["P"], count)
+        return KalmanFilter(self.problem, gains, gate).named(self.signals)
+
+    def covariances(self, steps: int, *, P0: Any = None) -> tuple[Array, Array]:
+        """Covariances of the errors over time, from the start on.
+
+        Parameters
+        ----------
+        steps : int
+            Number of instants.
+        P0 : array (n, n), optional
+            Covariance of the error of the start; that of the design, or the steady state, unless given.
+
+        Returns
+        -------
+        predicted, filtered : array (steps, n, n)
+            Of x^(k|k-1) and x^(k|k), k = 0, 1, ...
+
+        Raises
+        ------
+        InvalidInputError
+            P0 is no covariance, or `steps` no whole positive number.
+        """
+        count = positive_integer("steps", steps)
+        start = self.start if P0 is None else P0
+        run = StartingFilter(self.problem, self.gains["P"][0] if start is None else start)
+        known, mask = np.zeros(self.problem.plant.B_u.shape[1]), self.problem.schedule.mask
+        done = [run.step(known, np.where(mask[k % len(mask)], 0.0, np.nan)) for k in range(count)]
+        predicted = [run.start, *(step.predicted_covariance for step in done[:-1])]
+        return np.stack(predicted), np.stack([step.covariance for step in done])

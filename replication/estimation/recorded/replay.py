@@ -22,7 +22,7 @@ from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.shown import Shown, as_text
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
-from replication.estimation.nonuniform.stamped.kalman.recursion import Estimate, Instant, Recursion
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
 from replication.estimation.validation import Array
 
 LEAST_SAMPLES, LAGS, PROBABILITY = 20, 10, 0.95

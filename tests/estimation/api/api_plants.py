@@ -11,7 +11,7 @@ import control
 import numpy as np
 
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.shown import Simulation
 
 CART = control.ss(
     [[1.0, 0.1], [0.0, 0.98]],

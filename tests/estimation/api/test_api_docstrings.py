@@ -16,8 +16,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.design import Design
 from replication.estimation.api.results import Bracket, GainResult
 from replication.estimation.api.running import PeriodicObserver, RunningObserver
-from replication.estimation.api.shown import Shown
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.shown import Shown, Simulation
 from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.nonuniform.result import RunningFilter
 from tests.estimation.api.api_plants import METHODS

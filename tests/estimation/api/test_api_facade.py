@@ -20,8 +20,8 @@ import pytest
 import scipy.io
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.plants import Signals, measured_outputs
 from replication.estimation.api.results import Bracket, GainResult, outward
-from replication.estimation.api.signals import Signals, measured_outputs
 from tests.estimation.api.api_plants import CASES, METHODS, result_of
 
 ROOT = Path(__file__).parents[3]

@@ -12,11 +12,10 @@ import pytest
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.api.forms.statespace import MOST_STATES, require_small, statespace
-from replication.estimation.api.running import PeriodicObserver, Phase, vector
+from replication.estimation.api.running import MOST_STATES, PeriodicObserver, Phase, require_small, statespace, vector
 from replication.estimation.delay import error_system, hinf_norm
 from replication.estimation.delay import result as delay_result
-from replication.estimation.dualrate.sampled import over_time
+from replication.estimation.dualrate.observers import over_time
 from replication.estimation.nonuniform.worst_case import simulate_error
 from tests.estimation.api.api_plants import CASES, METHODS, TANKS, TIMES, WAVES, result_of
 

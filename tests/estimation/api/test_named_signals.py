@@ -13,7 +13,7 @@ from api_plants import CART, CASES, SERVO, result_of
 
 from replication.errors import InvalidInputError
 from replication.estimation import dualrate, multirate, nonuniform
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.shown import Simulation
 from replication.estimation.multirate import losses
 
 UNITS = {"position": "m", "velocity": "m/s", "angle": "rad", "deep": "mm", "camera": "px", "volt": "V", "speed": "m/s"}

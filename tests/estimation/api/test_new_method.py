@@ -16,9 +16,9 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
-from replication.estimation.api.forms.loading import load
-from replication.estimation.api.phase import Phase, Recursion
-from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.api.export import Phase, Recursion
+from replication.estimation.api.plants import Signals, numbered
+from replication.estimation.api.portable import load
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import as_matrix
 from tests.estimation.compiled import Compiled

@@ -65,7 +65,7 @@ def test_a_used_observer_is_written_as_it_began(tmp_path: Path) -> None:
         ({"observer": "api.running:vector"}, "no class of this library"),
         ({"observer": "api.running:Mapping"}, "not known"),
         ({"observer": "api.running:np"}, "no class of this library"),
-        ({"observer": "api.phase:Phase"}, "no running observer"),
+        ({"observer": "api.export:Phase"}, "no running observer"),
         ({"observer": "..files:write_directory"}, "not known"),
         ({"made_with": {}}, "not whole"),
         ({"made_with": {"phases": 3, "expected": 4}}, "not whole"),

@@ -10,7 +10,7 @@ from replication.certify.nonuniform import gain as nonuniform
 from replication.certify.nonuniform.constant import storage_matrix
 from replication.errors import SolverError
 from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.verify.run import check
 
 RANGE = {"from": "h_l", "to": "h_u", "weight": "samples"}

@@ -9,8 +9,7 @@ import pytest
 
 from replication.errors import SolverError
 from replication.estimation.conic import interior
-from replication.estimation.conic.interior import _positive, solve
-from replication.estimation.conic.steps import Block, Equations, Unknowns, scaled_pair, symmetric
+from replication.estimation.conic.interior import Block, Equations, Unknowns, _positive, scaled_pair, solve, symmetric
 
 
 def test_a_step_takes_away_what_was_missed_and_keeps_the_duals_balanced() -> None:

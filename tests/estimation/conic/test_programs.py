@@ -7,8 +7,7 @@ import pytest
 import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Inequalities, Program, Solution, program_under
+from replication.estimation.conic.program import Inequalities, Program, Solution, program_under, solve_clarabel
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import SdpaOptions
 

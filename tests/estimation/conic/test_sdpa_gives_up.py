@@ -11,9 +11,8 @@ from sdpap.sdpacall import sdpacall
 
 from replication.errors import SolverError
 from replication.estimation.conic import sdpa
-from replication.estimation.conic.program import Inequalities
-from replication.estimation.conic.refined import LEAST, OPTIONS, _accurate, _measured, minimise_refined
-from replication.estimation.conic.solvers import SolverReport
+from replication.estimation.conic.program import Inequalities, SolverReport
+from replication.estimation.conic.sdpa import LEAST, OPTIONS, _accurate, _measured, minimise_refined
 
 COST = np.array([1.0])
 # [[x, 1], [1, 1]] >= 0: the least x is 1.

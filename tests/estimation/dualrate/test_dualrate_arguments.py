@@ -12,11 +12,9 @@ from dualrate_examples import MOTOR, MOTOR_DESIGN, START, motor_loop
 from papers.shao.method.steady import bandwidth
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import MAX_RATIO, DualRateDesign, dual_rate_design, make_plant
-from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.tracking import Points, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.response import Points, steady_state, time_response, tracking_error_ratio
 
 APO, FAST, STATE = (OBSERVERS[name] for name in ("alternating_predictive", "fast_sensor", "state_feedback"))
 OSCILLATOR = make_plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]])

@@ -22,10 +22,9 @@ from replication.estimation.dualrate.loop import (
     noise_gain,
     stability_radius,
 )
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.observers import OBSERVERS, Harmonic, sampled_model
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant, plant_of
-from replication.estimation.dualrate.sampled import Harmonic, sampled_model
-from replication.estimation.dualrate.tracking import Points, fast_errors, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.response import Points, fast_errors, steady_state, tracking_error_ratio
 from replication.estimation.validation import ComplexArray
 
 ROUND_OFF = 1e-9

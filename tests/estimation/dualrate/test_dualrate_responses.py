@@ -12,14 +12,13 @@ from papers.shao.method.simulation import SIMULATED, simulate
 from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.tracking import (
+from replication.estimation.dualrate.response import (
     Points,
     _error_at,
     steady_state,
+    time_response,
     tracking_error_peak,
     tracking_error_ratio,
 )

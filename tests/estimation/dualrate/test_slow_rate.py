@@ -15,9 +15,15 @@ from slow_loops import LEVITATION, RATES, TWO, WEIGHTS, ByHand, largest
 
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow.controller import Controller, Equations, _margin
-from replication.estimation.dualrate.slow.levels import limit
-from replication.estimation.dualrate.slow.loop import closed, of_gains, root_mean_square
+from replication.estimation.dualrate.slow.controller import (
+    Controller,
+    Equations,
+    _margin,
+    closed,
+    limit,
+    of_gains,
+    root_mean_square,
+)
 from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
 from replication.estimation.linear.norms import l2_gain
 from tests.estimation.api.test_c_code import EXACT, STEPS, Compiled

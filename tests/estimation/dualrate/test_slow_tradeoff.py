@@ -7,7 +7,7 @@ import pytest
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow.levels import MARGIN
+from replication.estimation.dualrate.slow.controller import MARGIN
 from replication.estimation.dualrate.slow.result import SlowRateResult
 
 SERVO = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])

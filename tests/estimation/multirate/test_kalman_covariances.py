@@ -13,13 +13,12 @@ from multirate_examples import PAPER, Recipe, problem, problems
 from noisy_plants import by_lifted_equation, by_plain_recursion, correlated, with_noise_as_state
 
 from replication.errors import InvalidInputError
-from replication.estimation.linear.covariances import noise_factors
 from replication.estimation.multirate import kalman
 from replication.estimation.multirate.kalman import kalman_design, steady_state
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, noise_factors
 from tests.tolerances import AGREEMENT, ROUNDING
 
 EQUAL = 1e-9

@@ -13,11 +13,10 @@ from replication.drawing.panels import draw
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.multirate import facade
-from replication.estimation.multirate.h2.result import mean_error_facts
-from replication.estimation.multirate.h2.tradeoff import balanced, rms_error
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import distinct_offsets
+from replication.estimation.multirate.result import balanced, mean_error_facts, rms_error
 
 CART = control.ss([[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], 0, 0.1)
 GIVEN: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": [0]}

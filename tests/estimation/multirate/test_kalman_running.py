@@ -16,13 +16,11 @@ from noisy_plants import Conditioned, correlated
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
-from replication.estimation.multirate.h2 import starting
-from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
-from replication.estimation.multirate.h2.running import KalmanFilter
-from replication.estimation.multirate.h2.starting import StartingFilter
-from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate import running as starting
+from replication.estimation.multirate.kalman import filter_gains, kalman_design, smoothing_limit
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.validation import Array
 from tests.estimation.api.test_c_code import EXACT, Compiled
 

@@ -19,10 +19,17 @@ from replication.estimation.linear.norms import hinf_norm, l2_gain, white_noise_
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.multirate import MultiratePlant, losses
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.losses import mean, worst
-from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
-from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains
-from replication.estimation.multirate.losses.storage import Walks, central_gains, kernel, least_level, proved_level
+from replication.estimation.multirate.losses import automaton as mean
+from replication.estimation.multirate.losses import worst
+from replication.estimation.multirate.losses.automaton import (
+    Automaton,
+    along,
+    automaton,
+    closed_loop,
+    mean_square,
+    mean_square_gains,
+)
+from replication.estimation.multirate.losses.worst import Walks, central_gains, kernel, least_level, proved_level
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 

@@ -10,9 +10,8 @@ import pytest
 from multirate_examples import PAPER, problem
 
 from replication.errors import InvalidInputError
-from replication.estimation.multirate.optimum import optimum
+from replication.estimation.multirate.optimum import optimum, search_timing
 from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets
-from replication.estimation.multirate.timing import search_timing
 from tests.tolerances import AGREEMENT
 
 

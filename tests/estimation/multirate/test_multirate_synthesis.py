@@ -18,7 +18,7 @@ from papers.okajima2023.method.lmi import (
 )
 from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.solvers import SolverReport, raise_unless_solved
+from replication.estimation.conic.program import SolverReport, raise_unless_solved
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.problem import MultirateProblem
@@ -125,7 +125,7 @@ def test_analysis_refuses_gains_that_do_not_stabilise() -> None:
 
 @pytest.mark.parametrize("design", [lmi_design, reduced_lmi_design])
 def test_a_solver_that_stops_early_gives_no_number(design: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    from replication.estimation.conic import solvers
+    from replication.estimation.conic import program as solvers
 
     monkeypatch.setitem(solvers.CLARABEL_OPTIONS, "max_iter", 2)
     assert callable(design)

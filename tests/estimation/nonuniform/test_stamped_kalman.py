@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
-from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
+from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
+from replication.estimation.nonuniform.stamped.running import StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 
 EXACT = 1e-9

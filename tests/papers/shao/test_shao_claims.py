@@ -43,8 +43,7 @@ from papers.shao.readings import INTERPOLATIONS, MEASURES, STARTS
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.estimation.dualrate.problem import make_plant
-from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.tracking import Points
+from replication.estimation.dualrate.response import Points, time_response
 
 CLAIMS = {claim.id.removeprefix("shao."): claim for claim in PAPER.claims}
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}

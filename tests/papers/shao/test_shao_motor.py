@@ -10,8 +10,8 @@ from papers.shao.method.readings import Reading, Structure
 from papers.shao.method.simulation import simulate
 from papers.shao.problem import DESIGN, MOTOR, START, literal_loop
 from replication.errors import InvalidInputError
+from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import make_plant
-from replication.estimation.dualrate.sampled import Harmonic
 
 COUNTS = {"slow_periods": 2, "substeps": 2}
 

@@ -27,8 +27,7 @@ from papers.shao.problem import DESIGN, MOTOR, START, literal_loop
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.tracking import Points, tracking_error_ratio
+from replication.estimation.dualrate.response import Points, time_response, tracking_error_ratio
 
 SPACE = ReadingSpace(MOTOR, DESIGN, tuple(START), (0.5, 1.5, 3.0), horizon=12, substeps=5)
 APO, PMI = "alternating_predictive", "held_measurement"

@@ -15,7 +15,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.tracking import tracking_error_ratio
+from replication.estimation.dualrate.response import tracking_error_ratio
 
 SCALAR = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[-2]], injection=[[2]], period=1e-3, ratio=5)
 APO, RUNNING = "alternating_predictive", "running_prediction"

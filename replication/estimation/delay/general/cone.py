@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.conic.steps import Block
+from replication.estimation.conic.interior import Block
 from replication.estimation.delay.general.rates import Rates
 from replication.estimation.validation import Array
 

@@ -18,8 +18,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.system import DelaySystem, PlantSizes, checked_delays, delay_system, listed
-from replication.estimation.linear.covariances import noise_factors
-from replication.estimation.validation import Array, as_matrix, positive_scalar
+from replication.estimation.validation import Array, as_matrix, noise_factors, positive_scalar
 
 Matrices = tuple[Array, ...]
 HIGHEST_POWER = 5

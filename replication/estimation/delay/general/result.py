@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replication.drawing.panels import Panel
+from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import GainResult
-from replication.estimation.api.signals import Signals, numbered
-from replication.estimation.api.tradeoff import TradeOff
+from replication.estimation.api.shown import TradeOff
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.general.observer import DelayObserver

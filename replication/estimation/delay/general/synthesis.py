@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.interior import Point, solve
-from replication.estimation.conic.steps import Block
+from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.delay.exact.forms import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.general.cone import Storage, dissipation, positivity, storage_of

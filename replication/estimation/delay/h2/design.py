@@ -10,7 +10,7 @@ import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
-from replication.estimation.api.tradeoff import Goal
+from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.ladder import FilterModel

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.tradeoff import Measures, TradeOff, balanced
-from replication.estimation.api.tradeoff import tradeoff as curve
+from replication.estimation.api.shown import Measures, TradeOff, balanced
+from replication.estimation.api.shown import tradeoff as curve
 from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.limit import Limit, limit, require_seen

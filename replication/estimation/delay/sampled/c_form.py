@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.api.c_code import INSTANTS, c_file
+from replication.estimation.api.export import INSTANTS, c_file
 from replication.estimation.delay.sampled.recursion import SampledObserver
 
 BODY = """\

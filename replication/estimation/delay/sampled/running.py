@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.forms.statespace import require_small, single
-from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
 from replication.estimation.delay.general.observer import DelayObserver

@@ -1,22 +1,32 @@
-"""The controller of a slow-rate problem at a level: two periodic Riccati equations and the condition that couples them.
-
-At an infinite level it is the linear-quadratic-Gaussian one. The command at an instant uses the readings before it, so
-that one fast period is left to compute. Source: Basar and Bernhard, H-infinity-Optimal Control (2nd ed., 1995), ch. 3
-and 6: the discrete-time game with delayed measurements; here all is periodic, and inputs may be held.
-"""
+"""The controller of a slow-rate problem at a level, its closed loops, and their levels by one measure."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
-from replication.estimation.linear.periodic import block_diagonal, monodromy
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.results import Evidence, baselines
+from replication.estimation.api.shown import Measures
+from replication.estimation.dualrate.loop import DualRateLoop, close_loop
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.dualrate.result import Weights, continuous_gains
+from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units, root
+from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, monodromy
 from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, stacked
 from replication.estimation.multirate.kalman import semidefinite, stationary
+from replication.estimation.multirate.optimum import noncausal_bound
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
+
+# The controller of a slow-rate problem at a level: two periodic Riccati equations and the condition that couples them
+
 
 STABLE = 1 - 1e-12
 
@@ -161,3 +171,183 @@ def _margin(problem: SlowProblem, sigma: Array, cost: Array, level: float) -> fl
         return 1.0 - float(largest) / level**2
     unseen = A @ np.linalg.solve(np.eye(n) - sigma @ Q / level**2, sigma) @ A.T + G @ G.T
     return 1.0 - float(max(largest, np.abs(np.linalg.eigvals(unseen @ after)).max())) / level**2
+
+
+# Closed loops at the fast instants, from process and sensor noise to z = (Q^(1/2) x, R^(1/2) u), for exact norms
+
+
+SILENT = 1e-60
+"""A mean square below it is zero."""
+
+
+def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
+    """State (x, x^, u before); inputs d and the noise of the readings, in units of their weights; outputs T^(1/2) z."""
+    step, C = problem.sampled, problem.plant.C
+    n, m = step.input.shape
+    stages = []
+    for due, A, L, K in zip(problem.measured(), controller.A, controller.L, controller.K, strict=True):
+        u = np.hstack([np.zeros((m, n)), K])
+        transition = np.zeros((2 * n + m, 2 * n + m))
+        transition[:n, :n], transition[n : 2 * n, :n], transition[n : 2 * n, n : 2 * n] = step.state, L @ C, A
+        transition += np.vstack([step.input, step.input, np.eye(m)]) @ u
+        read = np.vstack([np.zeros((n, len(due))), L[:, due], np.zeros((m, len(due)))])
+        stages.append(_stage(problem, transition, read, due, u))
+    return PeriodicSystem(tuple(stages))
+
+
+def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
+    """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
+    stages = []
+    for step in loop.steps:
+        due = list(range(len(problem.plant.C))) if np.any(step.noise) else []
+        stages.append(_stage(problem, step.state, step.noise[:, due], due, step.input_state))
+    return PeriodicSystem(tuple(stages))
+
+
+def alone(problem: SlowProblem) -> PeriodicSystem:
+    """The plant with the input zero."""
+    n, m = problem.sampled.input.shape
+    return PeriodicSystem((_stage(problem, problem.sampled.state, np.zeros((n, 0)), [], np.zeros((m, n))),))
+
+
+def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSystem:
+    """From readings' noise of unit size to the plant outputs, weighted so that the gain is one of root mean squares."""
+    rows, skipped = len(problem.plant.C), problem.noise.shape[1]
+    measured = problem.measured()
+    readings = sum(len(due) for due in measured) / rows
+    output = np.zeros((rows, loop.order))
+    output[:, : problem.plant.order] = np.sqrt(readings / len(measured)) * problem.plant.C
+    stages = []
+    for stage, due in zip(loop.stages, measured, strict=True):
+        units = root(problem.sensor_noise[np.ix_(due, due)])
+        noise = np.asarray(np.linalg.solve(units.T, stage.B[:, skipped:].T).T, dtype=float)
+        stages.append(Stage(stage.A, noise, output, np.zeros((rows, noise.shape[1]))))
+    return PeriodicSystem(tuple(stages))
+
+
+def gain(problem: SlowProblem, loop: PeriodicSystem) -> GainBracket:
+    """The l2 gain of a loop that was designed to be stable; raises SolverError where it is not, by rounding."""
+    try:
+        # The norm is searched for around levels whose squares must be numbers.
+        return l2_gain(loop) if white_noise_variance(loop) > SILENT else GainBracket(0.0, 0.0, 0.0)
+    except InfeasibleError:
+        raise SolverError(problem.lost()) from None
+
+
+def root_mean_square(problem: SlowProblem, loop: PeriodicSystem) -> float:
+    """Of z at the fast instants, for white noise of the given intensities; raises as `gain`."""
+    try:
+        return float(np.sqrt(white_noise_variance(loop) / problem.period))
+    except InfeasibleError:
+        raise SolverError(problem.lost()) from None
+
+
+def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int], u: Array) -> Stage:
+    """One instant; read: effect of the noise of the readings that are due, u: the input by the state."""
+    n, size = problem.plant.order, len(transition)
+    drive = np.zeros((size, n))
+    drive[:n] = problem.noise
+    noise = np.hstack([drive, read @ root(problem.sensor_noise[np.ix_(due, due)])])
+    seen = np.hstack([root(problem.state_weight).T, np.zeros((n, size - n))])
+    z = np.sqrt(problem.period) * np.vstack([seen, root(problem.input_weight).T @ u])
+    return Stage(transition, noise, z, np.zeros((len(z), noise.shape[1])))
+
+
+# Levels by the one measure of slow-rate designs, from process and sensor noise to z: least, beside, limits
+
+
+MEASURE = "exact gain of the closed loop from process and sensor noise to (x, u)"
+SEARCH_WIDTH = 1e-6
+"""Relative width of the bracket of the least level."""
+DOUBLINGS = 60
+MARGIN = 0.01
+"""Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
+
+
+def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
+    """The linear-quadratic-Gaussian controller and its level; raises SolverError if rounding spoils it."""
+    controller = central(problem, np.inf)
+    return controller, gain(problem, closed(problem, controller))
+
+
+def central(problem: SlowProblem, level: float) -> Controller:
+    """The controller of least entropy that keeps a level above the least; raises SolverError if rounding spoils it."""
+    controller = Equations(problem).at(level)
+    if controller is None:
+        raise SolverError(problem.lost())
+    return controller
+
+
+def measures(problem: SlowProblem, level: float) -> Measures:
+    """Exact gain and root mean square of `central`."""
+    loop = closed(problem, central(problem, level))
+    return gain(problem, loop).upper, root_mean_square(problem, loop)
+
+
+def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
+    """Bracket of the least level of any controller at these rates; reached: a level that some controller has.
+
+    Raises InvalidInputError if the least level is zero, SolverError if rounding hides it.
+    """
+    if problem.decays and not (np.any(problem.state_weight) and np.any(problem.process_noise)):
+        raise InvalidInputError(
+            "the least worst-case gain is zero: no noise reaches a weighted state; give state_weight and process_noise"
+        )
+    equations = Equations(problem)
+    high = next((level for level in _doubled(reached, 2.0) if equations.margin(level) > 0), None)
+    low = None if high is None else next((level for level in _doubled(high, 0.5) if equations.margin(level) <= 0), None)
+    if high is None or low is None:
+        raise SolverError(problem.lost())
+    while high - low > SEARCH_WIDTH * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if equations.margin(middle) > 0 else (middle, high)
+    return low, high
+
+
+def _doubled(level: float, factor: float) -> Iterator[float]:
+    return (level * factor**power for power in range(DOUBLINGS))
+
+
+def limit(problem: SlowProblem) -> float | None:
+    """A bound for those who know all measurements, past and future, and set every input at each instant.
+
+    By Parrott's theorem the least gain of T11 + T12 Q T21 over all, also non-causal, Q is the larger of those of T11
+    off the range of T12 and of T11 off the row space of T21: the bound of a smoother, and that of its dual. None if
+    rounding spoils both.
+    """
+    A, B = problem.sampled.state, problem.sampled.input
+    seen = np.sqrt(problem.period) * root(problem.state_weight).T
+    effort = np.sqrt(problem.period) * root(problem.input_weight)
+    sensors, always = problem.sensors, SensingSchedule((1,) * B.shape[1])
+    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.C, D=root(problem.sensor_noise), W=seen)
+    dual = MultiratePlant(A=A.T, B_d=seen.T, C=B.T, D=effort, W=problem.noise.T)
+    found = []
+    for plant, schedule in ((sensor, sensors), (dual, always)):
+        try:
+            found.append(noncausal_bound(MultirateProblem(plant, schedule)).lower)
+        except (InvalidInputError, SolverError):
+            continue
+    return max(found, default=None)
+
+
+def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
+    """The level of K and L that are designed in continuous time for the same noise; None if that loop is unstable.
+
+    A reading of covariance V every h seconds is noise of intensity h V.
+    """
+    slow = problem.period * problem.sensors.periods[0]
+    weights = Weights(problem.state_weight, problem.input_weight, problem.process_noise, slow * problem.sensor_noise)
+    try:
+        K, L = continuous_gains(problem.plant, weights)
+    except InfeasibleError:
+        return None
+    design = DualRateDesign(problem.plant, K, L, problem.period, problem.sensors.periods[0])
+    loop = of_gains(problem, close_loop(design, OBSERVERS[observer]))
+    return gain(problem, loop).upper if loop.spectral_radius() < 1 else None
+
+
+def beside(problem: SlowProblem, level: float, of_kalman: float) -> tuple[Evidence, ...]:
+    """What a level is worth: without sensors, of the Kalman filter, of the non-causal limit; advice."""
+    without = gain(problem, alone(problem)).upper if problem.decays else None
+    compared = 0.0 if without == 0.0 else level  # what is left of a level then is rounding
+    return baselines(compared, MEASURE, without=without, kalman=of_kalman, limit=limit(problem))

@@ -17,8 +17,8 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
-from replication.estimation.dualrate.sampled import Held, held
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
 

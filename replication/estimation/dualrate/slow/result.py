@@ -12,26 +12,31 @@ import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
-from replication.estimation.api.phase import Phase, Recursion
+from replication.estimation.api.export import Phase, Recursion
+from replication.estimation.api.plants import Signals, each_instant
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.running import PeriodicObserver
-from replication.estimation.api.signals import Signals, each_instant
-from replication.estimation.api.tradeoff import Goal, TradeOff, balanced, tradeoff
-from replication.estimation.dualrate.slow.controller import Controller
-from replication.estimation.dualrate.slow.levels import (
+from replication.estimation.api.shown import Goal, Simulation, TradeOff, balanced, simulated, tradeoff
+from replication.estimation.dualrate.observers import held
+from replication.estimation.dualrate.problem import row_of_output
+from replication.estimation.dualrate.slow.controller import (
     MARGIN,
+    Controller,
     beside,
     central,
+    closed,
+    gain,
     kalman,
     least_level,
     measures,
+    noise_to_output,
     of_continuous_gains,
+    root_mean_square,
 )
-from replication.estimation.dualrate.slow.loop import closed, gain, noise_to_output, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
-from replication.estimation.validation import Array, positive_scalar
+from replication.estimation.validation import Array, finite_vector, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -252,3 +257,42 @@ def _continuous(problem: SlowProblem, observer: str) -> tuple[Evidence, ...]:
     level = of_continuous_gains(problem, observer)
     how = f"K and L designed in continuous time, observer {observer}; same measure"
     return (Evidence("level of the continuous gains", "infinite: unstable" if level is None else level, how),)
+
+
+# The closed loop of a slow-rate controller from given starts, between the fast instants too
+
+
+def simulate_slow(
+    result: SlowRateResult, start: Any, *, periods: int, estimate: Any, output: int, substeps: int
+) -> Simulation:
+    """Without noise, over `periods` of the schedules; raises InvalidInputError for bad starts, counts or outputs."""
+    problem, plant = result.problem, result.problem.plant
+    n, m = plant.B_u.shape
+    row = plant.C[row_of_output(plant, output)]
+    count = positive_integer("number of slow periods", periods) * problem.instants
+    state = np.zeros(2 * n + m)
+    state[:n], state[n : 2 * n] = finite_vector("x(0)", start, n), finite_vector("ζ(0)", estimate, n)
+    stages, K = result.loop.stages, result.controller.K
+    states, inputs = np.empty((count, 2 * n + m)), np.empty((count, m))
+    for k in range(count):
+        states[k], inputs[k] = state, K[k % problem.instants] @ state[n:]
+        state = stages[k % problem.instants].A @ state
+    width = problem.period / substeps
+    between = [held(plant.A, plant.B_u, i * width) for i in range(substeps)]
+    outputs = [states[:, :n] @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
+    time = problem.period * np.arange(count)[:, None] + width * np.arange(substeps)
+    errors = np.repeat(states[:, :n] - states[:, n : 2 * n], substeps, axis=0)
+    shown = np.stack(outputs, axis=1).reshape(-1, 1)
+    signals = closed_loop_signals(result.signals, output, shown, np.repeat(inputs, substeps, axis=0), errors)
+    return simulated(result.method, time.ravel(), signals, ratio=None, steps=False)
+
+
+def closed_loop_signals(
+    names: Signals, output: int, shown: Array, inputs: Array, errors: Array
+) -> dict[str, tuple[Array, tuple[str, ...]]]:
+    """The signals of a closed loop and the names of their columns: an output, the inputs, the errors of the states."""
+    return {
+        "output": (shown, names.called([names.measurements[output]])),
+        "input": (inputs, names.called(names.inputs)),
+        "estimation error": (errors, names.called(names.states)),
+    }

@@ -3,15 +3,14 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from replication.estimation.multirate.losses.facade import analyse, design, simulate
+    from replication.estimation.multirate.losses.facade import LossResult, analyse, design, simulate
     from replication.estimation.multirate.losses.models import InARow, Independent, Markov
-    from replication.estimation.multirate.losses.result import LossResult
 else:
     from replication.estimation.lazy import lazy
 
     __getattr__ = lazy(
         __name__,
-        {"facade": "analyse design simulate", "models": "InARow Independent Markov", "result": "LossResult"},
+        {"facade": "LossResult analyse design simulate", "models": "InARow Independent Markov"},
     )
 
 __all__ = ["InARow", "Independent", "LossResult", "Markov", "analyse", "design", "simulate"]

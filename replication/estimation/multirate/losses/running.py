@@ -1,14 +1,117 @@
-"""An observer that counts what was lost, and takes its gains accordingly."""
+"""An observer that counts what was lost, in Python and in C; and simulations under losses."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from replication.drawing.panels import Panel
+from replication.estimation.api.export import INSTANTS, c_file
 from replication.estimation.api.running import RunningObserver
-from replication.estimation.multirate.losses.automaton import Automaton, Edge
-from replication.estimation.multirate.losses.c_form import c_form
+from replication.estimation.api.shown import Shown
+from replication.estimation.multirate.kalman import corrected, sensing
+from replication.estimation.multirate.losses.automaton import Automaton, Edge, closed_loop
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
+
+# An observer that counts losses as one C99 file: its cases as tables, without allocation or globals
+
+
+USAGE = f"""{INSTANTS} s.unforeseen counts instants with more of them than the gains were
+   made for, after which nothing is guaranteed."""
+BODY = """\
+typedef struct {
+    double state[OBS_ORDER];
+    unsigned long missed, unforeseen, unscheduled;
+    int node;
+} obs_t;
+
+void obs_init(obs_t *s, const double *start)
+{
+    memset(s, 0, sizeof *s);
+    if (start != NULL)
+        memcpy(s->state, start, OBS_ESTIMATES * sizeof *start);
+}
+
+/* The node that knows of as many losses as it can, where there were more than were foreseen. */
+static int obs_after(int node, int number, const unsigned char *came)
+{
+    const int target = obs_target[number];
+    int memory[OBS_CHANNELS], i, c, other;
+    memcpy(memory, obs_memory + target * OBS_CHANNELS, sizeof memory);
+    for (i = 0; i < OBS_MEASUREMENTS; i++)
+        if (obs_arrived[number * OBS_MEASUREMENTS + i] && !came[i]) {
+            c = OBS_CHANNELS == 1 ? 0 : i;
+            memory[c] = obs_memory[node * OBS_CHANNELS + c];
+        }
+    for (other = 0; other < OBS_NODES; other++)
+        if (obs_phase[other] == obs_phase[target]
+            && memcmp(obs_memory + other * OBS_CHANNELS, memory, sizeof memory) == 0)
+            return other;
+    return target;
+}
+
+int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
+{
+    double innovation[OBS_MEASUREMENTS] = {0}, next[OBS_ORDER] = {0};
+    unsigned char came[OBS_MEASUREMENTS];
+    const unsigned char *due = obs_due + obs_phase[s->node] * OBS_MEASUREMENTS;
+    int i, number, unlike, best = 0, least = OBS_MEASUREMENTS + 1;
+    if (obs_bad(u, OBS_INPUTS, 0) || obs_bad(y, OBS_MEASUREMENTS, 1))
+        return 1;
+    for (i = 0; i < OBS_MEASUREMENTS; i++) {
+        came[i] = due[i] && !isnan(y[i]);
+        s->missed += due[i] && isnan(y[i]) ? 1u : 0u;
+        s->unscheduled += !due[i] && !isnan(y[i]) ? 1u : 0u;
+        if (came[i]) {
+            obs_add(innovation + i, obs_output + i * OBS_ORDER, s->state, 1, OBS_ORDER, 1);
+            obs_add(innovation + i, obs_direct + i * OBS_INPUTS, u, 1, OBS_INPUTS, 1);
+            innovation[i] = y[i] - innovation[i];
+        }
+    }
+    for (number = obs_first[s->node]; number < obs_first[s->node + 1]; number++) {
+        for (unlike = i = 0; i < OBS_MEASUREMENTS; i++)
+            unlike += came[i] != obs_arrived[number * OBS_MEASUREMENTS + i];
+        if (unlike < least) {
+            least = unlike;
+            best = number;
+        }
+    }
+    obs_add(next, obs_transition, s->state, OBS_ORDER, OBS_ORDER, 1);
+    obs_add(next, obs_input, u, OBS_ORDER, OBS_INPUTS, 1);
+    obs_add(next, obs_gain + best * OBS_ORDER * OBS_MEASUREMENTS, innovation, OBS_ORDER, OBS_MEASUREMENTS, 1);
+    memcpy(s->state, next, sizeof next);
+    s->unforeseen += least > 0 ? 1u : 0u;
+    s->node = least > 0 ? obs_after(s->node, best, came) : obs_target[best];
+    memcpy(estimate, s->state, OBS_ESTIMATES * sizeof *estimate);
+    return 0;
+}
+"""
+
+
+def c_form(name: str, comment: str, problem: MultirateProblem, given: Automaton, gains: Array) -> str:
+    """The C99 source for gains (edges, n, q); raises InvalidInputError if `name` is no C identifier."""
+    plant, starts = problem.plant, problem.plant.order - problem.plant.under_way
+    tables = {
+        "transition": plant.A, "output": plant.C, "gain": gains, "input": plant.B_u, "direct": plant.D_u,
+        # The edges of each node follow each other, as they were found.
+        "first": [0, *np.cumsum([len(leaving) for leaving in given.out])],
+        "target": [edge.target for edge in given.edges],
+        "phase": given.phases,
+        "memory": given.memories,
+        "arrived": [edge.arrived for edge in given.edges],
+        "due": problem.schedule.mask,
+    }  # fmt: skip
+    sizes = {"order": plant.order, "starts": starts, "estimates": starts, "inputs": plant.B_u.shape[1]}
+    sizes |= {"measurements": plant.sensors, "nodes": len(given.phases), "channels": len(given.memories[0])}
+    return c_file(name, comment, USAGE, BODY, sizes, tables)
+
+
+# An observer that counts what was lost, and takes its gains accordingly
 
 
 class LossObserver(RunningObserver):
@@ -68,3 +171,121 @@ class LossObserver(RunningObserver):
         channels = [bool(lost.any())] if len(before) == 1 else lost.tolist()
         memory = tuple(b if gone else a for gone, b, a in zip(channels, before, after, strict=True))
         return self._nodes.get((self._given.phases[edge.target], memory), edge.target)
+
+
+# Simulations under losses: the worst pattern with the noise that hurts most, or many runs with drawn losses
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class DrawnLosses(Shown):
+    """Mean square errors over runs with drawn losses and noise.
+
+    Attributes
+    ----------
+    mean_square : float
+        Of W e, over runs and instants.
+    standard_error : float
+        Of that mean; runs are independent.
+    exact : float
+        What the covariances say.
+    kalman, kalman_standard_error : float
+        Mean square error, and its standard error, of the time-varying Kalman filter that knows the whole pattern, over
+        the same losses: by its covariance, without drawn noise. No filter has less.
+    time : array (steps,)
+        In s.
+    course : array (steps,)
+        Mean square over the runs at each instant.
+    """
+
+    mean_square: float
+    standard_error: float
+    exact: float
+    kalman: float
+    kalman_standard_error: float
+    time: Array
+    course: Array
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Means with their standard errors."""
+        return [
+            ("mean square error", f"{self.mean_square:.6g} ± {self.standard_error:.2g}", "drawn; standard error"),
+            ("exact", f"{self.exact:.6g}", "covariances of all cases"),
+            (
+                "Kalman filter that knows all losses",
+                f"{self.kalman:.6g} ± {self.kalman_standard_error:.2g}",
+                "its covariance along the same losses; standard error",
+            ),
+        ]
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The mean square error over time."""
+        levels = {"exact": self.exact, "Kalman filter that knows all losses": self.kalman}
+        return (Panel(self.time, "time (s)", "mean square error", {"drawn": self.course}, levels),)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON values."""
+        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
+
+
+def drawn_nodes(given: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """The node at which each run begins, from the stationary distribution at phase 0."""
+    first = np.flatnonzero(np.array(given.phases) == 0)
+    return np.asarray(rng.choice(first, size=runs, p=visited[first] / visited[first].sum()), dtype=np.intp)
+
+
+def drawn_walks(
+    given: Automaton, nodes: NDArray[np.intp], steps: int, rng: np.random.Generator
+) -> Iterator[NDArray[np.intp]]:
+    """The edge that each run takes from its node on, (runs,), instant by instant."""
+    runs = len(nodes)
+    targets = np.array([edge.target for edge in given.edges])
+    choices = [np.array(out) for out in given.out]
+    shares = [np.cumsum([given.edges[i].probability for i in out]) for out in given.out]
+    for _ in range(steps):
+        taken = np.zeros(runs, dtype=np.intp)
+        numbers = rng.random(runs)
+        for node in np.unique(nodes):
+            here = nodes == node
+            place = np.searchsorted(shares[node], numbers[here] * shares[node][-1], side="right")
+            taken[here] = choices[node][np.minimum(place, len(choices[node]) - 1)]
+        yield taken
+        nodes = targets[taken]
+
+
+def drawn_errors(
+    problem: MultirateProblem, gains: Array, walks: list[NDArray[np.intp]], start: Array, rng: np.random.Generator
+) -> Array:
+    """Squares of W e (steps, runs), from errors of covariances `start` (runs, n, n) on."""
+    plant, runs = problem.plant, len(walks[0])
+    values, vectors = np.linalg.eigh(start)
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    e = np.einsum("rab,rb->ra", roots, rng.standard_normal((runs, plant.order)))
+    loops = [closed_loop(problem, gain) for gain in gains]
+    squares = []
+    for taken in walks:
+        squares.append(np.sum((e @ plant.W.T) ** 2, axis=1))
+        noise = rng.standard_normal((runs, loops[0][1].shape[1]))
+        following = np.empty_like(e)
+        for edge in np.unique(taken):
+            A, B = loops[edge]
+            here = taken == edge
+            following[here] = e[here] @ A.T + noise[here] @ B.T
+        e = following
+    return np.stack(squares)
+
+
+def kalman_errors(problem: MultirateProblem, given: Automaton, walks: list[NDArray[np.intp]], start: Array) -> Array:
+    """tr W P W' (steps, runs) of the Kalman filter that knows which samples came, from P = `start` on."""
+    plant, P, traces = problem.plant, start, list[Array]()
+    Q = plant.drive @ plant.drive.T
+    arrived = np.array([edge.arrived for edge in given.edges])
+    for taken in walks:
+        traces.append(np.einsum("za,rab,zb->r", plant.W, P, plant.W))
+        P = corrected(plant.A, Q, sensing(problem, arrived[taken]), P).following
+    return np.stack(traces)
+
+
+def mean_and_error(values: Array) -> tuple[float, float]:
+    """The mean of values (steps, runs) and its standard error over the runs."""
+    of_run = values.mean(axis=0)
+    return float(of_run.mean()), float(of_run.std(ddof=1) / np.sqrt(len(of_run)))

@@ -1,36 +1,142 @@
-"""The least level of a filter with time stamps, and the filter that has it.
-
-The range of periods is cut into cells. With V = e'X_c e, c the cell of the period before, a gain K that may depend on
-that period's cell and on the coming period in any way has the level gamma iff X_c >= L'L and
-
-    N' (diag(X_c, gamma^2 I) - [Phi, Gamma]' X_d [Phi, Gamma] - diag(L'L, 0)) N >= 0
-
-for all cells c, d and all h in d, where the columns of N span the kernel of [C, D]: the gain is eliminated (Gahinet and
-Apkarian, Int. J. Robust Nonlinear Control 4 (1994)). The unknowns are X_c and gamma^2 alone. One gain that meets it is
-[Phi, Gamma] G_c, where G_c is that of the central filter (Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation
-(1999), ch. 4) at the covariance gamma^2 X_c^-1. The periods at which it is asked for are found by exchange.
-"""
+"""The filter that knows the time stamps, its least level, and the proof of that level for every sequence."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
-from replication.estimation.conic.solvers import SolverReport
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.program import (
+    Inequalities,
+    SolverReport,
+    program_under,
+    solve_clarabel,
+    symmetric_basis,
+)
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.exchange import VIOLATION, scan, worst_periods
-from replication.estimation.nonuniform.guarantee.guarantee import balancing
-from replication.estimation.nonuniform.guarantee.path_lyapunov import ROUGH
+from replication.estimation.nonuniform.filters import Estimator
+from replication.estimation.nonuniform.guarantee import UNPROVED, balancing, cell_needs
+from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, innovations_filter
+from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
+
+# The filter that knows the time stamps: one gain for the sample, then the plant's own dynamics over the known period
+
+
+DEPENDENT = 1e-12
+"""Eigenvalue of the correlation of the innovations that counts as zero."""
+
+
+class StampedPlant(SampledPlant):
+    """A `SampledPlant` for a filter that knows the periods: A need not be Hurwitz, the plant may integrate or be
+    unstable.
+
+    Raises
+    ------
+    InvalidInputError
+        As `SampledPlant`, but for the eigenvalues of A.
+    """
+
+    settles = False
+
+
+@dataclass(frozen=True, eq=False)
+class StampedFilter(Estimator):
+    """G (cells, n + m, r): what each innovation adds to the estimates of state and held disturbance, by the cell in
+    which the period before the sample lies; edges (cells - 1,): where the cells meet, s."""
+
+    G: Array
+    edges: tuple[float, ...] = ()
+
+    def gain(self, h: float | None) -> Array:
+        """G (n + m, r) after the period h; at the first sample, which has none before it, that of the longest."""
+        return np.asarray(self.G[-1 if h is None else np.searchsorted(self.edges, h, side="right")])
+
+    def at(self, h: float) -> StampedFilter:
+        """One cell."""
+        return StampedFilter(self.gain(h)[None])
+
+    def error_output(self, plant: SampledPlant) -> Array:
+        """L."""
+        wanted = (len(self.edges) + 1, plant.order + plant.B.shape[1], len(plant.C))
+        if self.G.shape != wanted:
+            raise InvalidInputError(f"G must have shape (cells, n + m, r) = {wanted}, got shape {self.G.shape}")
+        return plant.L
+
+    def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
+        """The state and input matrices of the error of a filter of one cell."""
+        step = np.concatenate([Phi, Gamma], axis=-1) @ self.entry(plant)
+        return step[..., : plant.order], step[..., plant.order :]
+
+    def entry(self, plant: SampledPlant) -> Array:
+        """I - G [C, D] of a filter of one cell."""
+        (G,) = self.G
+        return np.asarray(np.eye(len(G)) - G @ np.hstack([plant.C, plant.D]))
+
+    def steps_along(self, plant: SampledPlant, periods: Array, upper: Array) -> tuple[Array, Array]:
+        """With the gain after the period before."""
+        gains = np.array([self.gain(h) for h in (None, *periods[:-1])])
+        steps = upper @ (np.eye(upper.shape[-1]) - gains @ np.hstack([plant.C, plant.D]))
+        return steps[..., : plant.order], steps[..., plant.order :]
+
+    def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
+        """L e, where e = x - x^ is followed by itself: x may grow without bound."""
+        steps, drives = self.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
+        error = np.zeros(plant.order)
+        found = [plant.L @ error]
+        for step, drive, disturbance in zip(steps, drives, w, strict=True):
+            error = step @ error + drive @ disturbance
+            found.append(plant.L @ error)
+        return np.array(found)
+
+    def require_settling(self, plant: SampledPlant) -> None:
+        """The gain must fit; whether the error settles depends on the periods."""
+        self.error_output(plant)
+
+    def in_coordinates(self, T: Array) -> Self:
+        """The same for the plant with state T x."""
+        n = len(T)
+        return type(self)(np.concatenate([T @ self.G[:, :n], self.G[:, n:]], axis=1), self.edges)
+
+    def in_units(self, units: Array) -> Self:
+        """Itself: its state is the estimate of the plant's."""
+        return self
+
+
+def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
+    """The stationary Kalman predictor at a constant period, for white w of unit intensity.
+
+    None where the sensors' noise D D' is singular or a mode is not disturbed, and no such filter need exist.
+    """
+    Phi, Gamma = plant.discretise(h)
+    noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
+    if np.linalg.matrix_rank(noise) < len(noise):
+        return None
+    try:
+        P = scipy.linalg.solve_discrete_are(Phi.T, plant.C.T, Gamma @ Gamma.T, noise, s=crossed)
+    except np.linalg.LinAlgError:
+        return None
+    return innovations_filter(plant, P)
+
+
+def innovations_filter(plant: SampledPlant, P: Array) -> StampedFilter:
+    """G = [P C'; D'] (C P C' + D D')^-1, for errors of covariance P (n, n) and white w of unit intensity."""
+    spread = np.vstack([P @ plant.C.T, plant.D.T])
+    innovation = plant.C @ P @ plant.C.T + plant.D @ plant.D.T
+    size = np.sqrt(np.diag(innovation))
+    # Sensors that repeat each other without noise share what they tell.
+    inverse = np.linalg.pinv(innovation / np.outer(size, size), rcond=DEPENDENT, hermitian=True) / np.outer(size, size)
+    return StampedFilter((spread @ inverse)[None])
+
+
+# The least level of a filter with time stamps, and the filter that has it
+
 
 SLACKS = (3e-6, 1e-3)
 """Excess that a certificate needs: little, and where that proves nothing, more, which costs level."""
@@ -203,3 +309,58 @@ def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
         )
     scale = float(np.sqrt(np.linalg.eigvalsh(moved.L @ P @ moved.L.T)[-1]))
     return T @ balanced, scale or 1.0
+
+
+# Proof that the filter with time stamps has its level for every sequence, by the hulls of the robust filter
+
+
+LOOSE = 1e-3
+"""Relative distance of the proved level from that of the design above which pieces of a cell are halved."""
+
+
+@dataclass(frozen=True, eq=False)
+class StampedProof:
+    """level: no sequence exceeds it; storage (gains x states, n, n): e'X e for each gain of the filter and state of an
+    automaton that reads the periods from the last one on; edges of its cells, s; before: for each state and cell the
+    state before it."""
+
+    level: float
+    storage: Array
+    edges: tuple[float, ...]
+    before: tuple[tuple[int, ...], ...]
+
+
+def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
+    """The level that the storage of a design proves, whatever solver it came from.
+
+    For all cells c and d: |e|^2 + e+' X_d e+ <= e' X_c e + level^2 |w|^2 over d, in coordinates in which X_c is the
+    identity. Raises SolverError if it proves none.
+    """
+    X, worst = design.storage.X / design.storage.delta, 0.0
+    for before, G in zip(X, design.filter.G, strict=True):
+        T = np.linalg.cholesky(before).T
+        inverse = np.linalg.inv(T)
+        system = ErrorSystem(plant, type(design.filter)(G[None]), T, design.level, False, np.ones(plant.order))
+        for after, ends in zip(X, pairwise(design.edges), strict=True):
+            following = inverse.T @ after @ inverse
+            needs, _ = cell_needs(system, np.eye(plant.order)[None], following[None], ends, (1 + LOOSE) ** 2)
+            worst = max(worst, float(needs[0]))
+    if not worst < UNPROVED:
+        raise SolverError(
+            f"the level {design.level:.6g} of the design holds at finitely many periods, not for certain at all others;"
+            " narrow the range of sampling periods"
+        )
+    level = design.level * float(np.sqrt(worst * (1 + 1e-9)))
+    return StampedProof(level, design.storage.X, design.edges, ((0,) * len(X),))
+
+
+def proved_design(
+    plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS
+) -> tuple[StampedDesign, StampedProof]:
+    """The design with the least slack that proves a level; errors as `stamped_design` and `prove`."""
+    found = stamped_design(plant, periods, cells=cells)
+    try:
+        return found, prove(plant, found)
+    except SolverError:
+        found = stamped_design(plant, periods, cells=cells, slack=SLACKS[-1])
+        return found, prove(plant, found)

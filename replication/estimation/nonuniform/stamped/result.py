@@ -10,17 +10,24 @@ import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.signals import Signals
-from replication.estimation.nonuniform.baselines import beside, zero_at_constant_periods, zero_filter
 from replication.estimation.nonuniform.filters import Estimator, periodic_gain
-from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, ends_found, searched
+from replication.estimation.nonuniform.result import (
+    BOTH_ENDS,
+    NODES,
+    QUANTITY,
+    beside,
+    ends_found,
+    searched,
+    zero_at_constant_periods,
+    zero_filter,
+)
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filter
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
-from replication.estimation.nonuniform.stamped.proof import StampedProof
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
 from replication.estimation.validation import Array, frozen, positive_scalar
 

@@ -1,20 +1,19 @@
-"""What a plant does over a time h, by a polynomial of fixed degree and doubling: the same few lines in Python and in C.
-
-Phi(h) = e^{Ah}, Gamma(h) = int_0^h e^{As} ds B and Q(h) = int_0^h e^{As} Q e^{A's} ds are power series in h whose
-coefficients are known beforehand. They are summed at h / 2^j, where they converge fast, and doubled j times:
-Q(2h) = Q(h) + Phi(h) Q(h) Phi(h)'. No exponential of -A is formed, so stiff plants do no harm (cf. C. F. Van Loan,
-IEEE TAC 23 (1978), who takes all three from one exponential).
-"""
+"""The transition over any period by the same few lines in Python and in C; estimators with time stamps in C."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
+from replication.estimation.api.export import c_file
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
+
+# What a plant does over a time h, by a polynomial of fixed degree and doubling: the same few lines in Python and in C
+
 
 DEGREE = 18
 """With norm(A) h at most SHORT the first term left out is below 1e-16 of the sum."""
@@ -61,3 +60,216 @@ class Transition:
         for _ in range(doublings):
             Q, Gamma, Phi = Q + Phi @ Q @ Phi.T, Gamma + Phi @ Gamma, Phi @ Phi
         return Phi, Gamma, symmetric(Q)
+
+
+# Estimators with time stamps as one C99 file: the transition over any period, no allocation, no globals
+
+
+USAGE = """\
+obs_init(&s, NULL) or, with a start of OBS_ORDER numbers, obs_init(&s, start); then for each sample
+   obs_step(&s, t, u, y, estimate): t is its time stamp in seconds, u holds OBS_INPUTS known inputs from t on (NULL:
+   as before), y holds OBS_MEASUREMENTS measurements (all of them or, of a Kalman filter, NAN where a sensor did not
+   measure; NULL: there is no sample, only the input changes), and estimate receives the estimate of the OBS_ORDER
+   states at t. obs_predict(&s, t, estimate) gives that at a later time. Both return 0, or 1 and change nothing if a
+   number is not finite, t is not later than the sample before, or it is before the newest input."""
+BODY = """\
+typedef struct {
+    double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, sampled, covariance[OBS_SPREAD];
+    unsigned long samples, gated;
+    int started;
+} obs_t;
+typedef struct {
+    double Phi[OBS_ORDER * OBS_ORDER], Gamma[OBS_ORDER * OBS_DRIVES + 1], Q[OBS_ORDER * OBS_ORDER];
+} obs_move;
+
+static void obs_series(double *out, const double *table, int count, double h)
+{
+    int i, k;
+    for (i = 0; i < count; i++)
+        for (out[i] = 0.0, k = OBS_DEGREE; k >= 0; k--)
+            out[i] = out[i] * h + table[k * count + i];
+}
+
+/* out (order, order) += left right left', symmetric: what rounding makes unequal would grow. */
+static void obs_turn(double *out, const double *left, const double *right)
+{
+    double half[OBS_ORDER * OBS_ORDER] = {0};
+    int i, j, k;
+    obs_add(half, left, right, OBS_ORDER, OBS_ORDER, OBS_ORDER);
+    for (i = 0; i < OBS_ORDER; i++)
+        for (j = 0; j <= i; j++) {
+            for (k = 0; k < OBS_ORDER; k++)
+                out[i * OBS_ORDER + j] += half[i * OBS_ORDER + k] * left[j * OBS_ORDER + k];
+            out[j * OBS_ORDER + i] = out[i * OBS_ORDER + j];
+        }
+}
+
+/* Over h: a power series over h / 2^j, doubled j times. */
+static void obs_transition(double h, obs_move *move)
+{
+    obs_move half;
+    int doublings;
+    for (doublings = 0; obs_rate[0] * h > obs_rate[1]; doublings++)
+        h /= 2.0;
+    obs_series(move->Phi, obs_phi, OBS_ORDER * OBS_ORDER, h);
+    obs_series(move->Gamma, obs_gamma, OBS_ORDER * OBS_DRIVES, h);
+    obs_series(move->Q, obs_q, OBS_ORDER * OBS_ORDER, h);
+    for (; doublings > 0; doublings--) {
+        half = *move;
+        memset(move->Phi, 0, sizeof move->Phi);
+        obs_add(move->Phi, half.Phi, half.Phi, OBS_ORDER, OBS_ORDER, OBS_ORDER);
+        obs_add(move->Gamma, half.Phi, half.Gamma, OBS_ORDER, OBS_ORDER, OBS_DRIVES);
+        obs_turn(move->Q, half.Phi, half.Q);
+    }
+}
+
+static void obs_moved(const obs_t *s, const obs_move *move, double *x)
+{
+    double drive[OBS_DRIVES + 1] = {0};
+    memcpy(drive, s->input, OBS_INPUTS * sizeof *drive);
+    memcpy(drive + OBS_INPUTS, s->mean + OBS_ORDER, OBS_HELD * sizeof *drive);
+    memset(x, 0, OBS_ORDER * sizeof *x);
+    obs_add(x, move->Phi, s->mean, OBS_ORDER, OBS_ORDER, 1);
+    obs_add(x, move->Gamma, drive, OBS_ORDER, OBS_DRIVES, 1);
+}
+
+void obs_init(obs_t *s, const double *start)
+{
+    memset(s, 0, sizeof *s);
+    if (start != NULL)
+        memcpy(s->mean, start, OBS_ORDER * sizeof *start);
+    memcpy(s->covariance, obs_start, sizeof s->covariance);
+}
+
+int obs_predict(const obs_t *s, double t, double *estimate)
+{
+    obs_move move;
+    if (!isfinite(t) || !s->started || t < s->time)
+        return 1;
+    obs_transition(t - s->time, &move);
+    obs_moved(s, &move, estimate);
+    return 0;
+}
+
+$corrected
+int obs_step(obs_t *s, double t, const double *u, const double *y, double *estimate)
+{
+    double x[OBS_ORDER];
+    obs_move move;
+    if (!isfinite(t) || (s->started && t < s->time) || (s->samples > 0 && y != NULL && t <= s->sampled))
+        return 1;
+    if ((u != NULL && obs_bad(u, OBS_INPUTS, 0)) || (y == NULL ? u == NULL : obs_bad(y, OBS_MEASUREMENTS, OBS_GAPS)))
+        return 1;
+    memcpy(x, s->mean, sizeof x);
+    if (s->started) {
+        obs_transition(t - s->time, &move);
+        obs_moved(s, &move, x);
+        if (OBS_GAPS)
+            obs_turn(move.Q, move.Phi, s->covariance);
+        memcpy(s->covariance, move.Q, sizeof s->covariance);
+    }
+    if (y == NULL)
+        memcpy(s->mean, x, sizeof x);
+    else {
+        obs_correct(s, t, x, y);
+        s->sampled = t;
+        s->samples++;
+    }
+    if (u != NULL)
+        memcpy(s->input, u, OBS_INPUTS * sizeof *u);
+    /* Before the first sample nothing is known of the time at which the start of a filter of fixed gains holds. */
+    if (y != NULL || OBS_GAPS || s->started) {
+        s->time = t;
+        s->started = 1;
+    }
+    memcpy(estimate, s->mean, OBS_ORDER * sizeof *estimate);
+    return 0;
+}
+"""
+FIXED = """\
+/* By the gain of the period before, which also estimates the held disturbance. */
+static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+{
+    double innovation[OBS_MEASUREMENTS] = {0};
+    int cell = 0, i;
+    while (cell < OBS_CELLS - 1 && (s->samples == 0 || t - s->sampled >= obs_edges[cell]))
+        cell++;
+    obs_add(innovation, obs_output, x, OBS_MEASUREMENTS, OBS_ORDER, 1);
+    for (i = 0; i < OBS_MEASUREMENTS; i++)
+        innovation[i] = y[i] - innovation[i];
+    memset(s->mean, 0, sizeof s->mean);
+    memcpy(s->mean, x, OBS_ORDER * sizeof *x);
+    obs_add(s->mean, obs_gain + cell * OBS_MEAN * OBS_MEASUREMENTS, innovation, OBS_MEAN, OBS_MEASUREMENTS, 1);
+}
+"""
+RUNNING = """\
+/* By the gain that follows from the covariance, through a Cholesky factor of that of the innovations. */
+static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+{
+    double crossed[OBS_MEASUREMENTS][OBS_ORDER] = {{0}}, root[OBS_MEASUREMENTS][OBS_MEASUREMENTS];
+    double innovation[OBS_MEASUREMENTS] = {0};
+    int seen[OBS_MEASUREMENTS], count = 0, i, j, k;
+    (void)t;
+    for (i = 0; i < OBS_MEASUREMENTS; i++) {
+        const double *row = obs_output + i * OBS_ORDER;
+        double expected = 0.0, variance = obs_noise[i * OBS_MEASUREMENTS + i];
+        if (isnan(y[i]))
+            continue;
+        memset(crossed[count], 0, sizeof crossed[count]);
+        obs_add(&expected, row, x, 1, OBS_ORDER, 1);
+        obs_add(crossed[count], row, s->covariance, 1, OBS_ORDER, OBS_ORDER);
+        obs_add(&variance, crossed[count], row, 1, OBS_ORDER, 1);
+        if (obs_gate[0] > 0.0 && fabs(y[i] - expected) > obs_gate[0] * sqrt(variance)) {
+            s->gated++;
+            continue;
+        }
+        innovation[count] = y[i] - expected;
+        seen[count++] = i;
+    }
+    for (i = 0; i < count; i++) {
+        for (j = 0; j <= i; j++) {
+            root[i][j] = obs_noise[seen[i] * OBS_MEASUREMENTS + seen[j]];
+            obs_add(&root[i][j], crossed[i], obs_output + seen[j] * OBS_ORDER, 1, OBS_ORDER, 1);
+        }
+    }
+    for (i = 0; i < count; i++) {
+        for (j = 0; j <= i; j++) {
+            for (k = 0; k < j; k++)
+                root[i][j] -= root[i][k] * root[j][k];
+            root[i][j] = i == j ? sqrt(root[i][j]) : root[i][j] / root[j][j];
+        }
+        for (k = 0; k <= i; k++) {
+            innovation[i] = k < i ? innovation[i] - root[i][k] * innovation[k] : innovation[i] / root[i][i];
+            for (j = 0; j < OBS_ORDER; j++)
+                crossed[i][j] = k < i ? crossed[i][j] - root[i][k] * crossed[k][j] : crossed[i][j] / root[i][i];
+        }
+    }
+    memcpy(s->mean, x, OBS_ORDER * sizeof *x);
+    for (k = 0; k < count; k++)
+        for (i = 0; i < OBS_ORDER; i++) {
+            s->mean[i] += crossed[k][i] * innovation[k];
+            for (j = 0; j < OBS_ORDER; j++)
+                s->covariance[i * OBS_ORDER + j] -= crossed[k][i] * crossed[k][j];
+        }
+}
+"""
+
+
+def c_form(
+    name: str, comment: str, transition: Transition, output: Array, inputs: int, own: Mapping[str, Array]
+) -> str:
+    """The C99 source; `name` begins every name in it, `comment` stands at the top.
+
+    output: C; inputs: how many of those of `transition` are known. own: "gain" and "edges", G of a filter by the
+    period before; or "noise" and "start", R and P0 of a Kalman filter. Raises InvalidInputError if `name` is no C
+    identifier.
+    """
+    n, drives, fixed = transition.order, transition.inputs, "gain" in own
+    phi, gamma, q = np.split(transition.table, [n, n + drives], axis=2)
+    tables = {"phi": phi, "gamma": gamma, "q": q, "rate": np.array([transition.rate, SHORT]), "output": output}
+    tables |= {"start": np.zeros(1), **own}
+    sizes = {"order": n, "inputs": inputs, "held": drives - inputs, "drives": drives, "mean": n + drives - inputs}
+    sizes |= {"measurements": len(output), "degree": DEGREE, "gaps": int(not fixed)}
+    # A filter of fixed gains keeps no covariance.
+    sizes |= {"cells": len(own["gain"]) if fixed else 1, "spread": 1 if fixed else n * n}
+    return c_file(name, comment, USAGE, BODY.replace("$corrected", FIXED if fixed else RUNNING), sizes, tables)

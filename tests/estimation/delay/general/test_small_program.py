@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.interior import Point, solve
-from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
-from replication.estimation.conic.steps import Block
+from replication.estimation.conic.interior import Block, Point, solve
+from replication.estimation.conic.program import ALMOST, Inequalities, program_under, solve_clarabel, symmetric_basis
 from replication.estimation.delay.general.cone import (
     Storage,
     dissipation,

@@ -10,13 +10,10 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.running import gate_of
-from replication.estimation.linear.covariances import covariance
-from replication.estimation.nonuniform.stamped.c_form import c_form
-from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
-from replication.estimation.nonuniform.stamped.kalman.recursion import Estimate, Instant, Recursion
-from replication.estimation.nonuniform.stamped.samples import as_input, as_sample, as_time
-from replication.estimation.nonuniform.stamped.transition import Transition
-from replication.estimation.validation import Array, as_array, positive_scalar
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, NoisyPlant, Recursion
+from replication.estimation.nonuniform.stamped.observer import as_input, as_sample, as_time
+from replication.estimation.nonuniform.stamped.transition import Transition, c_form
+from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 
 class StampedKalman:

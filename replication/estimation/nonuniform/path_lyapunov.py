@@ -1,12 +1,4 @@
-"""Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods.
-
-V_k = x' P_c x with c the leaf of a context tree that begins h_k, h_{k+1}, ... If for every leaf d, every cell, every h
-of the cell, and the leaf c of that cell followed by d,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then
-||e|| <= g ||w|| for every sequence in [h_l, h_u] (w(h) = 1, or h for the duration-weighted gain). The periods to come
-need not be known to the filter: V enters the proof only. The worst that can still come, as a function of the state, is
-the largest x' P x over all futures, so that the bound tends to the gain. Sources: Lee and Dullerud, Automatica 42
-(2006); Ahmadi, Jungers, Parrilo and Roozbehani, SIAM J. Control Optim. 52 (2014).
-"""
+"""Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods."""
 
 from __future__ import annotations
 
@@ -16,13 +8,82 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy
 
-from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
-from replication.estimation.conic.solvers import SolverReport
+from replication.estimation.conic.program import (
+    ALMOST,
+    Inequalities,
+    SolverReport,
+    program_under,
+    solve_clarabel,
+    symmetric_basis,
+)
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
+
+# Prefix trees of variable depth: which coming sampling periods a path-dependent Lyapunov function knows
+
+
+Word = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ContextTree:
+    """leaves: sorted words over the letters 0 ... letters - 1, complete (one is a prefix of every long word) and
+    closed.
+
+    Closed means that a letter and the leaf after it determine the leaf before it.
+    """
+
+    letters: int
+    leaves: tuple[Word, ...]
+
+    @classmethod
+    def one_step(cls, letters: int) -> ContextTree:
+        """The tree that knows the next period's cell only."""
+        return cls(letters, tuple((a,) for a in range(letters)))
+
+    def transitions(self) -> list[tuple[int, int, int]]:
+        """(position of the leaf before, letter, position of the leaf after) for every letter and leaf after it."""
+        position = {leaf: i for i, leaf in enumerate(self.leaves)}
+        known = set(self.leaves)
+        steps = []
+        for leaf in self.leaves:
+            for letter in range(self.letters):
+                before = _prefix(known, (letter, *leaf))
+                assert before is not None
+                steps.append((position[before], letter, position[leaf]))
+        return steps
+
+    def before(self) -> list[list[int]]:
+        """For each leaf and letter after it the position of the leaf before."""
+        found = [[0] * self.letters for _ in self.leaves]
+        for leaf, letter, after in self.transitions():
+            found[after][letter] = leaf
+        return found
+
+    def split(self, chosen: list[Word]) -> ContextTree:
+        """The tree in which the chosen leaves know one period more, and others as far as closedness asks for it."""
+        leaves = set(self.leaves)
+        for leaf in chosen:
+            _lengthen(leaves, leaf, self.letters)
+        while open_ := [w for w in leaves if any(_prefix(leaves, (a, *w)) is None for a in range(self.letters))]:
+            for leaf in open_:
+                _lengthen(leaves, leaf, self.letters)
+        return ContextTree(self.letters, tuple(sorted(leaves)))
+
+
+def _lengthen(leaves: set[Word], leaf: Word, letters: int) -> None:
+    leaves.remove(leaf)
+    leaves.update((*leaf, b) for b in range(letters))
+
+
+def _prefix(leaves: set[Word], word: Word) -> Word | None:
+    """The leaf that begins `word`, or None if all its beginnings are inner nodes."""
+    return next((word[:k] for k in range(1, len(word) + 1) if word[:k] in leaves), None)
+
+
+# Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods
+
 
 SLACK = 1e-6
 """Least excess in the state block of the inequalities that the solver is asked for, in balanced coordinates (P near

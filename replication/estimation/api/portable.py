@@ -1,0 +1,330 @@
+"""What all running observers share beside their steps: names of the signals, a file that loads again, other forms."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.export import Recursion, c_source, matlab_source, to_json, to_mat
+from replication.estimation.api.plants import Signals
+from replication.estimation.validation import Array
+
+if TYPE_CHECKING:
+    import control
+
+
+# Running observers in files: JSON with a version, made of numbers, arrays and the fields of frozen records
+
+
+FORMAT, VERSION = "running observer", 1
+ROOM = "replication.estimation."
+KINDS = {"f": "float", "i": "int", "b": "bool"}
+"""Kinds of arrays, by numpy's letter."""
+
+
+def file_text(kind: type[Any], made_with: Mapping[str, Any], signals: Signals | None) -> str:
+    """The file of an observer of class `kind`."""
+    names = None if signals is None else signals.to_dict()
+    return to_json(
+        {"format": FORMAT, "version": VERSION, "observer": _name(kind), "made_with": made_with, "signals": names}
+    )
+
+
+def encoded(made: Any, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments with which `made` was made, by name, as plain JSON values."""
+    given = signature(type(made).__init__).bind(made, *args, **kwargs).arguments
+    return {name: _plain(value) for name, value in list(given.items())[1:]}
+
+
+def decoded(value: Any) -> Any:
+    """What `encoded` made a JSON value of."""
+    if isinstance(value, list):
+        return tuple(decoded(part) for part in value)
+    if not isinstance(value, dict):
+        return value
+    if "array" in value:
+        kind, order = value["kind"], value["order"]
+        if kind not in KINDS.values() or order not in ("C", "F"):
+            raise InvalidInputError(f"an array of kind {kind!r} and order {order!r} is not known")
+        entries = np.array(value["array"], dtype=kind).reshape(value["shape"])
+        return np.array(entries, order=order)
+    if "number" in value:
+        return float(value["number"])
+    record = class_named(value["record"])
+    if not is_dataclass(record):
+        raise InvalidInputError(f"{value['record']} is no record")
+    return record(**{name: decoded(part) for name, part in value["fields"].items()})
+
+
+def arrays_in(value: Any, name: str = "") -> dict[str, Array]:
+    """All arrays of an encoded value that are not empty, by field, with a number where there are several of one."""
+    if isinstance(value, dict) and "array" in value:
+        array = decoded(value)
+        return {name: array} if array.size else {}
+    if isinstance(value, list):
+        several = len(value) > 1
+        parts = [(f"{name}_{i}" if several else name, part) for i, part in enumerate(value, start=1)]
+    elif isinstance(value, dict) and "record" in value:
+        # A list of records, the phases say, gives its numbers to the fields.
+        number = name[name.rindex("_") :] if name[-1:].isdigit() and "_" in name else ""
+        parts = [(f"{field}{number}", part) for field, part in value["fields"].items()]
+    elif isinstance(value, dict):
+        parts = list(value.items())
+    else:
+        return {}
+    found: dict[str, Array] = {}
+    for label, part in parts:
+        for key, array in arrays_in(part, label).items():
+            found[key if key not in found else f"{label}_{key}"] = array
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float) and not np.isfinite(value):
+        return {"number": str(float(value))}  # JSON has no NaN
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value.item() if isinstance(value, np.generic) else value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in KINDS:
+            raise InvalidInputError(f"an array of {value.dtype} has no place in the file of an observer")
+        # The order in memory decides in which order products are summed.
+        order = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
+        kind = KINDS[value.dtype.kind]
+        entries = value
+        if value.dtype.kind == "f" and not np.isfinite(value).all():
+            entries = np.where(np.isfinite(value), value.astype(object), value.astype(str))
+        return {"array": entries.tolist(), "shape": list(value.shape), "kind": kind, "order": order}
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    if is_dataclass(value) and type(value).__module__.startswith(ROOM):
+        parts = {field.name: _plain(getattr(value, field.name)) for field in fields(value) if field.init}
+        return {"record": _name(type(value)), "fields": parts}
+    raise InvalidInputError(f"a {type(value).__name__} has no place in the file of an observer")
+
+
+def _name(kind: type[Any]) -> str:
+    return f"{kind.__module__.removeprefix(ROOM)}:{kind.__qualname__}"
+
+
+def class_named(name: str) -> type[Any]:
+    """A class of the estimation room; nothing that it imports from elsewhere, and nothing else of it."""
+    module, _, own = name.partition(":")
+    try:
+        found = getattr(importlib.import_module(ROOM + module), own)
+    except (ImportError, AttributeError):
+        raise InvalidInputError(f"{name!r} is not known; it may have been written by another release") from None
+    if not isinstance(found, type) or found.__module__ != ROOM + module:
+        raise InvalidInputError(f"{name!r} is no class of this library")
+    return found
+
+
+NOT_GIVEN: Final = object()
+"""Stands for an argument that was left out, where None means that nothing was measured."""
+
+
+class Portable:
+    """A running observer is made again from what it was made with, so nothing else has to be kept in a file.
+
+    Attributes
+    ----------
+    signals : Signals or None
+        Names of inputs and measurements, for `step({"name": value})`.
+    """
+
+    signals: Signals | None = None
+    _made_with: tuple[tuple[Any, ...], dict[str, Any]]
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Self:
+        """Remember the arguments."""
+        made = super().__new__(cls)
+        made._made_with = args, kwargs
+        return made
+
+    def named(self, signals: Signals | None) -> Self:
+        """Call inputs and measurements by these names.
+
+        Parameters
+        ----------
+        signals : Signals or None
+            Names, and the sampling period.
+
+        Returns
+        -------
+        RunningObserver
+            The same observer.
+        """
+        self.signals = signals
+        return self
+
+    def to_json(self) -> str:
+        """The observer as a file that `load` reads.
+
+        Returns
+        -------
+        str
+            JSON with a format and its version; numbers read back exactly. The loaded observer stands at instant 0.
+        """
+        args, kwargs = self._made_with
+        return file_text(type(self), encoded(self, args, kwargs), self.signals)
+
+    def to_mat(self) -> bytes:
+        """All arrays of the observer as a MATLAB file (level 5).
+
+        Returns
+        -------
+        bytes
+            The same every time; variables are named after the fields in `to_json`, with `_1`, `_2` for phases.
+        """
+        args, kwargs = self._made_with
+        return to_mat(arrays_in(encoded(self, args, kwargs)))
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The observer as one C99 file that compiles by itself; see `c_code`.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_init`, `NAME_step` and all matrices; it does what `reset` and `step` do.
+
+        Raises
+        ------
+        InvalidInputError
+            `name` is no C identifier, or the observer is no periodic recursion and has no C form of its own.
+        """
+        return c_source(name, comment, self._recursion())
+
+    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
+        """The observer as a MATLAB function with a memory; see `matlab`.
+
+        Parameters
+        ----------
+        name : str
+            Name of the function and of its file, at most 31 characters.
+        comment : str
+            What it is, for its help.
+
+        Returns
+        -------
+        str
+            The text of NAME.m.
+
+        Raises
+        ------
+        InvalidInputError
+            `name` does not fit, or the observer is no periodic recursion.
+        """
+        return matlab_source(name, comment, self._recursion())
+
+    def to_statespace(self) -> control.StateSpace:
+        """The observer as a linear system, as it runs while no measurement is missing.
+
+        Returns
+        -------
+        control.StateSpace
+            From the known inputs and the measurements to the estimate; over one period, if the observer is periodic.
+
+        Raises
+        ------
+        InvalidInputError
+            The observer changes with time, and is no linear system with constant matrices.
+        """
+        raise InvalidInputError(f"a {type(self).__name__} has no constant matrices; run it by `step`")
+
+    def _recursion(self) -> Recursion:
+        raise InvalidInputError(
+            f"a {type(self).__name__} is no periodic recursion, from which this form is made; run it by `step`"
+        )
+
+    def _by_name(self, u: Any, y: Any) -> tuple[Any, Any]:
+        """(u, y) with values by name put in order; one dict holds inputs and measurements."""
+        if not isinstance(u, dict) and not isinstance(y, dict):
+            raise InvalidInputError("step takes u and y, or one dict of values by name")
+        if self.signals is None:
+            raise InvalidInputError("this observer has no names of signals; give u and y in order")
+        inputs, measurements = self.signals.inputs, self.signals.measurements
+        if y is NOT_GIVEN:
+            if both := sorted(set(inputs) & set(measurements)):
+                raise InvalidInputError(f"{both[0]!r} is an input and a measurement; give two dicts, step(u, y)")
+            _known_names(u, (*inputs, *measurements), "signal")
+            y = {name: value for name, value in u.items() if name in measurements}
+            u = {name: value for name, value in u.items() if name in inputs}
+        if isinstance(u, dict):
+            _known_names(u, inputs, "input")
+            if lacking := [name for name in inputs if u.get(name) is None]:
+                raise InvalidInputError(f"input {lacking[0]!r} has no value; an input is known at every instant")
+            u = [u[name] for name in inputs]
+        if isinstance(y, dict):
+            _known_names(y, measurements, "measurement")
+            y = [y.get(name) for name in measurements]
+        return u, y
+
+
+def _known_names(given: dict[Any, Any], names: tuple[str, ...], kind: str) -> None:
+    for name in given:
+        if name not in names:
+            raise InvalidInputError(f"no {kind} {name!r}; the {kind}s are {', '.join(names)}")
+
+
+# A running observer from its file; `Portable.to_json` writes one
+
+
+def load(path: str | Path) -> Portable:
+    """Read a running observer from a file.
+
+    Parameters
+    ----------
+    path : path
+        What the `to_json` of an observer gave.
+
+    Returns
+    -------
+    RunningObserver
+        At instant 0, of the class that was written, with the same names; it takes the same steps.
+
+    Raises
+    ------
+    InvalidInputError
+        The file cannot be read, is no file of an observer, or has a version that is not known.
+    """
+    try:
+        held = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InvalidInputError(f"{path} cannot be read as JSON: {error}") from None
+    if not isinstance(held, dict) or held.get("format") != FORMAT:
+        raise InvalidInputError(f"{path} is no file of a running observer; observer().to_json() writes one")
+    if held.get("version") != VERSION:
+        raise InvalidInputError(f"{path} has version {held.get('version')!r}; known is version {VERSION}")
+    try:
+        kind = class_named(held["observer"])
+        if not issubclass(kind, Portable):
+            raise InvalidInputError(f"{held['observer']} is no running observer")
+        made = kind(**{name: decoded(value) for name, value in held["made_with"].items()})
+        return made.named(_signals(held["signals"]))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{path}: {error}") from None
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InvalidInputError(f"{path} is not whole: {type(error).__name__} {error}") from None
+
+
+def _signals(names: Any) -> Signals | None:
+    if names is None:
+        return None
+    given: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in names.items()}
+    return Signals(**given)

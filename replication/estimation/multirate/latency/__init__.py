@@ -1,1 +1,0 @@
-"""Sensors whose samples are old when they are used: the plant with the samples that are under way."""

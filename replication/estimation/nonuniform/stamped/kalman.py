@@ -1,0 +1,249 @@
+"""A continuous-time plant as a Kalman filter with time stamps sees it, and the recursion over known times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, numbered, parts_of
+from replication.estimation.linear.riccati import symmetric
+from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.validation import Array, as_matrix, covariance, noise_factors, undetectable_mode
+
+if TYPE_CHECKING:
+    import control
+
+
+# A continuous-time plant as a Kalman filter with time stamps sees it: dynamics, sensors by name, and their noise
+
+
+@dataclass(frozen=True, eq=False)
+class NoisyPlant(LinearPlant):
+    """x' = Ax + B_u u + w between the samples y = Cx + v, whose instants are known; u is held from sample to sample.
+
+    Without S the noise w is white with intensity Q. With S it is held: w keeps one value, of covariance Q, from each
+    sample to the next, and S is its covariance with the noise v of the sample at which it starts. The plant may be
+    unstable or integrate.
+
+    Parameters
+    ----------
+    A : array (n, n)
+        Dynamics, in 1/s.
+    C : array (q, n)
+        One row for each sensor.
+    Q : array (n, n)
+        Intensity of the white process noise, in squared units of the states per second; covariance if it is held.
+    R : array (q, q) or (q,)
+        Covariance of the sensors' noise, positive definite; a vector holds the variances of independent sensors.
+    B_u : array (n, m), optional
+        Effect of known inputs.
+    S : array (n, q), optional
+        Covariance of the held process noise with the sensors' noise.
+    P0 : array (n, n), optional
+        Covariance of x^(0) - x(0); the identity unless given.
+    sensors : sequence of str, optional
+        Names of the q sensors; y[0], y[1] and so on unless given.
+
+    Raises
+    ------
+    InvalidInputError
+        A shape does not fit, Q, R or P0 is no covariance, S does not fit to Q and R, a name stands twice, or an
+        unstable mode is not seen by any sensor.
+
+    Examples
+    --------
+    >>> cart = NoisyPlant([[0, 1], [0, 0]], [[1, 0]], Q=[[0, 0], [0, 0.1]], R=[0.01], sensors=["camera"])
+    >>> cart.sensors
+    ('camera',)
+    """
+
+    SHAPES: ClassVar[Mapping[str, str]] = {"A": "nn", "C": "qn", "B_u": "nu"}
+
+    A: Array
+    C: Array
+    Q: Array
+    R: Array
+    B_u: Array = NOT_GIVEN
+    S: Array | None = None
+    P0: Array = NOT_GIVEN
+    sensors: Sequence[str] = NOT_GIVEN
+
+    if TYPE_CHECKING:
+        # Type checkers see that lists do; the fields themselves are arrays.
+        def __init__(
+            self,
+            A: npt.ArrayLike,
+            C: npt.ArrayLike,
+            Q: npt.ArrayLike,
+            R: npt.ArrayLike,
+            B_u: npt.ArrayLike | None = None,
+            S: npt.ArrayLike | None = None,
+            P0: npt.ArrayLike | None = None,
+            sensors: Sequence[str] | None = None,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        """Check and freeze."""
+        sizes = self.check()
+        n, q = sizes["n"], sizes["q"]
+        noise_factors(self.Q, self.R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
+        P0 = np.eye(n) if self.P0 is None else self.P0
+        for name, value, size in (("Q", self.Q, n), ("R", self.R, q), ("P0", P0, n)):
+            object.__setattr__(self, name, covariance(name, value, size))
+        if self.S is not None:
+            object.__setattr__(self, "S", as_matrix("S", self.S))
+        object.__setattr__(self, "sensors", _names(self.sensors, q))
+        if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
+            raise InvalidInputError(
+                f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
+                "or leave it out of the plant"
+            )
+
+    @staticmethod
+    def from_statespace(
+        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any | None = None
+    ) -> NoisyPlant:
+        """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
+
+        Parameters
+        ----------
+        system : control.StateSpace
+            Continuous-time, without feedthrough.
+        Q, R, S, P0 : see there
+            As in `NoisyPlant`.
+
+        Returns
+        -------
+        NoisyPlant
+            The same matrices.
+
+        Raises
+        ------
+        InvalidInputError
+            The system is not continuous-time or has feedthrough; or as `NoisyPlant`.
+        """
+        parts = parts_of(system, continuous=True, disturbances=())
+        if np.any(parts.D_u):
+            raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
+        return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
+
+
+def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:
+    if given is None:
+        return numbered("y", count)
+    names = () if isinstance(given, str) else tuple(given)
+    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError(f"sensors must be {count} different names, one for each row of C, got {given!r}")
+    return names
+
+
+# The Kalman recursion over known times: update by a sample of some of the sensors, prediction over any h >= 0
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """An estimate x (n,) of the state at time t (s), and the covariance P (n, n) of its error."""
+
+    t: float
+    x: Array
+    P: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """What the filter knows at the time t of a sample.
+
+    y (q,): the sample, NaN where a sensor did not measure; u (m,): the input from t on; prior: x^(k|k-1); mean and
+    covariance: those after the sample, of x or [x; w]; used (q,): the sensors that measured, within the gate;
+    innovation and spread: of these.
+    """
+
+    t: float
+    y: Array
+    u: Array
+    prior: Estimate
+    mean: Array
+    covariance: Array
+    innovation: Array
+    spread: Array
+    used: npt.NDArray[np.bool_]
+
+    @property
+    def gated(self) -> int:
+        """How many of the numbers were beyond the gate."""
+        return int(np.sum(~np.isnan(self.y) & ~self.used))
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """The plant, its transitions with [B_u, I] as inputs, the known ones and held noise, and the gate (0 for none)."""
+
+    plant: NoisyPlant
+    transition: Transition
+    gate: float = 0.0
+
+    @classmethod
+    def of(cls, plant: NoisyPlant, gate: float = 0.0) -> Recursion:
+        """The recursion of a plant."""
+        n = plant.order
+        white = np.zeros((n, n)) if plant.S is not None else plant.Q
+        return cls(plant, Transition.of(plant.A, np.hstack([plant.B_u, np.eye(n)]), white), gate)
+
+    def update(self, prior: Estimate, y: Array, u: Array) -> Instant:
+        """Take the entries of y (q,) that are numbers within the gate; with held noise all must be."""
+        plant, n = self.plant, self.plant.order
+        seen = ~np.isnan(y)
+        if self.gate and np.any(seen):
+            variances = np.einsum("qa,ab,qb->q", plant.C, prior.P, plant.C) + np.diag(plant.R)
+            seen &= np.abs(np.where(seen, y - plant.C @ prior.x, 0.0)) <= self.gate * np.sqrt(variances)
+        C, R = plant.C[seen], plant.R[np.ix_(seen, seen)]
+        mean, covariance = prior.x, prior.P
+        output, crossed = C, np.zeros((n, len(C)))
+        if plant.S is not None:
+            mean, covariance = np.concatenate([mean, np.zeros(n)]), scipy.linalg.block_diag(covariance, plant.Q)
+            output, crossed = np.hstack([C, np.zeros_like(C)]), np.vstack([crossed, plant.S[:, seen]])
+        innovation = y[seen] - C @ prior.x
+        spread = symmetric(C @ prior.P @ C.T + R)
+        if len(C):
+            gain = np.linalg.solve(spread, (covariance @ output.T + crossed).T).T
+            kept = np.eye(len(mean)) - gain @ output
+            # Joseph's form: a sum of squares, as long as the noise is one.
+            covariance = symmetric(
+                kept @ covariance @ kept.T + gain @ R @ gain.T - kept @ crossed @ gain.T - gain @ crossed.T @ kept.T
+            )
+            mean = mean + gain @ innovation
+        return Instant(prior.t, y, u, prior, mean, covariance, innovation, spread, seen)
+
+    def predict(self, known: Instant, t: float) -> Estimate:
+        """x^ and its covariance at t, not before `known.t`, under the input that is held."""
+        m = len(known.u)
+        Phi, Gamma, spread = self.transition.at(t - known.t)
+        whole = np.hstack([Phi, Gamma[:, m:]])[:, : len(known.mean)]
+        x = whole @ known.mean + Gamma[:, :m] @ known.u
+        return Estimate(t, x, symmetric(whole @ known.covariance @ whole.T) + spread)
+
+    def smooth(self, instants: Sequence[Instant]) -> list[Estimate]:
+        """The estimate at each instant from all samples of all of them, for white noise."""
+        n = self.plant.order
+        pull, weight = np.zeros(n), np.zeros((n, n))
+        found: list[Estimate] = []
+        following: Instant | None = None
+        for one in reversed(instants):
+            if following is not None:
+                Phi = self.transition.at(following.t - one.t)[0]
+                pull, weight = Phi.T @ pull, Phi.T @ weight @ Phi
+            x, P = one.mean[:n], one.covariance[:n, :n]
+            found.append(Estimate(one.t, x + P @ pull, symmetric(P - P @ weight @ P)))
+            C = self.plant.C[one.used]
+            told = np.linalg.solve(one.spread, np.column_stack([one.innovation, C])) if len(C) else np.zeros((0, n + 1))
+            kept = np.eye(n) - one.prior.P @ C.T @ told[:, 1:]
+            pull = C.T @ told[:, 0] + kept.T @ pull
+            weight = symmetric(C.T @ told[:, 1:] + kept.T @ weight @ kept)
+            following = one
+        return found[::-1]
