@@ -13,7 +13,7 @@ from replication.drawing.style import house_style, line, name_axes, new_axes, sa
 if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as Figure
     from matplotlib.lines import Line2D
 
 

@@ -18,7 +18,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, at_most, frozen
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from replication.drawing.panels import Figure
     from rich.table import Table
 
 
