@@ -18,7 +18,7 @@ from replication.audit.judge import proofs as checkers
 from replication.audit.judge.proofs import checked_twice, machine_checked, wanted
 from replication.audit.report.page import render
 from replication.errors import AuditError
-from replication.machine import theory as coq
+from replication.machine import generate as coq
 
 ROOT = Path(__file__).parents[2]
 PAPERS = sorted(path.parent.name for path in (ROOT / "papers").glob(f"*/{twice.RECORD}"))

@@ -19,13 +19,10 @@ from papers.peet2019.experiments import scaling
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import solve_sdpa
-from replication.estimation.delay.lmi import lmi_gain
-from replication.estimation.delay.models import pade_model
-from replication.estimation.delay.sos.least_gain import STATED_GAP, solved
-from replication.estimation.delay.sos.reduction import reduced
-from replication.estimation.delay.sos.synthesis import assemble, program
-from replication.estimation.delay.system import DelaySystem, delay_system
-from replication.estimation.delay.units import natural_units
+from replication.estimation.delay.models import lmi_gain, pade_model
+from replication.estimation.delay.sos.certificate import STATED_GAP, solved
+from replication.estimation.delay.sos.synthesis import assemble, program, reduced
+from replication.estimation.delay.system import DelaySystem, delay_system, natural_units
 
 RECORD = Path(__file__).parents[1] / "seconds.jsonl"
 SOLVED_UP_TO = 15

@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     import control
 
 
-# Weights of a dual-rate design, checked, and the gains K and L that they have in continuous time
-
-
 SEMIDEFINITE = 1e-12
 """Negative eigenvalues of a weight up to so much of the largest are rounding."""
 

@@ -254,9 +254,6 @@ class KalmanFilter(RunningKalman):
         return Recursion(phases, n, [output] * len(phases), direct, limits)
 
 
-# A Kalman filter that begins with the covariance of its start, and follows it as measurements come or do not come
-
-
 SETTLED = 1e-15
 """Relative change of a covariance over one period below which it counts as steady."""
 

@@ -276,9 +276,6 @@ def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
     return PeriodRange(*periods)
 
 
-# A filter for samples with time stamps, for a plant of one's own: `design_stamped`
-
-
 class StampedPlantReader(SampledPlantReader):
     """The same plants, of which A may have eigenvalues anywhere."""
 

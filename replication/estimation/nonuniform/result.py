@@ -139,9 +139,6 @@ def smoother_limit(plant: SampledPlant, h: float) -> float:
     return float(np.max(gains, initial=0.0))
 
 
-# What a filter guarantees for every sampling sequence, as a result: running filter, state space, plot
-
-
 BOTH_ENDS = (
     "a sampling sequence with its disturbance, or a constant one over all time; a Lyapunov certificate for all of them"
 )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.signal
-from dualrate_examples import MOTOR, MOTOR_DESIGN, START, motor_loop
+from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop
 
 from papers.shao.method.steady import bandwidth
 from replication.errors import InfeasibleError, InvalidInputError

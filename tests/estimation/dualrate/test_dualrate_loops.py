@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.signal
-from dualrate_examples import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
+from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
 from papers.shao.method.simulation import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError

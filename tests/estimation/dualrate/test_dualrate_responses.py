@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 from scipy.optimize import minimize_scalar
+from slow_loops import MOTOR_DESIGN, START, motor_loop
 
 from papers.shao.method.motor import Feedforward, ReferenceTiming
 from papers.shao.method.simulation import SIMULATED, simulate

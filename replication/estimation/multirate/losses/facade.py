@@ -50,9 +50,6 @@ if TYPE_CHECKING:
     import control
 
 
-# What multi-rate gains are worth when samples are lost, as a result
-
-
 AXES = {
     "L": "(case, state, sensor)",
     "phase": "(case)",

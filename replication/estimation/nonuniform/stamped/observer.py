@@ -15,8 +15,6 @@ from replication.estimation.nonuniform.stamped.design import StampedFilter
 from replication.estimation.nonuniform.stamped.transition import Transition, c_form
 from replication.estimation.validation import Array, as_array, finite_vector
 
-# Readers of what a driver hands over with each sample: values, time stamp, known input
-
 
 def as_time(name: str, value: Any) -> float:
     """A finite time, s; raises InvalidInputError."""

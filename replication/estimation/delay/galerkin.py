@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.operators.gains import injection_operator, storage_operator
-from replication.estimation.delay.operators.pqrs import Operator, resized
+from replication.estimation.delay.operators import Operator, injection_operator, resized, storage_operator
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.system import DelaySystem

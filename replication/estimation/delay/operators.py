@@ -10,11 +10,147 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.operators.inverse import Inverse, invert, multiplier_inverse
-from replication.estimation.delay.operators.pqrs import Operator, self_adjoint
+from replication.errors import InvalidInputError
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.validation import Array
+
+# Operators of the form (8)-(10) with polynomial parts, as Legendre coefficients.
+#
+# An operator maps (x, φ_1..φ_K) ∈ R^mi × L2^ni[-1,0]^K to (y, ψ_1..ψ_K) ∈ R^mo × L2^no[-1,0]^K:
+#   y = P x + Σ_j ∫Q_j(θ)φ_j(θ)dθ,   ψ_i(s) = G_i(s)x + S_i(s)φ_i(s) + Σ_j ∫R_ij(s,θ)φ_j(θ)dθ.
+# Histories are scaled to [-1, 0] and the inner product is xᵀy + Σ∫φ_iᵀψ_i. For 𝒫 of (8) divided by τ_K, the parts here
+# are P, τ_iQ_i(τ_iη), τ_iS_i(τ_iη) and τ_iτ_jR_ij(τ_iη, τ_jθ)/τ_K.
+
+
+@dataclass(frozen=True)
+class Operator:
+    """Legendre coefficients of the parts, all with the same count C.
+
+    point (mo, mi): P. row (mo, K, ni, C): Q. column (K, no, C, mi): G. multiplier (K, no, ni, C): S.
+    kernel (K, no, C, K, ni, C): R, with p_a(s)p_b(θ).
+    """
+
+    point: Array
+    row: Array
+    column: Array
+    multiplier: Array
+    kernel: Array
+
+    @property
+    def count(self) -> int:
+        """Number of Legendre coefficients C."""
+        return int(self.row.shape[-1])
+
+
+def padded(array: Array, count: int, axes: tuple[int, ...]) -> Array:
+    """`array` with `count` entries along each axis: zeros appended, or the highest coefficients dropped."""
+    for axis in axes:
+        missing = count - array.shape[axis]
+        if missing > 0:
+            array = np.pad(array, [(0, missing if i == axis else 0) for i in range(array.ndim)])
+        elif missing < 0:
+            array = np.take(array, np.arange(count), axis=axis)
+    return array
+
+
+def resized(operator: Operator, count: int) -> Operator:
+    """The operator with `count` coefficients: padded, or projected on the first ones."""
+    return Operator(
+        operator.point,
+        padded(operator.row, count, (3,)),
+        padded(operator.column, count, (2,)),
+        padded(operator.multiplier, count, (3,)),
+        padded(operator.kernel, count, (2, 5)),
+    )
+
+
+def self_adjoint(core: Array, multiplier: Array, points: int, delays: int, channels: int) -> Operator:
+    """The operator of the form uᵀWu + Σ∫φᵀSφ: `core` W (m + C·nK)², `multiplier` (C, nK, nK), as `FormSpace.split`."""
+    count = multiplier.shape[0]
+    width = delays * channels
+    corner = core[:points, points:].reshape(points, count, delays, channels)
+    row = np.einsum("mcki->mkic", corner)
+    block = core[points:, points:].reshape(count, delays, channels, count, delays, channels)
+    parts = multiplier.reshape(count, delays, channels, delays, channels)
+    diagonal = np.stack([parts[:, k, :, k, :] for k in range(delays)])
+    assert core.shape[0] == points + count * width
+    return Operator(
+        core[:points, :points],
+        row,
+        np.einsum("mkic->kicm", row),
+        np.einsum("kcij->kijc", diagonal),
+        np.einsum("ckidlj->kicljd", block),
+    )
+
+
+# Theorem 4: the inverse of a self-adjoint coercive operator of the form (8), in scaled histories (τ_K = 1).
+#
+# With Q = H·Z, R = ZᵀΓZ in the Legendre basis Z and K = diag ∫Z S_i⁻¹Zᵀ:
+# Ĥ = P⁻¹H(KHᵀP⁻¹H - I - KΓ)⁻¹, Γ̂ = -(ĤᵀH + Γ)(I + KΓ)⁻¹, P̂ = (I - ĤKHᵀ)P⁻¹, and Ŝ = S⁻¹ pointwise.
+
+
+QUADRATURE = 64
+"""Gauss points for the integrals of rational functions S⁻¹; poles keep away from [-1, 0] by coercivity."""
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The parts of the inverse that are matrices; the functions follow from them and from S.
+
+    point (n, n): P̂. h (n, K, n, C): Ĥ. gamma (K, n, C, K, n, C): Γ̂. moment (K, n, C, n, C): the blocks of K.
+    """
+
+    operator: Operator
+    point: Array
+    h: Array
+    gamma: Array
+    moment: Array
+
+
+def multiplier_inverse(operator: Operator, points: Array) -> Array:
+    """S_i(s)⁻¹ at the points: shape (M, K, n, n). Raises InvalidInputError where S_i is not positive definite."""
+    basis = legendre.evaluate(operator.count, points)
+    values = np.einsum("tc,kijc->tkij", basis, operator.multiplier)
+    least = float(np.linalg.eigvalsh(values).min())
+    if least <= 0.0:
+        raise InvalidInputError(
+            f"S is not positive definite (least eigenvalue {least:.2e}): the operator has no inverse"
+        )
+    result: Array = np.linalg.inv(values)
+    return result
+
+
+def invert(operator: Operator, quadrature: int = QUADRATURE) -> Inverse:
+    """Invert a self-adjoint coercive operator. Raises InvalidInputError if S or P is not positive definite."""
+    size, delays, channels, count = operator.row.shape
+    if float(np.linalg.eigvalsh(operator.point)[0]) <= 0.0:
+        raise InvalidInputError("P is not positive definite: the operator is not coercive; ask for a positive epsilon")
+    nodes, weights = legendre.gauss(max(quadrature, 2 * count))
+    basis = legendre.evaluate(count, nodes)
+    inverse = multiplier_inverse(operator, nodes)
+    moment = np.einsum("t,tc,tkij,td->kicjd", weights, basis, inverse, basis, optimize=True)
+    width = delays * channels * count
+    h = operator.row.reshape(size, width)
+    gamma = operator.kernel.reshape(width, width)
+    big = np.zeros((delays, channels * count, delays, channels * count))
+    for k in range(delays):
+        big[k, :, k, :] = moment[k].reshape(channels * count, channels * count)
+    diagonal = big.reshape(width, width)
+    eye = np.eye(width)
+    solved = np.linalg.solve(operator.point, h)
+    middle = diagonal @ h.T @ solved - eye - diagonal @ gamma
+    hat = np.linalg.solve(middle.T, solved.T).T
+    gamma_hat = -np.linalg.solve((eye + diagonal @ gamma).T, (hat.T @ h + gamma).T).T
+    point = np.linalg.solve(operator.point.T, (np.eye(size) - hat @ diagonal @ h.T).T).T
+    shape = (delays, channels, count)
+    return Inverse(
+        operator,
+        np.asarray(point, dtype=float),
+        hat.reshape(size, *shape),
+        np.asarray(gamma_hat, dtype=float).reshape(*shape, *shape),
+        np.asarray(moment, dtype=float),
+    )
 
 
 @dataclass(frozen=True)
