@@ -165,13 +165,7 @@ class KalmanFilter(RunningKalman):
         gains = self.gains
         now = self._shifted(gains.K[phase], gains.L[phase], innovation, driven)
         return KalmanStep(
-            now[0],
-            gains.filtered[phase],
-            self._past[0],
-            self._next[phase],
-            shown,
-            now[-1],
-            gains.smoothed[phase],
+            now[0], gains.filtered[phase], self._past[0], self._next[phase], shown, now[-1], gains.smoothed[phase]
         )
 
     def to_c(self, name: str = "kalman", comment: str = "") -> str:

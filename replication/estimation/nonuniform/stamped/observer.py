@@ -157,12 +157,7 @@ class StampedObserver(StampedEstimator):
     """
 
     def __init__(
-        self,
-        plant: SampledPlant,
-        filter_: StampedFilter,
-        periods: PeriodRange,
-        known: Array,
-        sensors: Sequence[str],
+        self, plant: SampledPlant, filter_: StampedFilter, periods: PeriodRange, known: Array, sensors: Sequence[str]
     ) -> None:
         self.plant, self.filter, self.periods, self.sensors = plant, filter_, periods, tuple(sensors)
         self.inputs = known.shape[1]
