@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 1240, 2000
 PART = "#rows"
 """The part of the report that is shown."""
-STILL = """#rows { display: grid; grid-template-columns: 1fr 1fr; gap: 0 3rem; padding: 1rem 1.5rem; border: 0 }
-#rows > .row { display: block; border: 0 } .row h2 { min-height: 3.9em } .row a { text-decoration: none !important }
-.row .foot, .row p:not(.who, .yl, .xl, .hint) { display: none }"""
-"""Two rows of two; the sentences stand in the README."""
+STILL = """#rows { columns: 2; column-gap: 3rem; padding: 1rem 1.5rem 0; border: 0 }
+#rows > .row { display: block; border: 0; break-inside: avoid; padding: .4rem 0 1rem }
+.row a { text-decoration: none !important }
+.row :is(.foot, .tally, .boxes + .hint), .row p:not(.who, .yl, .xl, .hint) { display: none }"""
+"""Two columns; the sentences stand in the README."""
 COMMIT, VERDICTS = "Commit", "Verdicts"
 """What the picture notes, as texts of the PNG."""
 COLOURS = 64

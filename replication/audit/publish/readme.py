@@ -89,8 +89,7 @@ def _line(paper: PaperRecord, told: BriefView | None) -> str:
     """What the opening of the report says of the paper, without its links."""
     if told is None:
         return paper.findings[0] if paper.findings else ""
-    headline = f"{told.headline.text}. " if told.headline.text else ""
-    return headline + told.card.text
+    return f"{told.headline.text}." if told.headline.text else told.card.text
 
 
 if __name__ == "__main__":

@@ -10,42 +10,14 @@ import pytest
 from definition import ROOT, certificates
 from test_definitions_dualrate import CHECKS as DUALRATE
 from test_definitions_multirate import CHECKS as MULTIRATE
+from test_definitions_nonuniform import CHECKS as NONUNIFORM
 
 HERE = Path(__file__).parent
-CHECKS = {**DUALRATE, **MULTIRATE}
+CHECKS = {**DUALRATE, **MULTIRATE, **NONUNIFORM}
 PAPERS = sorted(path.name for path in (ROOT / "certificates").iterdir() if path.is_dir())
 UNWRITTEN = "its test from the definition is not written yet"
 UNCOVERED = dict.fromkeys(
     (
-        "nonuniform.breaks-condition-8",
-        "nonuniform.breaks-level",
-        "nonuniform.congruence",
-        "nonuniform.gain-lower",
-        "nonuniform.gain-upper",
-        "nonuniform.grid-size",
-        "nonuniform.grid-solution-fails",
-        "nonuniform.keeps-level",
-        "nonuniform.lemma-1",
-        "nonuniform.lemma-2",
-        "nonuniform.lemma-3",
-        "nonuniform.level",
-        "nonuniform.lower-end",
-        "nonuniform.map",
-        "nonuniform.meets-condition-8",
-        "nonuniform.no-filter-keeps-level",
-        "nonuniform.observer-column",
-        "nonuniform.one-interval",
-        "nonuniform.optimum-lower",
-        "nonuniform.optimum-upper",
-        "nonuniform.output-matrix",
-        "nonuniform.recovery",
-        "nonuniform.same-level",
-        "nonuniform.sizes",
-        "nonuniform.stability",
-        "nonuniform.stable",
-        "nonuniform.stalls",
-        "nonuniform.stamped-gain",
-        "nonuniform.upper-end",
         "delay.degree-lower",
         "delay.dissipation-identity",
         "delay.gain-lower",
