@@ -16,10 +16,10 @@ from papers.mustafa.figures import gains, responses
 from papers.mustafa.findings import findings
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import READINGS
-from replication.audit.about import about
 from replication.audit.declare import Part, paper
-from replication.audit.judge.perturb import sensitivities
+from replication.audit.judge.printed import sensitivities
 from replication.audit.parts import Formula, Table
+from replication.audit.project import about
 
 FORMULAS = (
     Formula(

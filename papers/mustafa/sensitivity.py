@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from replication.audit.judge.perturb import Parameters, spread
+from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant

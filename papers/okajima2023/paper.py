@@ -12,10 +12,10 @@ from papers.okajima2023.figures import periods, responses
 from papers.okajima2023.findings import findings
 from papers.okajima2023.printed import TABLE_1
 from papers.okajima2023.readings import READINGS
-from replication.audit.about import about
 from replication.audit.declare import Part, paper
-from replication.audit.judge.perturb import sensitivities
+from replication.audit.judge.printed import sensitivities
 from replication.audit.parts import Formula, Table
+from replication.audit.project import about
 
 PARTS = (
     Part("Abstract", reason="Says in short what is audited where the paper says it."),

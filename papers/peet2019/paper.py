@@ -16,12 +16,12 @@ from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import cost, observer, optimum
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
-from replication.audit.about import about
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most
-from replication.audit.judge.perturb import sensitivities
+from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.parts import Formula, Sensitivity, Table
+from replication.audit.project import about
 
 FRAME = Part(
     "Abstract and Sec. XI",

@@ -23,12 +23,12 @@ from papers.shao.figures import tracking as tracking_figures
 from papers.shao.printed import REFERENCES, table_1
 from papers.shao.problem import APO, COLUMNS, COUNTEREXAMPLE, FAST, FREQUENCIES, PMI, SRC, START
 from papers.shao.readings import READINGS
-from replication.audit.about import about
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most, short
-from replication.audit.judge.perturb import sensitivities
+from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.parts import Formula, Table
+from replication.audit.project import about
 
 
 def findings(results: Results) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 from papers.shao.method.motor import Motor
 from papers.shao.printed import DATA, PARAMETERS
 from papers.shao.problem import literal_loop
-from replication.audit.judge.perturb import Parameters, spread
+from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.dualrate.problem import dual_rate_design
 from replication.estimation.dualrate.response import tracking_error_ratio
 

@@ -18,7 +18,7 @@ from papers.shao.experiments.motor import radius
 from papers.shao.method.lyapunov import theorem_constants
 from papers.shao.method.simulation import simulate
 from papers.shao.problem import APO, COUNTEREXAMPLE, FAST, RESTARTED
-from replication.audit.report.checks import checks, played
+from replication.audit.report.evidence import checks, played
 from replication.audit.report.templates import source
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.observers import Harmonic

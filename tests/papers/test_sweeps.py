@@ -20,8 +20,7 @@ from papers.peet2019.experiments.declared import DEFAULT_CELLS
 from papers.shao.experiments.readings import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
-from replication.audit.run.pool import Processes
-from replication.audit.run.progress import Action, Silent, Step
+from replication.audit.run.pool import Action, Processes, Silent, Step
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 from replication.audit.store.sources import default_packages

@@ -10,8 +10,7 @@ from papers.mustafa.findings import times
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import name_axes, name_end, name_line, say
-from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, new_axes
+from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, name_axes, name_end, name_line, new_axes, say
 
 OF_FILTER = {1: "our filter", 2: "printed filter"}
 SHOWN, ZOOMED = 400, 120

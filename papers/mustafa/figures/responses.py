@@ -8,8 +8,7 @@ from papers.mustafa.claims.preliminaries import up
 from papers.mustafa.experiments.draws import DRAWS, merged
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import name_axes, name_line, say
-from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, new_axes
+from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, name_axes, name_line, new_axes, say
 
 FIRST = 60
 """The first samples of Fig. 3, as many as can be told apart."""

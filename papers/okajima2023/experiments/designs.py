@@ -10,7 +10,7 @@ import numpy as np
 from papers.okajima2023.experiments.problem import Json, Matrix, bracket_json, build, optimum_json
 from papers.okajima2023.method.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
 from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
-from replication.audit.judge.perturb import Parameters, spread
+from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.kalman import kalman_design

@@ -7,8 +7,7 @@ from typing import Any
 from papers.okajima2023.experiments.declared import PERIOD_TABLE, all_periods
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import name_axes, name_end
-from replication.drawing.style import BAND, FOREGROUND, OURS, line, new_axes
+from replication.drawing.style import BAND, FOREGROUND, OURS, line, name_axes, name_end, new_axes
 
 
 def table_of_periods(results: Results) -> FigureData:

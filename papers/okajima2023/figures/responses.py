@@ -9,8 +9,7 @@ from typing import Any
 
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import mark_clipped, name_axes, name_line, rms
-from replication.drawing.style import FOREGROUND, OURS, line, new_axes
+from replication.drawing.style import FOREGROUND, OURS, line, mark_clipped, name_axes, name_line, new_axes, rms
 
 AXIS_LIMIT, LAST_SHOWN = 0.5, 500
 """The axes of Fig. 6, the only figure whose ticks the text shows: errors from -0.5 to 0.5, instants from 0 to 500."""

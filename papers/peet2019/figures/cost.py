@@ -11,8 +11,7 @@ from papers.peet2019.figures import columns
 from papers.peet2019.printed import DATA, published
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import RAISED, name_axes, name_end, say
-from replication.drawing.style import FOREGROUND, GREY, OURS, new_axes
+from replication.drawing.style import FOREGROUND, GREY, OURS, RAISED, name_axes, name_end, new_axes, say
 
 WAYS = {"bessel": "small cone", "total": "full cone", "plain": "cvxpy"}
 STYLES = {

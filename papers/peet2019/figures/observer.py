@@ -9,8 +9,7 @@ from typing import Any
 from papers.peet2019.figures import columns
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import RAISED, name_axes, name_end, name_line
-from replication.drawing.style import line, new_axes
+from replication.drawing.style import RAISED, line, name_axes, name_end, name_line, new_axes
 
 
 def fig_1(results: Results) -> FigureData:

@@ -10,8 +10,7 @@ from papers.peet2019.figures import columns
 from papers.peet2019.printed import DEGREES
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import name_axes, name_line, out_of_bounds, say
-from replication.drawing.style import FOREGROUND, line, new_axes
+from replication.drawing.style import FOREGROUND, line, name_axes, name_line, new_axes, out_of_bounds, say
 
 
 def convergence(results: Results) -> FigureData:

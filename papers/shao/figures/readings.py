@@ -12,8 +12,7 @@ from papers.shao.printed import table_1
 from papers.shao.problem import APO_READINGS, COLUMNS, PMI_READINGS
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.labels import name_axes, say
-from replication.drawing.style import BAND, GREY, OURS, line, new_axes
+from replication.drawing.style import BAND, GREY, OURS, line, name_axes, new_axes, say
 
 TABLES = {"pmi": "DRC-PMI", "apo": "DRC-APO", "common": "both columns"}
 

@@ -10,8 +10,7 @@ from papers.shao.printed import DATA
 from papers.shao.problem import COLUMNS
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import name_axes, rms
-from replication.drawing.style import GREY, new_axes
+from replication.drawing.style import GREY, name_axes, new_axes, rms
 
 ROWS = {
     "output": ("time_s", "position θ (rad)"),

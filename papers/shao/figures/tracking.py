@@ -9,8 +9,7 @@ from papers.shao.printed import table_1
 from papers.shao.problem import APO, COLUMNS, DESIGN, FAST, FREQUENCIES, HELD, PMI, RESTARTED, SINGLE, STATE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.labels import name_axes, name_end, name_line
-from replication.drawing.style import FOREGROUND, GREY, new_axes
+from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes
 
 SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
 LAGGING = (PMI, APO, HELD, RESTARTED)

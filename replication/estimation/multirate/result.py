@@ -50,9 +50,7 @@ def balanced(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
     return design(curve.balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
 
 
-def _designs(
-    problem: MultirateProblem,
-) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], curve.Measures]]:
+def _designs(problem: MultirateProblem) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], curve.Measures]]:
     """The central gains at a level, and their exact gain and rms error."""
     centre = kalman_centre(problem)
 

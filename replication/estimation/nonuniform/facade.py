@@ -124,11 +124,7 @@ def design(
         report = found.design.report
         _require_positive(found.design)
         facts: tuple[Evidence, ...] = (
-            Evidence(
-                "level of the design",
-                found.design.level,
-                "matrix inequality (10), one Lyapunov function",
-            ),
+            Evidence("level of the design", found.design.level, "matrix inequality (10), one Lyapunov function"),
             Evidence("violation left", found.violation, "largest eigenvalue of that matrix inequality over the range"),
             Evidence(
                 "estimated shortfall of the finite-grid level",

@@ -40,7 +40,7 @@ from papers.shao.problem import (
     literal_loop,
 )
 from papers.shao.readings import INTERPOLATIONS, MEASURES, STARTS
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import Points, time_response

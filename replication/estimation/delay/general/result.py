@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import GainResult
 from replication.estimation.api.shown import TradeOff
