@@ -1,7 +1,7 @@
 """The gain over every sampling sequence: from below by one bad sequence, and with the proved level from both sides.
 
 The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to
-e_1 ... e_K, found by Lanczos on a sparse triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it
+e_1 ... e_K, found by Lanczos on a banded triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it
 is attained. Sequences are searched by their run lengths: how many samples at h_u, at h_l, at h_u, and so on make the
 worst repeated pattern. Two lengths are searched from several starts; then runs are interrupted by one sample of the
 other kind and all lengths are searched again, as long as that pays.
@@ -83,18 +83,22 @@ def sequence_gain(
     count, size, inputs = drives.shape
     root = np.sqrt(periods)[:, None] if per_duration else np.ones((count, 1))
     e_root = np.vstack([root[1:], root[-1:]])
-    factor = scipy.sparse.linalg.splu(
-        _triangular(steps), permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    drives = drives / root[:, :, None]
+    band, squares, weights = _banded(steps), output.T @ output, e_root**2
+
+    def solved(right: Array, trans: str = "N") -> Array:
+        x, _ = scipy.linalg.lapack.dtbtrs(band, right.reshape(-1, 1), uplo="L", trans=trans, diag="U")
+        return np.asarray(x).reshape(count, size)
+
+    def states(w: Array) -> Array:
+        return solved(np.einsum("kij,kj->ki", drives, w.reshape(count, inputs)))
 
     def forward(w: Array) -> Array:
-        forced = np.einsum("kij,kj->ki", drives, w.reshape(count, inputs) / root)
-        return np.asarray(factor.solve(forced.ravel()).reshape(count, size) @ output.T * e_root)
+        return np.asarray(states(w) @ output.T * e_root)
 
     def normal(w: Array) -> Array:
-        weighted = (forward(w) * e_root) @ output
-        costate = factor.solve(weighted.ravel(), trans="T").reshape(count, size)
-        return np.asarray((np.einsum("kij,ki->kj", drives, costate) / root).ravel())
+        costate = solved(states(w) @ squares * weights, "T")
+        return np.asarray(np.einsum("kij,ki->kj", drives, costate).ravel())
 
     operator = scipy.sparse.linalg.LinearOperator((count * inputs, count * inputs), matvec=normal, dtype=float)
     # A fixed first guess, and fixed ones after a restart, make the result reproducible.
@@ -119,15 +123,13 @@ def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tup
     return steps, drives, filter_.error_output(plant)
 
 
-def _triangular(steps: Array) -> scipy.sparse.csc_matrix:
-    """The matrix that takes x_1 ... x_K to x_{k+1} - A_k x_k."""
+def _banded(steps: Array) -> Array:
+    """The matrix that takes x_1 ... x_K to x_{k+1} - A_k x_k, whose diagonal is one: its lower band, for LAPACK."""
     count, size, _ = steps.shape
-    rows = np.arange(size, count * size).reshape(count - 1, size, 1)
-    columns = np.arange((count - 1) * size).reshape(count - 1, 1, size)
-    shape = (count - 1, size, size)
-    entries = (np.broadcast_to(rows, shape).ravel(), np.broadcast_to(columns, shape).ravel())
-    lower = scipy.sparse.csc_matrix((-steps[1:].ravel(), entries), shape=(count * size, count * size))
-    return (lower + scipy.sparse.eye(count * size, format="csc")).tocsc()
+    band = np.zeros((2 * size, count, size))
+    row, column = np.indices((size, size))
+    band[size + row - column, :-1, column] = -np.moveaxis(steps[1:], 0, -1)
+    return band.reshape(2 * size, count * size)
 
 
 def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
