@@ -54,7 +54,7 @@ def bits(*matrices: fmpq_mat) -> int:
 
 def estimate_length(numbers: Iterable[fmpq]) -> int:
     """The length of the longest numerator or denominator of these numbers."""
-    return max((number.height_bits() for number in numbers), default=1)
+    return max((int(part).bit_length() for n in numbers for part in (n.numerator, n.denominator)), default=1)
 
 
 def multiplying(first: int, second: int) -> int:
@@ -109,6 +109,6 @@ def spend_characteristic(M: fmpq_mat) -> None:
 def limit_denominator(numbers: Iterable[fmpq], digits: int, path: str) -> None:
     """Refuse a matrix whose common denominator is too long: exact arithmetic soon writes all entries over it."""
     common = 1
-    for denominator in {int(number.q) for number in numbers}:
+    for denominator in {int(number.denominator) for number in numbers}:
         common = lcm(common, denominator)
         require(common < 10**digits, f"{path} has a common denominator of more than {digits} digits")
