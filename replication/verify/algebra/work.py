@@ -49,12 +49,16 @@ def spend(work: int, what: str) -> None:
 
 def bits(*matrices: fmpq_mat) -> int:
     """The length of the longest numerator or denominator in these matrices."""
-    return estimate_length(entry for M in matrices for entry in M.entries())
+    return max(estimate_length(M.entries()) for M in matrices)
 
 
 def estimate_length(numbers: Iterable[fmpq]) -> int:
-    """The length of the longest numerator or denominator of these numbers."""
-    return max((int(part).bit_length() for n in numbers for part in (n.numerator, n.denominator)), default=1)
+    """The length of the longest numerator or denominator of these numbers: that of all their bits together."""
+    together: Any = 1
+    for number in numbers:
+        top = number.numerator
+        together |= number.denominator | (top if top >= 0 else -top)
+    return int(together.bit_length())
 
 
 def multiplying(first: int, second: int) -> int:
