@@ -59,7 +59,8 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
     judged = [v for v in shown if v.record.claim.printed and v.record.verdict is not Verdict.UNDETERMINED]
     holding = [view for view in judged if view.record.verdict in AGREES]
-    exact = [view for view in holding if view.meant or all(entry.inside for entry in view.entries)]
+    # Of a draw no digit agrees: it is only probable enough.
+    exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
     return TableView(
         record=table,
         rows=rows,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,8 @@ def environment() -> Environment:
         "signed": numerals.signed,
         "seconds": numerals.seconds,
         "layout": numerals.layout,
+        "bound_below": partial(numerals.layout, write=partial(numerals.at_least, digits=numerals.SHOWN)),
+        "bound_above": partial(numerals.layout, write=partial(numerals.at_most, digits=numerals.SHOWN)),
         "anchor": lambda name, kind: anchor(kind, name),
         "slug": lambda verdict: str(verdict).replace(" ", "-"),
         "exact": numerals.exact,

@@ -28,15 +28,14 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class CurveView:
-    """One curve. path: its line or area. value: what it has where the slider begins, if anything; height: of its name,
-    spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
+    """One curve. path: its line or area. height: of its name, spread so that names do not meet. values, heights: at all
+    positions of the slider, as the script reads them.
     """
 
     label: str
     quiet: bool
     band: bool
     path: str
-    value: tuple[float, ...]
     at: float | None
     height: float
     values: str
@@ -167,13 +166,11 @@ def _curve(
         for line in lines
     ]
     places = range(len(across))
-    value = tuple(line[begin] for line in lines) if at(begin) is not None else ()
     return CurveView(
         label=curve.label,
         quiet=curve.quiet,
         band=len(lines) > 1,
         path=f"M{'L'.join(points[0])}" if len(points) == 1 else f"M{'L'.join([*points[0], *reversed(points[1])])}Z",
-        value=value,
         at=at(begin),
         height=height,
         values="|".join(_named([line[i] for line in lines]) for i in places),
@@ -182,7 +179,10 @@ def _curve(
 
 
 def _named(ends: Sequence[float]) -> str:
-    return " to ".join(numerals.short(end, 4) for end in ends) if all(map(math.isfinite, ends)) else "none"
+    """A number, or both ends of a band, rounded outwards."""
+    if not all(map(math.isfinite, ends)):
+        return "none"
+    return numerals.between(*ends) if len(ends) == 2 else numerals.short(ends[0], 4)
 
 
 def _name_height(lines: tuple[Values, ...], scale: Scale) -> float:
