@@ -71,7 +71,7 @@ def test_a_number_beside_an_end_of_its_bracket_shows_one_digit_more() -> None:
     bracket = Fraction("1.415803"), Fraction("1.415803967")
     assert numerals.at_print(1.4158039, Fraction(1, 100)) == ("1.41", "5804")
     assert numerals.at_print(1.4158039, Fraction(1, 100), 4, *bracket) == ("1.41", "58039")
-    assert numerals.between(0.495865, 0.499944) == "0.4958 to 0.5"
+    assert numerals.outward(0.495865, 0.499944) == (0.4958, 0.5)
 
 
 @pytest.mark.parametrize(

@@ -156,9 +156,10 @@ def at_least(number: float, digits: int = 2) -> str:
     return decimal(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(number)))
 
 
-def between(low: float, high: float, digits: int = 4) -> str:
+def outward(low: float, high: float, digits: int = 4) -> tuple[float, float]:
     """Both ends of a bracket to so many significant digits, rounded outwards."""
-    return f"{at_least(low, digits)} to {at_most(high, digits)}"
+    below, above = (Context(prec=digits, rounding=mode) for mode in (ROUND_FLOOR, ROUND_CEILING))
+    return float(below.create_decimal(Decimal(low))), float(above.create_decimal(Decimal(high)))
 
 
 def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
