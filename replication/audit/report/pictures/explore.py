@@ -28,8 +28,8 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class CurveView:
-    """One curve. path: its line or area. value: what is shown where the slider begins, if anything; height: of its name,
-    spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
+    """One curve. path: its line or area. value: what is shown where the slider begins, if anything. height: of its
+    name, spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
     """
 
     label: str
