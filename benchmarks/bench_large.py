@@ -9,10 +9,9 @@ import pytest
 
 from benchmarks.clock import processor_seconds
 from replication.estimation.delay.facade import design
-from replication.estimation.delay.lmi import riccati_gain
-from replication.estimation.delay.models import chebyshev_model
+from replication.estimation.delay.models import chebyshev_model, riccati_gain
+from replication.estimation.delay.sos.certificate import minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.sos.least_gain import minimum_gain
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius

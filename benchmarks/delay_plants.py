@@ -27,13 +27,13 @@ from replication.estimation.delay import (
     minimum_gain,
     observer_gains,
 )
-from replication.estimation.delay.collocation import grid
 from replication.estimation.delay.general.lines import line_form
 from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
 from replication.estimation.delay.observer import error_system
-from replication.estimation.delay.operators.gains import evaluate
-from replication.estimation.delay.running import injection
+from replication.estimation.delay.operators import evaluate
+from replication.estimation.delay.result import injection
 from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.spectrum import grid
 from replication.estimation.delay.system import DelaySystem
 from replication.ownplant.reading import read_plant
 

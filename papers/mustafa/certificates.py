@@ -12,11 +12,9 @@ import numpy as np
 
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.levels import Json
-from papers.mustafa.method.algorithm1 import build_grid, gaps
-from papers.mustafa.method.stability import covered_interval, delta_block
-from replication.certify.multirate.levels import lyapunov_matrices
-from replication.certify.nonuniform import gain as nonuniform
-from replication.certify.nonuniform import stamped
+from papers.mustafa.method import build_grid, covered_interval, delta_block, gaps
+from replication.certify import nonuniform
+from replication.certify.multirate import lyapunov_matrices
 from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up
 from replication.estimation.conic.program import solve_modelled
 from replication.estimation.linear.norms import l2_gain
@@ -61,7 +59,7 @@ def _made(theorem: Mapping[str, Any]) -> Json:
         case "optimum-upper":
             return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
         case "stamped-gain":
-            return stamped.least_gain(theorem, horizon=HORIZON)
+            return nonuniform.least_gain(theorem, horizon=HORIZON)
         case "optimum-lower" | "no-filter-keeps-level":
             return nonuniform.optimum_lower(theorem)
         case "grid-size":

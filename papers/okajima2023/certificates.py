@@ -10,8 +10,7 @@ from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, GAINS, PLANT, matrix, poles
-from replication.certify.multirate import levels as multirate
-from replication.certify.multirate import losses, orders
+from replication.certify import multirate
 from replication.certify.rounding import decimals
 from replication.errors import AuditError
 from replication.verify.subjects import subject
@@ -88,11 +87,11 @@ def recovered_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 MAKERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "multirate.gain": multirate.gain,
-    "multirate.gain-under-losses": losses.least_gain,
+    "multirate.gain-under-losses": multirate.least_gain,
     "multirate.optimum-noncausal": multirate.optimum_noncausal,
     "multirate.optimum-causal": multirate.optimum_causal,
-    "multirate.shorter-periods": orders.shorter_periods,
-    "multirate.one-matrix": orders.one_matrix,
+    "multirate.shorter-periods": multirate.shorter_periods,
+    "multirate.one-matrix": multirate.one_matrix,
     "multirate.recovered-poles": recovered,
     "multirate.same-setting": recovered,
     "multirate.free-setting": free_setting,

@@ -7,7 +7,6 @@ from typing import Any
 from papers.peet2019.experiments.scaling import SMALL_LEVEL
 from replication.certify.delay import dual as delay_dual
 from replication.certify.delay import levels as delay
-from replication.certify.delay import pade as delay_pade
 from replication.verify.subjects import subject
 
 KEY = "peet2019"
@@ -19,8 +18,8 @@ MAKERS = {
     "delay.degree-lower": delay_dual.degree_lower,
     "delay.narrow-lower": delay_dual.narrow_lower,
     "delay.near-optimal": delay.near_optimal,
-    "delay.pade-upper": delay_pade.pade_upper,
-    "delay.pade-lower": delay_pade.pade_lower,
+    "delay.pade-upper": delay.pade_upper,
+    "delay.pade-lower": delay.pade_lower,
     "delay.unstable": delay.unstable,
     "delay.not-unstable": delay.no_witness,
     "delay.dissipation-identity": delay.no_witness,

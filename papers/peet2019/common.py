@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from replication.audit.parts import CommonLevel
-from replication.estimation.delay.lmi import riccati_gain
-from replication.estimation.delay.models import Model
+from replication.estimation.delay.models import Model, riccati_gain
 from replication.estimation.delay.system import delay_system
 
 LATE = "late, in continuous time: by m − 1 base periods"
@@ -21,7 +20,7 @@ LAG = 0.25
 
 def levels(plant: dict[str, Any], multiples: list[int], degree: int) -> list[list[float]]:
     """Bracket of the least gain from force and noise to the position's error, for each delay (m - 1) h."""
-    from replication.estimation.delay.sos.least_gain import minimum_gain  # slow to load
+    from replication.estimation.delay.sos.certificate import minimum_gain  # slow to load
 
     A, B, C, h = (np.array(plant[name]) for name in ("A", "B", "C", "h"))
     n, lag = len(A), LAG * float(h)

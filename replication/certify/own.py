@@ -12,11 +12,8 @@ from typing import Any
 import numpy as np
 
 from replication.certify import dualrate as dualrate_makers
+from replication.certify import multirate, nonuniform
 from replication.certify.delay import levels as delay_makers
-from replication.certify.multirate import levels as multirate_makers
-from replication.certify.multirate import losses as loss_makers
-from replication.certify.nonuniform import gain as nonuniform_makers
-from replication.certify.nonuniform import stamped as stamped_makers
 from replication.certify.rounding import decimals, rationals, rounded_up
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
@@ -120,7 +117,7 @@ def _finite(**arrays: Any) -> dict[str, Any]:
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
     theorem = _sensed("multirate.gain", result, result.problem, {"relative": WIDTH}, name, number)
     theorem["plant"]["L"] = rationals(_finite(L=result.gains["L"])["L"])
-    return {**theorem, **multirate_makers.gain_in_units(theorem)}
+    return {**theorem, **multirate.gain_in_units(theorem)}
 
 
 def _losses(result: LossResult, name: str, number: Any) -> Made:
@@ -133,7 +130,7 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
     more = {"together": int(together), "misses": list(counts)}
     theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)
     gains = rationals(_finite(L=result.gains["L"])["L"])
-    return {**theorem, **loss_makers.gain_under_losses(theorem, gains, result.bracket.upper)}
+    return {**theorem, **multirate.gain_under_losses(theorem, gains, result.bracket.upper)}
 
 
 def _sensed(
@@ -167,14 +164,14 @@ def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
         {"name": name, **given, "filter": {key: rationals(value) for key, value in chosen.items()}},
         {"from": "h_l", "to": "h_u", "weight": "samples"},
     )
-    return {**theorem, **nonuniform_makers.gain_upper(theorem, leaves=result.gain.guarantee.leaves)}
+    return {**theorem, **nonuniform.gain_upper(theorem, leaves=result.gain.guarantee.leaves)}
 
 
 def _stamped(result: StampedResult, name: str, number: Any) -> Made:
     _finite(G=result.filter.G)
     given = _sampled("nonuniform.stamped-gain", result.plant, result.periods, number)
     theorem = _theorem("nonuniform.stamped-gain", {"name": name, **given}, {})
-    made = stamped_makers.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
+    made = nonuniform.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
     return {**theorem, **made}
 
 

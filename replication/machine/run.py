@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +19,7 @@ from typing import Any
 
 from replication.errors import InvalidInputError, ReplicationError
 from replication.files import write_atomically
-from replication.machine.generate import identifier, proposition, source
-from replication.machine.theory import STATEMENTS, THEORY, sum_for
+from replication.machine.generate import STATEMENTS, THEORY, identifier, proposition, source, sum_for
 from replication.verify.reading import content, parse
 from replication.verify.run import verify
 from replication.verify.subjects import Wanted, papers, theorems
@@ -193,3 +194,33 @@ def _record(root: Path, paper: str, done: Sequence[Checked], coq: Coq) -> None:
     theory = sum_for(root / "papers" / paper)
     record = {"coq": coq.version(), "statement": statement, "theory": theory, "certificates": sums}
     write_atomically(root / "papers" / paper / RECORD, (json.dumps(record, indent=2) + "\n").encode())
+
+
+# How many lines a reader must trust for one theorem: `python -m replication.machine.run [PAPER NAME]`
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def lines(text: str) -> int:
+    """Lines of a file of Coq without comments and empty lines."""
+    return sum(bool(line.strip()) for line in re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL).splitlines())
+
+
+def counted(paper: str, name: str, root: Path = ROOT) -> str:
+    """The count, as it is printed."""
+    entry = wanted(paper, root)[name]
+    bound = json.loads((root / "certificates" / paper / f"{name}.json").read_text(encoding="utf-8"))["bound"]
+    asked = {"statement": entry.statement, "plant": entry.plant, "parameters": entry.parameters}
+    decimals = root / "papers" / paper / "coq" / "Decimals.v"
+    parts = {
+        "replication/machine/multirate/Statement.v": lines((THEORY / "Statement.v").read_text(encoding="utf-8")),
+        f"papers/{paper}/coq/Decimals.v": lines(decimals.read_text(encoding="utf-8")),
+        f"the theorem {name}": lines(proposition(asked, bound)),
+    }
+    return "".join(f"{count:5} {what}\n" for what, count in parts.items())
+
+
+if __name__ == "__main__":
+    chosen_paper, chosen_name = sys.argv[1:] or ("okajima2023", "gains-38")
+    sys.stdout.write(counted(chosen_paper, chosen_name))

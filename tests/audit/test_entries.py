@@ -15,7 +15,7 @@ from replication.audit.parts import Table
 from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
 from replication.audit.report.entries import EntryView, side_by_side
-from replication.audit.report.tables import named, table_view
+from replication.audit.report.paper import named, table_view
 from replication.audit.report.templates import CLAIM_CELL
 from replication.audit.store.records import ClaimRecord
 

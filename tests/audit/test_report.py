@@ -32,11 +32,9 @@ from replication.audit.model import Evidence, How, Kind, OverInputs, Verdict
 from replication.audit.parts import Table
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import anchor, targets, views
-from replication.audit.report.formulas import mathml, prose
 from replication.audit.report.page import build_report, render
-from replication.audit.report.sections.lineage import proofs
-from replication.audit.report.sections.rounding import allowances
-from replication.audit.report.templates import SOURCES, code_link
+from replication.audit.report.sections.lineage import allowances, proofs
+from replication.audit.report.templates import SOURCES, code_link, mathml, prose
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

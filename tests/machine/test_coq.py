@@ -17,10 +17,8 @@ import pytest
 from replication.audit.judge.proofs import sha256
 from replication.audit.judge.proofs import wanted as proofs
 from replication.errors import AuditError, InvalidInputError, ReplicationError
-from replication.machine.count import counted, lines
-from replication.machine.generate import identifier, proposition, source
-from replication.machine.run import CLOSED, PACKAGES, RECORD, Coq, audited, checked, prepared, wanted
-from replication.machine.theory import sum_for
+from replication.machine.generate import identifier, proposition, source, sum_for
+from replication.machine.run import CLOSED, PACKAGES, RECORD, Coq, audited, checked, counted, lines, prepared, wanted
 
 ROOT = Path(__file__).parents[2]
 PAPER = "okajima2023"

@@ -13,7 +13,8 @@ import pytest
 from papers.peet2019.certificates import make
 from papers.peet2019.paper import PAPER
 from replication.audit.model import Kind
-from replication.certify.delay import interior, levels
+from replication.certify.delay import gram as interior
+from replication.certify.delay import levels
 from replication.verify.run import check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused

@@ -15,7 +15,7 @@ from tampered import delayed as certificate
 
 from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
-from replication.certify.delay import pade as pade_maker
+from replication.certify.delay import levels as pade_maker
 from replication.certify.rounding import exact, floats, rational
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import dual as delay_dual

@@ -10,18 +10,22 @@ import numpy as np
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
-from replication.estimation.delay.collocation import Scheme, grid
-from replication.estimation.delay.lmi import lmi_gain, riccati_gain
-from replication.estimation.delay.models import chebyshev_model, pade_model
-from replication.estimation.delay.observer import ErrorSystem, assembled, error_system
-from replication.estimation.delay.operators.gains import GainValues, evaluate, observer_gains
-from replication.estimation.delay.operators.galerkin import check
-from replication.estimation.delay.response import Trajectory, hinf_norm, simulate, spectral_abscissa
+from replication.estimation.delay.galerkin import check
+from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
+from replication.estimation.delay.observer import (
+    ErrorSystem,
+    Trajectory,
+    assembled,
+    error_system,
+    hinf_norm,
+    simulate,
+    spectral_abscissa,
+)
+from replication.estimation.delay.operators import GainValues, evaluate, observer_gains
 from replication.estimation.delay.sos import lie, synthesis
-from replication.estimation.delay.sos.certificate import Certificate, certificate_at
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.sos.least_gain import minimum_gain
-from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
+from replication.estimation.delay.spectrum import Scheme, grid, hinf_gain, rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system
 
 Json = dict[str, Any]

@@ -17,10 +17,8 @@ import scipy
 from papers.peet2019.experiments.examples import LOOSE
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay.sos import lie
-from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, cone_map
-from replication.estimation.delay.sos.forms import FormSpace, Index
-from replication.estimation.delay.sos.reduction import reduced
-from replication.estimation.delay.sos.synthesis import Assembly, program
+from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, Index, cone_map
+from replication.estimation.delay.sos.synthesis import Assembly, program, reduced
 from replication.estimation.delay.system import DelaySystem, delay_system, gain_scaled, measured_last
 
 Json = dict[str, Any]

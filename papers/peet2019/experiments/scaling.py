@@ -11,9 +11,9 @@ import scipy
 
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
-from replication.estimation.delay.sos import bessel, lie, synthesis
-from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, cone_blocks
-from replication.estimation.delay.sos.forms import FormSpace
+from replication.estimation.delay.sos import cone as bessel
+from replication.estimation.delay.sos import lie, synthesis
+from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system, transformed
 from replication.estimation.validation import Array

@@ -27,8 +27,7 @@ from replication.certify.delay.forms import (
     powers_of,
     supply,
 )
-from replication.certify.delay.gram import to_legendre
-from replication.certify.delay.interior import Dual, Row, inner_weights
+from replication.certify.delay.gram import Dual, Row, inner_weights, to_legendre
 from replication.certify.delay.levels import change_of, dynamics_of
 from replication.errors import SolverError
 from replication.estimation.validation import Array

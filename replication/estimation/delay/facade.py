@@ -15,17 +15,15 @@ from replication.estimation.api.plants import PlantReader, Signals, measured_out
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
-from replication.estimation.delay.general.design import design_general
+from replication.estimation.delay.general.design import design_general, mean_design
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult
-from replication.estimation.delay.h2.design import mean_design
 from replication.estimation.delay.observer import error_system
-from replication.estimation.delay.response import simulate as simulate_error
+from replication.estimation.delay.observer import simulate as simulate_error
 from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
-from replication.estimation.delay.sampled.running import simulate_error as simulate_innovations
-from replication.estimation.delay.sos.certificate import certificate_at
+from replication.estimation.delay.sampled import simulate_error as simulate_innovations
+from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.sos.least_gain import LeastGain, minimum_gain
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system

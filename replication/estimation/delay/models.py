@@ -12,11 +12,13 @@ from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
-from replication.errors import InvalidInputError
-from replication.estimation.delay.collocation import generator
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.program import solve_modelled
+from replication.estimation.delay.spectrum import generator
 from replication.estimation.delay.system import DelaySystem, delay_system
-from replication.estimation.validation import Array, positive_integer, positive_scalar
+from replication.estimation.validation import Array, positive_integer, positive_scalar, undetectable_mode
 
 if TYPE_CHECKING:
     import control
@@ -239,3 +241,175 @@ def from_control(plant: control.StateSpace, measurements: int, a: list[Array], d
     if split < 1:
         raise InvalidInputError(f"the plant has {plant.noutputs} outputs: at least one must be left for z")
     return delay_system(plant.A, a, delays, plant.B, plant.C[:split], plant.C[split:])
+
+
+# LMI (3): the H∞-optimal observer without delays, as printed, with Z eliminated, and by a Riccati equation.
+#
+# With y = C_2x free of noise, part of the state is known; what remains is a filter for the unmeasured part x_u whose
+# measurement is the derivative of y: ẋ_u = A_uu x_u + B_u w, ẏ ~ A_mu x_u + B_m w (D = 0 in (3)).
+
+
+AXIS = 1e-6
+"""Eigenvalues this close to the imaginary axis (relative) count as on it: they leave it like √(γ - γ_min)."""
+
+SLOW = 1e-6
+"""Rates below this share of the fastest say nothing of the unit of time."""
+
+
+@dataclass(frozen=True)
+class LmiResult:
+    """γ with the gain L (n, q) if the LMI has one, and what the solver said."""
+
+    gamma: float
+    gain: Array | None
+    status: str
+    solver: str
+
+
+def require_detectable_model(model: Model) -> None:
+    """Raise InvalidInputError if an unstable mode of the model is not seen by y."""
+    mode = undetectable_mode(model.a, model.c2, discrete=False)
+    if mode is not None:
+        raise InvalidInputError(
+            f"the model is not detectable: y does not see the mode {mode:.6g}; measure another state"
+        )
+
+
+def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
+    """Least γ of LMI (3) with Clarabel.
+
+    The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
+    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check.
+
+    Parameters
+    ----------
+    model : Model
+        The plant without delays.
+    eliminate : bool
+        Whether Z is removed by restricting to the kernel of C_2 (same γ, no gain).
+    tolerance : float
+        Relative gap and residuals asked for.
+
+    Returns
+    -------
+    LmiResult
+        γ, the gain L (n, q) unless Z was eliminated, and the solver's status.
+
+    Raises
+    ------
+    InvalidInputError
+        The model is not detectable.
+    SolverError
+        Clarabel does not report an optimum.
+    """
+    import cvxpy as cp
+
+    require_detectable_model(model)
+    n, r, p = model.a.shape[0], model.b.shape[1], model.c1.shape[0]
+    rate = _natural_rate(model.a)
+    model = Model(model.a / rate, model.b / rate**0.5, model.c1 / rate**0.5, model.c2)
+    gamma = cp.Variable(nonneg=True)
+    storage = cp.Variable((n, n), PSD=True)
+    if eliminate:
+        kernel = np.linalg.svd(model.c2)[2][model.c2.shape[0] :].T
+        corner = kernel.T @ (storage @ model.a + model.a.T @ storage) @ kernel
+        cross, output, injection = -kernel.T @ storage @ model.b, kernel.T @ model.c1.T, None
+    else:
+        injection = cp.Variable((n, model.c2.shape[0]))
+        half = storage @ model.a + injection @ model.c2
+        corner, cross, output = half + half.T, -storage @ model.b, model.c1.T
+    block = cp.bmat(
+        [
+            [corner, cross, output],
+            [cross.T, -gamma * np.eye(r), np.zeros((r, p))],
+            [output.T, np.zeros((p, r)), -gamma * np.eye(p)],
+        ]
+    )
+    problem = cp.Problem(cp.Minimize(gamma), [(block + block.T) / 2 << 0])
+    options = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance, "max_iter": 200}
+    status = solve_modelled(problem, options)
+    if status != cp.OPTIMAL:
+        raise SolverError(f"Clarabel stopped with status {status} on LMI (3); loosen the tolerance")
+    gain = None
+    if injection is not None:
+        gain = rate * np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
+    return LmiResult(float(np.asarray(gamma.value)), gain, status, "Clarabel")
+
+
+def _natural_rate(a: Array) -> float:
+    """The geometric mean of the rates of the model, 1/s: in this unit of time the solver's numbers stay moderate."""
+    rates = np.abs(np.linalg.eigvals(a))
+    rates = rates[rates > SLOW * rates.max(initial=0.0)]
+    return float(np.exp(np.mean(np.log(rates)))) if rates.size else 1.0
+
+
+def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
+    """Least γ by bisection on the Riccati equation of the unmeasured part; shares no code with the LMI.
+
+    Parameters
+    ----------
+    model : Model
+        The plant without delays.
+    relative : float
+        Relative width at which the bisection ends.
+
+    Returns
+    -------
+    float
+        γ; zero if it falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs.
+
+    Raises
+    ------
+    InvalidInputError
+        w does not reach every derivative of y (B_m without full row rank: the filter problem is then singular; use
+        `lmi_gain`), or the model is not detectable.
+    InfeasibleError
+        No finite γ is found.
+    """
+    require_detectable_model(model)
+    q = model.c2.shape[0]
+    right = np.linalg.svd(model.c2)[2]
+    hidden, seen = right[q:].T, right[:q].T
+    a, sensor = hidden.T @ model.a @ hidden, seen.T @ model.a @ hidden
+    b, noise = hidden.T @ model.b, seen.T @ model.b
+    output = model.c1 @ hidden
+    if np.linalg.matrix_rank(noise) < q:
+        raise InvalidInputError(
+            "w must reach the derivative of every measurement (C_2 B of full row rank); use lmi_gain"
+        )
+    weight = np.linalg.inv(noise @ noise.T)
+    drift = a - b @ noise.T @ weight @ sensor
+    process = b @ (np.eye(b.shape[1]) - noise.T @ weight @ noise) @ b.T
+    data = (drift, process, output.T @ output, sensor.T @ weight @ sensor)
+    sizes = [float(np.linalg.norm(part)) for part in (model.c1, model.b, model.a)]
+    least = relative * sizes[0] * sizes[1] / (sizes[2] or 1.0)
+    if not np.any(output) or hidden.shape[1] == 0:
+        return 0.0
+    high = 1.0
+    while not _solvable(*data, high):
+        high *= 2.0
+        if high > 1e12:
+            raise InfeasibleError("no finite H∞ level found below 1e12; check detectability")
+    low = 0.0
+    while high - low > relative * high:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if _solvable(*data, middle) else (middle, high)
+        if high <= least:
+            return 0.0
+    return high
+
+
+def _solvable(drift: Array, process: Array, output: Array, sensor: Array, gamma: float) -> bool:
+    """Whether the Riccati equation at level γ has a stabilising solution Y >= 0."""
+    n = drift.shape[0]
+    hamiltonian = np.block([[drift.T, output / gamma**2 - sensor], [-process, -drift]])
+    _, vectors, stable = scipy.linalg.schur(hamiltonian, output="complex", sort="lhp")
+    eigenvalues = np.linalg.eigvals(hamiltonian)
+    if stable != n or np.any(np.abs(eigenvalues.real) <= AXIS * (1.0 + np.abs(eigenvalues))):
+        return False
+    top, bottom = vectors[:n, :n], vectors[n:, :n]
+    if np.linalg.cond(top) > 1e14:
+        return False
+    solution = (bottom @ np.linalg.inv(top)).real
+    least = float(np.linalg.eigvalsh((solution + solution.T) / 2.0)[0])
+    return least >= -1e-9 * (1.0 + float(np.abs(solution).max()))

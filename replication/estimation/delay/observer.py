@@ -8,12 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
-from replication.errors import InvalidInputError
-from replication.estimation.delay.collocation import Grid, Scheme, grid
-from replication.estimation.delay.operators.gains import GainValues, ObserverGains, evaluate
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.operators import GainValues, ObserverGains, evaluate
+from replication.estimation.delay.spectrum import Grid, Scheme, grid
 from replication.estimation.delay.system import DelaySystem
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
 
 
 @dataclass(frozen=True)
@@ -100,3 +101,156 @@ def assembled(system: DelaySystem, values: GainValues, net: Grid) -> ErrorSystem
     if not np.all(np.isfinite(a)):
         raise InvalidInputError("the gains are not finite at the grid points; check the certificate")
     return ErrorSystem(a, b, c)
+
+
+# What a discretised error system does: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
+
+
+@dataclass(frozen=True)
+class NormBracket:
+    """lower is attained at `frequency` [rad/s]; at `upper` the Hamiltonian has no eigenvalue on the imaginary axis."""
+
+    lower: float
+    upper: float
+    frequency: float
+    abscissa: float
+
+
+def spectral_abscissa(error: ErrorSystem) -> float:
+    """Largest real part of the eigenvalues: negative if the error dies out."""
+    return float(np.linalg.eigvals(error.a).real.max())
+
+
+def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
+    """H∞ norm from w to z_e by the level-set iteration of Bruinsma and Steinbuch.
+
+    Parameters
+    ----------
+    error : ErrorSystem
+        What `error_system` gave.
+    relative : float
+        Half the relative width of the bracket.
+
+    Returns
+    -------
+    NormBracket
+        Both ends, the frequency (rad/s) of the lower one and the spectral abscissa (1/s).
+
+    Raises
+    ------
+    InvalidInputError
+        `relative` is not positive.
+    InfeasibleError
+        The error system is unstable.
+    """
+    positive_scalar("relative", relative)
+    abscissa = spectral_abscissa(error)
+    if abscissa >= 0.0:
+        raise InfeasibleError(f"the error system is unstable (abscissa {abscissa:.3g}): its norm is infinite")
+    error = _balanced(error)
+    values = np.linalg.eigvals(error.a)
+    starts = np.concatenate([[0.0], np.abs(values.imag), np.abs(values)])
+    frequency, lower = _peak(error, np.unique(starts))
+    while True:
+        level = lower * (1.0 + 2.0 * relative)
+        crossings = _crossings(error, level)
+        if crossings.size == 0:
+            return NormBracket(lower, level, frequency, abscissa)
+        edges = np.sort(crossings)
+        middles = np.concatenate([edges, (edges[1:] + edges[:-1]) / 2.0])
+        best, value = _peak(error, middles)
+        if value <= lower:  # the crossing is rounding: the level is met to the accuracy of the eigenvalues
+            return NormBracket(lower, level, frequency, abscissa)
+        frequency, lower = best, value
+
+
+def _balanced(error: ErrorSystem) -> ErrorSystem:
+    """The same response with the states in units that balance `a`, as its Schur form needs."""
+    a, (scale, _) = scipy.linalg.matrix_balance(error.a, permute=False, separate=True)
+    return ErrorSystem(a, error.b / scale[:, None], error.c * scale)
+
+
+def _peak(error: ErrorSystem, omega: Array) -> tuple[float, float]:
+    """Frequency and largest singular value over the given frequencies; one Schur form serves all of them."""
+    triangle, basis = scipy.linalg.schur(error.a, output="complex")
+    b, c = basis.conj().T @ error.b, error.c @ basis
+    eye = np.eye(error.a.shape[0])
+    gains = [float(np.linalg.norm(c @ scipy.linalg.solve_triangular(1j * w * eye - triangle, b), 2)) for w in omega]
+    best = int(np.argmax(gains))
+    return float(omega[best]), gains[best]
+
+
+def _crossings(error: ErrorSystem, level: float) -> Array:
+    """Frequencies ω >= 0 at which a singular value of the response equals `level`."""
+    hamiltonian = np.block(
+        [
+            [error.a, error.b @ error.b.T / level],
+            [-error.c.T @ error.c / level, -error.a.T],
+        ]
+    )
+    values = np.linalg.eigvals(hamiltonian)
+    on_axis = np.abs(values.real) <= 1e-8 * (1.0 + np.abs(values))
+    result: Array = np.unique(np.abs(values.imag[on_axis]))
+    return result
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Answer of the error system to a disturbance.
+
+    Attributes
+    ----------
+    times : array (M,)
+        Equidistant, s.
+    disturbance : array (M, r)
+        w.
+    output : array (M, p)
+        z_e, the error of the estimate of z.
+    state : array (M, n)
+        The error e of the estimate of x.
+    """
+
+    times: Array
+    disturbance: Array
+    output: Array
+    state: Array
+
+    @property
+    def gain(self) -> float:
+        """‖z_e‖/‖w‖ over the simulated interval, integrals by the trapezoidal rule."""
+        energy = [float(np.trapezoid(np.sum(part**2, axis=1), self.times)) for part in (self.output, self.disturbance)]
+        return float(np.sqrt(energy[0] / energy[1]))
+
+
+def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array, Array, float]:
+    """The instants (M,), the disturbance (M, inputs) and the step of a simulation; raises InvalidInputError.
+
+    It is raised for other shapes, unequal steps, what is not finite, and a disturbance that is zero.
+    """
+    w = as_matrix("disturbance", disturbance, columns=inputs)
+    instants = as_array("times", times, (len(w),))
+    steps = np.diff(instants)
+    if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
+        raise InvalidInputError("times must be at least two and equidistant, increasing")
+    if not np.any(w):
+        raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
+    return instants, w, float(steps.mean())
+
+
+def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
+    """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
+
+    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps, what is not finite, or a disturbance
+    that is zero.
+    """
+    instants, w, h = equidistant(times, disturbance, error.b.shape[1])
+    n, r = error.a.shape[0], error.b.shape[1]
+    augmented = np.zeros((n + 2 * r, n + 2 * r))
+    augmented[:n, :n], augmented[:n, n : n + r] = error.a, error.b
+    augmented[n : n + r, n + r :] = np.eye(r) / h
+    phi = scipy.linalg.expm(augmented * h)
+    step, hold, ramp = phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
+    state = np.zeros((len(instants), n))
+    for m in range(len(instants) - 1):
+        state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
+    return Trajectory(instants, w, state @ error.c.T, state[:, :states])

@@ -190,7 +190,11 @@ def _both(given: Any) -> Any:
         "d": Depends(lambda given: sized(matrices, given.plant[0].B_d.ncols(), 1)),
     },
     holds=False,
-    says=Says(quantity="shorter periods are better", setting={}, readings=("all periods, both sensors at instant 0", "all periods, each with its best timing")),
+    says=Says(
+        quantity="shorter periods are better",
+        setting={},
+        readings=("all periods, both sensors at instant 0", "all periods, each with its best timing"),
+    ),
 )
 def shorter_periods(
     plant: list[Sensing], shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,

@@ -12,7 +12,6 @@ from flint import fmpq
 from replication.certify.delay import forms as delay_forms
 from replication.certify.delay import gram as delay_gram
 from replication.certify.delay import levels as delay
-from replication.certify.delay import pade as delay_pade
 from replication.certify.rounding import exact, floats, rational
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import hinf_gain, pade_model
@@ -49,7 +48,7 @@ def test_what_cannot_be_made_says_why() -> None:
     with pytest.raises(InvalidInputError, match="full row rank"):
         delay.gain_upper(theorem(scalar("-1", [["1", "1"], ["2", "2"]]), degree=1))
     with pytest.raises(InvalidInputError, match="must be even, got 3"):
-        delay_pade.section(3)
+        delay.section(3)
     with pytest.raises(InfeasibleError):
         delay.grams(stable, "1/10", 1)
 
@@ -90,7 +89,7 @@ def fmpq_float(text: str) -> float:
 def test_the_ladder_is_the_pade_model() -> None:
     system = delay.floating(plant("peet2019", "ex3"))
     model = pade_model(system, 6)
-    A, B, C = delay_pade._model(system, delay_pade.section(6))
+    A, B, C = delay._model(system, delay.section(6))
     for omega in (0.0, 1.3, 4.0):
         eye = np.eye(A.shape[0])
         found = C @ np.linalg.solve(1j * omega * eye - A, B)

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from flint import fmpq
 
-from replication.certify.nonuniform import gain as nonuniform
-from replication.certify.nonuniform.constant import storage_matrix
+from replication.certify import nonuniform
+from replication.certify.nonuniform import storage_matrix
 from replication.errors import SolverError
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.estimation.nonuniform.guarantee import guaranteed_level

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.delay.operators.pqrs import Operator, padded, resized
+from replication.estimation.delay.operators import Operator, padded, resized
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.delay.operators.inverse import QUADRATURE, Inverse, multiplier_inverse
-from replication.estimation.delay.operators.pqrs import Operator
+from replication.estimation.delay.operators import QUADRATURE, Inverse, Operator, multiplier_inverse
 from replication.estimation.delay.sos import legendre
 
 

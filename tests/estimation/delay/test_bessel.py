@@ -21,9 +21,8 @@ from replication.estimation.delay import (
     observer_gains,
     riccati_gain,
 )
-from replication.estimation.delay.sos import bessel
-from replication.estimation.delay.sos.cone import cone_blocks, cone_map, required_count
-from replication.estimation.delay.sos.forms import FormSpace
+from replication.estimation.delay.sos import cone as bessel
+from replication.estimation.delay.sos.cone import FormSpace, cone_blocks, cone_map, required_count
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import blind_two_delays, one_delay, scalar, three_delays, two_delays, unstable_pair
 

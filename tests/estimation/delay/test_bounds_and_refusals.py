@@ -11,18 +11,17 @@ import pytest
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, certificate_at, check, delay_system, design, frequency_response
-from replication.estimation.delay.exact.filtering import _angle, _hamiltonian, filter_level
-from replication.estimation.delay.exact.forms import injection_terms, plant_terms
-from replication.estimation.delay.exact.ladder import FilterModel
-from replication.estimation.delay.exact.loop import error_response
+from replication.estimation.delay.exact.central import FilterModel
+from replication.estimation.delay.exact.limit import _angle, _hamiltonian, filter_level
+from replication.estimation.delay.exact.loop import error_response, injection_terms, plant_terms
 from replication.estimation.delay.exact.response import Cells
-from replication.estimation.delay.general.noise import require_noise
+from replication.estimation.delay.galerkin import generator
+from replication.estimation.delay.general.scaling import require_noise
 from replication.estimation.delay.general.synthesis import _Program
 from replication.estimation.delay.models import pade_model
-from replication.estimation.delay.operators.galerkin import generator
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.certificate import _found, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.sos.least_gain import _found, minimum_gain
 from replication.estimation.delay.spectrum import _IntervalBound, undetectable_root
 from replication.estimation.delay.system import DelaySystem
 from tests.estimation.delay.exact_cases import late, two_delays

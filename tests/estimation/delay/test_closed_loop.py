@@ -22,8 +22,8 @@ from replication.estimation.delay import (
     observer_gains,
     riccati_gain,
 )
-from replication.estimation.delay.operators.gains import GainValues, injection_operator, storage_operator
-from replication.estimation.delay.response import simulate
+from replication.estimation.delay.observer import simulate
+from replication.estimation.delay.operators import GainValues, injection_operator, storage_operator
 from replication.estimation.delay.sos import legendre
 from tests.estimation.delay import algebra
 from tests.estimation.delay.inverses import as_operator
@@ -127,9 +127,8 @@ def test_storage_operator_is_self_adjoint(moderate: Certificate) -> None:
 
 
 def test_without_gains_the_error_is_the_plant() -> None:
-    from replication.estimation.delay.collocation import grid
     from replication.estimation.delay.observer import assembled
-    from replication.estimation.delay.spectrum import rightmost_roots
+    from replication.estimation.delay.spectrum import grid, rightmost_roots
 
     system, net = two_delays(), grid(18)
     m, k, n, q = net.points.size, 2, 2, 1

@@ -9,9 +9,15 @@ import pytest
 
 from replication.estimation.delay import DegreeRule, DelaySystem
 from replication.estimation.delay.sos import legendre, lie
-from replication.estimation.delay.sos.cone import cone_blocks, cone_map, required_count
-from replication.estimation.delay.sos.drive import by_rates, direct
-from replication.estimation.delay.sos.forms import FormSpace, triangle, triangle_index
+from replication.estimation.delay.sos.cone import (
+    FormSpace,
+    cone_blocks,
+    cone_map,
+    required_count,
+    triangle,
+    triangle_index,
+)
+from replication.estimation.delay.sos.lie import by_rates, direct
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import random_system, three_delays, two_delays
 

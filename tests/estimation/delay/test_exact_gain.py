@@ -10,15 +10,19 @@ from scipy.integrate import quad
 from scipy.special import spherical_jn
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay.exact import peak
+from replication.estimation.delay.exact import response as peak
 from replication.estimation.delay.exact import response as response_module
-from replication.estimation.delay.exact.forms import injection_terms, plant_terms
-from replication.estimation.delay.exact.kernel import _spherical, fitted, polynomial
-from replication.estimation.delay.exact.loop import error_response, exact_gain, mismatched_response, worst_gain
-from replication.estimation.delay.exact.peak import right_roots
-from replication.estimation.delay.exact.response import Cells, Response
-from replication.estimation.delay.exact.terms import Terms
-from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.exact.loop import (
+    error_response,
+    exact_gain,
+    injection_terms,
+    mismatched_response,
+    plant_terms,
+    worst_gain,
+)
+from replication.estimation.delay.exact.response import Cells, Response, right_roots
+from replication.estimation.delay.exact.terms import Terms, _spherical, fitted, polynomial
+from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
 

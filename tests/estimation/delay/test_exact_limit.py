@@ -15,12 +15,11 @@ from scipy.optimize import brentq
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelaySystem, pade_model, riccati_gain
-from replication.estimation.delay.exact import filtering
+from replication.estimation.delay.exact import limit as filtering
 from replication.estimation.delay.exact import limit as module
-from replication.estimation.delay.exact.filtering import filter_level
-from replication.estimation.delay.exact.forms import plant_terms
-from replication.estimation.delay.exact.ladder import FilterModel, ladder_model, shift
-from replication.estimation.delay.exact.limit import limit
+from replication.estimation.delay.exact.central import FilterModel, ladder_model, shift
+from replication.estimation.delay.exact.limit import filter_level, limit
+from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_gains
 from replication.estimation.delay.general.plant import DelayPlant
 from tests.estimation.delay import plants

@@ -13,12 +13,10 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.exact.forms import injection_terms, plant_terms
-from replication.estimation.delay.exact.loop import error_response, exact_gain
+from replication.estimation.delay import sampled as module
+from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.sampled import running as module
-from replication.estimation.delay.sampled.recursion import exact_response, sampled
-from replication.estimation.delay.sampled.running import InnovationsObserver, running, simulate_error
+from replication.estimation.delay.sampled import InnovationsObserver, exact_response, running, sampled, simulate_error
 from tests.estimation.compiled import EXACT, STEPS, Compiled
 from tests.estimation.delay.exact_cases import averaged, made_up, two_delays
 

@@ -11,11 +11,11 @@ from replication.estimation.delay import (
     chebyshev_model,
     hinf_gain,
     hinf_norm,
-    lmi,
     lmi_gain,
     pade_model,
     riccati_gain,
 )
+from replication.estimation.delay import models as lmi
 from replication.estimation.delay.models import Model
 from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, unstable_pair
 

@@ -14,13 +14,12 @@ import scipy.linalg
 from benchmarks.delay_plants import random_plant
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayObserver, DelayPlant, InnovationsResult, delay_system, design, limit
-from replication.estimation.delay.exact.central import central
-from replication.estimation.delay.exact.filtering import filter_level
-from replication.estimation.delay.exact.forms import injection_terms, plant_terms
-from replication.estimation.delay.exact.ladder import FilterModel
+from replication.estimation.delay.exact.central import FilterModel, central
+from replication.estimation.delay.exact.limit import filter_level
+from replication.estimation.delay.exact.loop import injection_terms, plant_terms
 from replication.estimation.delay.exact.terms import Terms
+from replication.estimation.delay.general.mean_square import error_covariance, integrated
 from replication.estimation.delay.general.result import moment_model
-from replication.estimation.delay.h2.variance import error_covariance, integrated
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
@@ -137,7 +136,7 @@ def test_between_both_goals() -> None:
         design(plant, goal="mixed", level=0.99 * least)
     lost = np.linalg.LinAlgError("failed to find a finite solution")
     with (
-        patch("replication.estimation.delay.h2.designs.central", side_effect=lost),
+        patch("replication.estimation.delay.general.mean_square.central", side_effect=lost),
         pytest.raises(SolverError, match=r"12 moments.*finite solution.*raise the level"),
     ):
         design(plant, goal="mixed", level=1.2 * least)
@@ -168,7 +167,7 @@ def test_gains_that_do_not_keep_the_level_are_not_given() -> None:
     plant = late(0.0, 1.0, 1.0)
     kalman = design(plant, goal="h2")
     with (
-        patch("replication.estimation.delay.h2.designs.Designs.at", return_value=kalman.gains_of),
+        patch("replication.estimation.delay.general.mean_square.Designs.at", return_value=kalman.gains_of),
         pytest.raises(SolverError, match="have the gain"),
     ):
         design(plant, goal="mixed", level=0.9 * kalman.value)

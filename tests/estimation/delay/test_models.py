@@ -8,9 +8,8 @@ import pytest
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay import chebyshev_model, from_control, pade_model, to_control
-from replication.estimation.delay.collocation import Scheme, grid
 from replication.estimation.delay.models import AllPass, companion_delay, lossless_delay
-from replication.estimation.delay.spectrum import frequency_response
+from replication.estimation.delay.spectrum import Scheme, frequency_response, grid
 from tests.estimation.delay.plants import one_delay, scalar, two_delays
 
 OMEGA = np.array([0.1, 1.0, 4.0])

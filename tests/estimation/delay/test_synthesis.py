@@ -21,7 +21,7 @@ from replication.estimation.delay import (
     pade_model,
     riccati_gain,
 )
-from replication.estimation.delay.sos.least_gain import STATED_GAP
+from replication.estimation.delay.sos.certificate import STATED_GAP
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
 from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (

@@ -17,8 +17,7 @@ from replication.estimation.delay import (
     observer_gains,
     rightmost_roots,
 )
-from replication.estimation.delay.system import time_scaled, transformed
-from replication.estimation.delay.units import STEP, natural_units, reach
+from replication.estimation.delay.system import STEP, natural_units, reach, time_scaled, transformed
 from tests.estimation.delay.plants import one_delay, three_delays, two_delays, unstable_pair
 
 SAME = 1e-6

@@ -11,9 +11,9 @@ import pytest
 
 from replication.estimation import delay
 from replication.estimation.api.results import Evidence
-from replication.estimation.delay.exact.forms import plant_terms
-from replication.estimation.delay.exact.ladder import ladder_model
-from replication.estimation.delay.exact.worth import kalman_level, worth
+from replication.estimation.delay.exact.central import ladder_model
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.smoothing import kalman_level, worth
 from replication.estimation.delay.spectrum import hinf_gain
 
 EYE = np.eye(2)

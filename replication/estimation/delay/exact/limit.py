@@ -6,18 +6,227 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
-from replication.errors import InvalidInputError
-from replication.estimation.delay.exact.filtering import filter_level
-from replication.estimation.delay.exact.forms import plant_terms
-from replication.estimation.delay.exact.ladder import FilterModel, ladder_model
-from replication.estimation.delay.exact.loop import decided
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.exact.central import FilterModel, ladder_model, normal_states, whitened
+from replication.estimation.delay.exact.loop import decided, plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.plant import DelayPlant, plant_of
 from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.system import DelaySystem
-from replication.estimation.validation import positive_scalar
+from replication.estimation.validation import Array, positive_scalar
+
+# The least H-infinity level of a filter for a delay-free model, by the filter Riccati equation; D_11 and D_21 at will.
+#
+# At level g, with z in units of g, C = [C_z; C_y], D = [D_z; D_y] and R = D D' - diag(I, 0): a filter exists iff R has
+# the inertia (p negative, q positive) and the Riccati equation A Y + Y A' + B B' = (Y C' + B D') R^-1 (C Y + D B') has
+# a stabilising solution Y >= 0. Two things end this as g falls: an eigenvalue of the Hamiltonian matrix on the
+# imaginary axis, the limit of smoothers too; or an eigenvalue of Y that goes to infinity, the price of causality.
+
+
+AXIS, RANK, ANGLE = 1e-5, 1e-10, 1e-7
+"""Relative distance from the axis that counts as on it; ranks; angle of a solution below zero that is rounding."""
+DIGITS, NOISE = 1e-11, 1e-8
+"""Relative width at which the search ends, and by which a level has to differ from another one to be told from it."""
+MOST_ROUNDS, SWEEP = 60, 8.0
+NEXT_TO_NONE = 1e-300
+NOTHING, HIGHEST = 1e-7, 1e9
+"""Levels below and beyond it, in units of |C_z| |B| / |A| + |D_z|, count as zero and as infinite."""
+
+
+@dataclass(frozen=True)
+class FilterLevel:
+    """The least level, and the part of it that no smoother goes below.
+
+    Attributes
+    ----------
+    value : float
+        The least level.
+    smoother : float
+        The least level of a filter that knows the future.
+    """
+
+    value: float
+    smoother: float
+
+
+def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
+    """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look.
+
+    Raises InfeasibleError if there is none.
+    """
+    model = regular(model)
+    if not len(model.a):
+        level = _direct(model)
+        return FilterLevel(level, level)
+    model = normal_states(whitened(model))[0]
+    unit = float(np.hypot(np.linalg.norm(model.cz), np.linalg.norm(model.dz))) or 1.0
+    least = _filter_level(replace(model, cz=model.cz / unit, dz=model.dz / unit), start / unit)
+    return FilterLevel(unit * least.value, unit * least.smoother)
+
+
+def _filter_level(model: FilterModel, start: float) -> FilterLevel:
+    parts = [float(np.linalg.norm(part)) for part in (model.a, model.b, model.cz, model.dz)]
+    size = parts[1] * parts[2] / (parts[0] or 1.0) + parts[3]
+    if size == 0.0:
+        return FilterLevel(0.0, 0.0)
+    smoother = _smoother(model, NOTHING * size)
+    least = max(smoother * (1.0 + NOISE), NOTHING * size)
+    refused = least
+    if _angle(model, least) > 0.0:
+        # Far below the least level Y < 0 comes near zero and may pass for a solution: no level up to `size` may fail.
+        count = 1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP)))
+        failing = [level for level in least * SWEEP ** np.arange(1.0, count) if _angle(model, level) <= 0.0]
+        if not failing:
+            found = smoother if least > NOTHING * size else 0.0
+            return FilterLevel(found, found)
+        refused = float(failing[-1])
+    low, high = _bracket(model, refused, max(start, refused * (1.0 + NOISE)), smoother + size)
+    # Where there is no stabilising solution the sign is all that is known.
+    while high - low > DIGITS * high and _angle(model, low) == -1.0:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if _angle(model, middle) > 0.0 else (middle, high)
+    if high - low > DIGITS * high:
+        high = float(scipy.optimize.brentq(lambda level: _angle(model, level), low, high, rtol=DIGITS, xtol=1e-300))
+    return FilterLevel(high, smoother)
+
+
+def _bracket(model: FilterModel, least: float, start: float, size: float) -> tuple[float, float]:
+    """A level without a filter and one with, around `start` if it is near; none at `least`."""
+    step, low, high = NOISE, least, start
+    while _angle(model, high) <= 0.0:
+        low, high, step = high, high * (1.0 + step), min(8.0 * step, 1.0)
+        if high > HIGHEST * size:
+            raise InfeasibleError(
+                f"no finite level found below {high:.3g}: y does not see an unstable mode, or has no noise at some "
+                "frequency; measure more, or let noise act on each measurement"
+            )
+    while low < high / (1.0 + step):
+        nearer = high / (1.0 + step)
+        if _angle(model, nearer) <= 0.0:
+            return nearer, high
+        high, step = nearer, min(8.0 * step, 1.0)
+    return low, high
+
+
+def regular(model: FilterModel) -> FilterModel:
+    """The model without noise-free outputs: what they show is known, and their derivatives are measured instead.
+
+    The infimum of the level is the same. It ends when D_y has full row rank; there may then be no states left.
+    """
+    while len(model.cy):
+        left, values, _ = np.linalg.svd(model.dy / _row_sizes(model))
+        rank = int(np.sum(values > RANK))
+        if rank == len(model.cy):
+            return model
+        rows = left.T / _row_sizes(model).T
+        cy, dy = rows @ model.cy, (rows @ model.dy)[:rank]
+        shown = cy[rank:]
+        values, right = np.linalg.svd(shown)[1:]
+        seen = int(np.sum(values > RANK * max(1.0, float(np.linalg.norm(shown)))))
+        known, hidden = right[:seen].T, right[seen:].T
+        a = model.a @ hidden
+        model = FilterModel(
+            hidden.T @ a,
+            hidden.T @ model.b,
+            model.cz @ hidden,
+            model.dz,
+            np.vstack([cy[:rank] @ hidden, known.T @ a]),
+            np.vstack([dy, known.T @ model.b]),
+        )
+    return model
+
+
+def _row_sizes(model: FilterModel) -> Array:
+    """The size of each measurement (q, 1): a unit of y decides no rank."""
+    sizes = np.linalg.norm(np.hstack([model.cy, model.dy]), axis=1, keepdims=True)
+    return np.where(sizes > 0.0, sizes, 1.0)
+
+
+def _direct(model: FilterModel) -> float:
+    """The level without states: of D_z on what y does not show."""
+    rank = len(model.cy)
+    free = np.linalg.svd(model.dy)[2][rank:].T if rank else np.eye(model.dz.shape[1])
+    return float(np.linalg.norm(model.dz @ free, 2)) if free.size else 0.0
+
+
+def _hamiltonian(model: FilterModel, level: float) -> Array | None:
+    """The Hamiltonian matrix of the filter Riccati equation; None where R has another inertia."""
+    p, q = len(model.cz), len(model.cy)
+    c, d = np.vstack([model.cz / level, model.cy]), np.vstack([model.dz / level, model.dy])
+    weight = d @ d.T - np.diag([1.0] * p + [0.0] * q)
+    values, vectors = np.linalg.eigh(weight)
+    if np.sum(values < 0.0) != p or np.abs(values).min() < 1e-14:
+        return None
+    inverse = vectors / values @ vectors.T
+    drift = model.a - model.b @ d.T @ inverse @ c
+    process = model.b @ (np.eye(d.shape[1]) - d.T @ inverse @ d) @ model.b.T
+    return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
+
+
+def _on_axis(matrix: Array) -> Array:
+    """Frequencies of the eigenvalues on the imaginary axis."""
+    values = np.linalg.eigvals(matrix).astype(complex)
+    return np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
+
+
+def _angle(model: FilterModel, level: float) -> float:
+    """Positive iff a filter exists at `level`: pi/2 less the largest angle of Y, whose eigenvalues are tangents.
+
+    It rises with the level, smoothly; -1 where there is no stabilising solution.
+    """
+    matrix = _hamiltonian(model, level)
+    if matrix is None:
+        return -1.0
+    n = len(model.a)
+    try:
+        _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
+    except np.linalg.LinAlgError:  # eigenvalues at the axis change sides as they are sorted
+        return -1.0
+    if stable != n:
+        return -1.0
+    basis = vectors[:n, :n] + 1j * vectors[n:, :n]
+    # The basis spans a Lagrangian space: it is unitary, and basis·basis' has the eigenvalues e^{2j angle}.
+    angles = np.angle(np.linalg.eigvals(basis @ basis.T)) / 2.0
+    angles = np.where(angles < -ANGLE, angles + np.pi, angles)
+    return float(np.pi / 2.0 - angles.max())
+
+
+def _smoother(model: FilterModel, least: float) -> float:
+    """The least level at which the Hamiltonian matrix has no eigenvalue on the axis: of G_z on the kernel of G_y."""
+    poles = np.linalg.eigvals(model.a)
+    tried = np.unique(np.concatenate([[0.0], np.abs(poles), np.abs(poles.imag)]))
+    best = max(float(_gains(model, tried).max()), _direct(model))
+    for _ in range(MOST_ROUNDS):
+        level = max(best * (1.0 + 1e-10), least)
+        matrix = _hamiltonian(model, level)
+        crossings = _on_axis(matrix) if matrix is not None else np.array([])
+        if not crossings.size:
+            return best
+        edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))
+        found = float(_gains(model, np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0])).max())
+        if found <= level:
+            return max(best, found)
+        best = found
+    return best
+
+
+def _gains(model: FilterModel, omega: Array) -> Array:
+    """The norm of G_z on the kernel of G_y at each frequency (M,)."""
+    n, r, q = len(model.a), model.b.shape[1], len(model.cy)
+    if r <= q:
+        return np.zeros(len(omega))
+    # From the kernel of [a - j omega, b; cy, dy], rows of unit length: no pole on the axis is divided by.
+    pencil = np.tile(np.block([[model.a, model.b], [model.cy, model.dy]]).astype(complex), (len(omega), 1, 1))
+    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
+    kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
+    _, sizes, right = np.linalg.svd(kernel[:, n:], full_matrices=False)
+    output = (np.hstack([model.cz, model.dz]) @ kernel) @ right.conj().swapaxes(1, 2)
+    return np.asarray(np.linalg.norm(output / np.maximum(sizes, NEXT_TO_NONE)[:, None, :], 2, axis=(1, 2)))
+
 
 ORDERS = (2, 3, 4, 7, 8, 11, 14, 19, 26, 35, 48)
 """Odd and even ones by turns: Pade's approximants of odd order change the sign at infinity."""

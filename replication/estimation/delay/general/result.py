@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import GainResult
 from replication.estimation.api.shown import TradeOff
-from replication.estimation.delay.exact.forms import injection_terms, plant_terms
-from replication.estimation.delay.exact.loop import error_response
-from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.exact.loop import error_response, injection_terms, plant_terms
+from replication.estimation.delay.general.cone import moment_plant
+from replication.estimation.delay.general.lines import DelayObserver
+from replication.estimation.delay.general.mean_square import tradeoff
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.rates import moment_plant
 from replication.estimation.delay.general.synthesis import GeneralLevel
-from replication.estimation.delay.h2.designs import tradeoff
 from replication.estimation.delay.observer import ErrorSystem
-from replication.estimation.delay.sampled.running import InnovationsObserver, running
+from replication.estimation.delay.sampled import InnovationsObserver, running
 from replication.estimation.validation import Array, positive_integer
 
 if TYPE_CHECKING:

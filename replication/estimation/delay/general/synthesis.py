@@ -8,14 +8,19 @@ import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.interior import Block, Point, solve
-from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
-from replication.estimation.delay.general.cone import Storage, dissipation, positivity, storage_of
-from replication.estimation.delay.general.gains import injection
-from replication.estimation.delay.general.lines import LineForm, line_form
-from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.general.cone import (
+    Rates,
+    Storage,
+    dissipation,
+    injection,
+    positivity,
+    rates,
+    storage_of,
+)
+from replication.estimation.delay.general.lines import DelayObserver, LineForm, line_form
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.rates import Rates, rates
 from replication.estimation.delay.general.scaling import Scaling, scaling_of
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 

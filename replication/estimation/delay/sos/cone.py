@@ -5,14 +5,105 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+import numpy.typing as npt
 import scipy
 
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.sos.forms import FormSpace, Index
+from replication.estimation.validation import Array
+
+# Quadratic forms on R^m × L2^n[-1,0]^K as vectors of coefficients over monomials.
+#
+# A form with Legendre coefficients of count C is a linear combination of
+#   u_p u_q (p <= q)             u = (x_1..x_m, μ),  μ_{c,(i,k)} = ∫p_c φ_ik        (the parts P, Q, R)
+#   ∫p_c φ_ik φ_jl (ik <= jl)                                                       (the part S; i ≠ j must vanish)
+# so that matching coefficients of monomials is matching the unique symmetric coefficients of (P, Q, S, R).
+
+
+Index = npt.NDArray[np.int64]
+
+
+def triangle(size: int) -> tuple[Index, Index]:
+    """Rows and columns (p <= q) of the upper triangle, in the order of `triangle_index`."""
+    rows, columns = np.triu_indices(size)
+    return rows.astype(np.int64), columns.astype(np.int64)
+
+
+def triangle_index(size: int, first: Index, second: Index) -> Index:
+    """Position of the unordered pair {first, second} among the pairs p <= q of `size` items."""
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    position: Index = low * size - low * (low - 1) // 2 + high - low
+    return position
+
+
+@dataclass(frozen=True)
+class FormSpace:
+    """Monomials of forms with `points` scalar variables, `delays` × `channels` functions and `count` polynomials."""
+
+    points: int
+    channels: int
+    delays: int
+    count: int
+
+    @property
+    def functions(self) -> int:
+        """Number of scalar functions, n·K."""
+        return self.channels * self.delays
+
+    @property
+    def functionals(self) -> int:
+        """Number of linear functionals u: point variables and Legendre moments."""
+        return self.points + self.count * self.functions
+
+    @property
+    def pair_count(self) -> int:
+        """Number of monomials u_p u_q."""
+        return self.functionals * (self.functionals + 1) // 2
+
+    @property
+    def multiplier_pairs(self) -> int:
+        """Number of unordered pairs of functions."""
+        return self.functions * (self.functions + 1) // 2
+
+    @property
+    def size(self) -> int:
+        """Number of monomials."""
+        return self.pair_count + self.count * self.multiplier_pairs
+
+    def moment(self, degree: Index | int, function: Index | int) -> Index:
+        """Index of the functional ∫p_degree φ_function."""
+        return np.asarray(self.points + np.asarray(degree) * self.functions + np.asarray(function), dtype=np.int64)
+
+    def pair(self, first: Index, second: Index) -> Index:
+        """Index of the monomial u_first u_second."""
+        return triangle_index(self.functionals, first, second)
+
+    def multiplier(self, degree: Index, first: Index, second: Index) -> Index:
+        """Index of the monomial ∫p_degree φ_first φ_second."""
+        return self.pair_count + degree * self.multiplier_pairs + triangle_index(self.functions, first, second)
+
+    def multiplier_functions(self) -> tuple[Index, Index, Index]:
+        """Degree and the two functions of every multiplier monomial, in the order of their indices."""
+        first, second = triangle(self.functions)
+        degree = np.repeat(np.arange(self.count, dtype=np.int64), first.size)
+        return degree, np.tile(first, self.count), np.tile(second, self.count)
+
+    def split(self, coefficients: Array) -> tuple[Array, Array]:
+        """Symmetric matrix W with form = uᵀWu + multiplier part, and S as an array (count, functions, functions)."""
+        first, second = triangle(self.functionals)
+        core = np.zeros((self.functionals, self.functionals))
+        core[first, second] = coefficients[: self.pair_count] / 2.0
+        core = core + core.T
+        multiplier = np.zeros((self.count, self.functions, self.functions))
+        first, second = triangle(self.functions)
+        values = coefficients[self.pair_count :].reshape(self.count, -1) / 2.0
+        multiplier[:, first, second] += values
+        multiplier[:, second, first] += values
+        return core, multiplier
 
 
 class DegreeRule(StrEnum):
@@ -139,3 +230,51 @@ def _assemble(entries: list[tuple[Index, Index, Index, float]], monomials: int, 
     matrix.sum_duplicates()
     matrix.eliminate_zeros()
     return matrix
+
+
+# A small cone inside that of Corollary 2, for cheap programs: positivity by Bessel's inequality.
+#
+# V = uᵀXu + Σ_i(∫φ_iᵀS_iφ_i - Σ_{c<d} μ_icᵀS_iμ_ic) + Σ_i∫(1+η)φ_iᵀT_iφ_i with X, S_i, T_i ⪰ 0, where μ_ic = ∫p_cφ_i
+# and u = (x, μ): the second sum is the energy of φ_i beyond its first d moments. Q has degree d-1 in η, R in both
+# arguments, S + (1+η)T degree one. A matrix of order points + d·nK and 2K of order n take the place of two with all
+# products of Z_1 and Z_2, in which each such form has matrices, too.
+
+
+RAMP = (0.5, 0.5 / math.sqrt(3.0))
+"""Legendre coefficients of 1+η."""
+
+
+def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
+    """Coefficients of the form as a linear function of (vec X, vec S_1, .., vec S_K, vec T_1, .., vec T_K).
+
+    Returns the sparse map and, for each matrix, the variable behind each of its rows: points are numbered first, then
+    functions. Without `ramp` there is no T.
+    """
+    functionals = np.arange(space.points + moments * space.functions, dtype=np.int64)
+    functions = np.arange(space.functions, dtype=np.int64).reshape(space.delays, space.channels)
+    maps = [_square(space, functionals)]
+    maps += [_multiplier(space, part, (1.0,), moments) for part in functions]
+    if ramp:
+        maps += [_multiplier(space, part, RAMP, 0) for part in functions]
+    behind = np.where(
+        functionals < space.points, functionals, space.points + (functionals - space.points) % space.functions
+    )
+    parts = [space.points + part for part in functions]
+    return scipy.sparse.hstack(maps, format="csr"), (behind, *parts, *(parts if ramp else ()))
+
+
+def _square(space: FormSpace, functionals: Index) -> scipy.sparse.coo_array:
+    """vec X ↦ uᵀXu."""
+    first, second = (part.ravel() for part in np.meshgrid(functionals, functionals, indexing="ij"))
+    where = (space.pair(first, second), np.arange(first.size))
+    return scipy.sparse.coo_array((np.ones(first.size), where), shape=(space.size, first.size))
+
+
+def _multiplier(space: FormSpace, functions: Index, weight: tuple[float, ...], moments: int) -> scipy.sparse.coo_array:
+    """vec S ↦ ∫g φᵀSφ - Σ_{c<moments} μ_cᵀSμ_c, g with the Legendre coefficients `weight`."""
+    first, second = (part.ravel() for part in np.meshgrid(functions, functions, indexing="ij"))
+    rows = [space.multiplier(np.int64(c), first, second) for c in range(len(weight))]  # type: ignore[arg-type]
+    rows += [space.pair(space.moment(c, first), space.moment(c, second)) for c in range(moments)]
+    values = np.repeat([*weight, *[-1.0] * moments], first.size)
+    where = (np.concatenate(rows), np.tile(np.arange(first.size), len(rows)))
+    return scipy.sparse.coo_array((values, where), shape=(space.size, first.size))

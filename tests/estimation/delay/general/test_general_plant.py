@@ -10,7 +10,7 @@ import pytest
 from benchmarks.delay_plants import random_plant
 from replication.errors import InvalidInputError
 from replication.estimation.delay import DelayPlant, delay_system, plant_of
-from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.general.lines import Line, LineForm, line_form
 from replication.estimation.delay.general.scaling import Scaling, scaling_of
 from replication.estimation.delay.sos import legendre

@@ -1,0 +1,274 @@
+"""Central gains of a delay plant at any level up to infinity, the Kalman filter, with both measures of each, exact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+import scipy
+from numpy.polynomial import legendre
+
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.shown import Measures, TradeOff, balanced
+from replication.estimation.api.shown import tradeoff as curve
+from replication.estimation.delay.exact.central import central
+from replication.estimation.delay.exact.limit import Limit, limit, require_seen
+from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
+from replication.estimation.delay.exact.response import GainBracket, right_roots
+from replication.estimation.delay.exact.smoothing import smoother_maps
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
+from replication.estimation.delay.general.cone import moment_plant
+from replication.estimation.delay.general.lines import DelayObserver, line_form
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.scaling import require_noise, scaling_of
+from replication.estimation.validation import Array
+
+# The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
+#
+# The integral over all frequencies is cut smoothly: below a window by Gauss' rule on panels that are halved until they
+# agree with a finer rule, beyond it by what the spectrum times omega^2 tends to. The window is smooth, so that the
+# oscillations which delays leave there average out.
+
+
+FAR, TURNED, FARTHEST = 30.0, 80.0, 1000.0
+"""Where the window begins: in units of the frequency beyond which there are no dynamics, at least; phase of the
+shortest delay there, rad; in those units at the most."""
+DECADES, PANELS, PER_DELAY, WINDOW = 8, 100, 8.0, 32
+"""The first panels: decades and number of the logarithmic ones; phase of the longest delay over one, rad; number in the
+window."""
+COARSE, FINE, DIGITS = 6, 12, 1e-9
+"""Points of both rules on a panel, and by how much of the integral they may differ, all panels together."""
+MOST = 2_000_000
+"""Frequencies."""
+
+Function = Callable[[Array], Complex | Array]
+
+
+def error_covariance(plant: PlantTerms, injection: Terms) -> tuple[Array, float]:
+    """Covariance (p, p) of the error of z for an observer that adds `injection` times its innovation.
+
+    And the frequency beyond which its error has no dynamics, rad/s.
+
+    Raises InfeasibleError if the error does not die out, SolverError if that stays open or the integral does.
+    """
+    response = error_response(plant, injection)
+    reach, roots = right_roots(response)
+    if roots:
+        raise InfeasibleError(f"the mean square is infinite: the error has {roots} roots in the right half-plane")
+
+    def spectrum(omega: Array) -> Complex:
+        return _squared(response.part(np.linalg.inv(response.matrix(axis(omega)))))
+
+    return integrated(spectrum, reach, response.loop.delays), reach
+
+
+def smoother_covariance(plant: PlantTerms, reach: float) -> Array:
+    """The same for an estimator that knows all measurements, past and future; nan where one frequency has no bound."""
+
+    def spectrum(omega: Array) -> Complex:
+        maps, hidden = smoother_maps(plant, omega)
+        maps[hidden] = np.nan
+        return _squared(maps)
+
+    return integrated(spectrum, reach, plant.terms.delays)
+
+
+def integrated(spectrum: Function, reach: float, delays: Sequence[float]) -> Array:
+    """Integral of a spectrum (M, p, p), even in omega and at last like omega^-2, over all frequencies, by 2 pi.
+
+    reach: where that begins, rad/s. Raises SolverError beyond MOST frequencies.
+    """
+    top = max(FAR, min(TURNED / (reach * min(delays)), FARTHEST)) * reach if delays else FAR * reach
+    far = np.linspace(top, 2.0 * top, WINDOW + 1)
+    edges = [np.array([0.0]), np.geomspace(reach * 10.0**-DECADES, top, PANELS), far]
+    if delays:
+        edges.append(np.arange(0.0, FAR * reach, max(PER_DELAY / max(delays), 40.0 * FAR * reach / MOST)))
+    panels = np.unique(np.concatenate(edges))
+
+    def along(omega: Array) -> Array:
+        """From 0 to 1 over the window, ends left out."""
+        return np.asarray(np.clip(omega / top - 1.0, 1e-3, 1.0 - 1e-3))
+
+    def beyond(omega: Array) -> Array:
+        """Rises smoothly from 0 to 1 over the window."""
+        return np.asarray(
+            np.where(omega < top, 0.0, scipy.special.expit(1.0 / (1.0 - along(omega)) - 1.0 / along(omega)))
+        )
+
+    def middle(omega: Array) -> Array:
+        """A smooth weight inside the window."""
+        return np.asarray(np.exp(4.0 - 1.0 / (along(omega) * (1.0 - along(omega)))))
+
+    def weighted(weight: Callable[[Array], Array]) -> Function:
+        return lambda omega: spectrum(omega) * weight(omega)[:, None, None]
+
+    def of(weight: Callable[[Array], Array]) -> float:
+        return float(_quadrature(lambda omega: weight(omega)[:, None, None], far)[0, 0].real)
+
+    near = _quadrature(weighted(lambda omega: 1.0 - beyond(omega)), panels)
+    # There the spectrum is m_1 (top/omega)^2 + m_2 (top/omega)^4 on the average: two averages tell m.
+    averages = [_quadrature(weighted(lambda omega, k=k: middle(omega) * (omega / top) ** k), far) for k in (2, 4)]  # type: ignore[misc]
+    sizes = [of(lambda omega, k=k: middle(omega) * (omega / top) ** k) for k in (-2, 0, 2)]  # type: ignore[misc]
+    parts = np.linalg.solve([sizes[1::-1], sizes[:0:-1]], np.stack(averages).reshape(2, -1)).reshape(2, *near.shape)
+    rest = [of(lambda omega, k=k: beyond(omega) * (top / omega) ** k) + top / (k - 1) / 2.0 ** (k - 1) for k in (2, 4)]  # type: ignore[misc]
+    return np.asarray((near + np.tensordot(rest, parts, axes=1)).real / np.pi)
+
+
+def _quadrature(function: Function, edges: Array) -> Complex:
+    """The integral over all panels; those on which both rules differ are halved."""
+    left, right = edges[:-1], edges[1:]
+    total: Complex = np.zeros(function(edges[:1]).shape[1:], dtype=complex)
+    allowed, used = -1.0, 0
+    while left.size:
+        used += (COARSE + FINE) * left.size
+        if used > MOST:
+            raise SolverError(
+                "the mean square error stays open: its spectrum is too sharp for "
+                f"{MOST} frequencies; a root of the error lies next to the imaginary axis"
+            )
+        coarse, fine = (_on_panels(function, left, right, points) for points in (COARSE, FINE))
+        if allowed < 0.0:
+            allowed = DIGITS * float(np.abs(fine.sum(axis=0)).max()) / left.size
+        done = np.abs(fine - coarse).max(axis=(1, 2)) <= np.maximum(allowed, 1e-13 * np.abs(fine).max(axis=(1, 2)))
+        done |= ~np.isfinite(fine).all(axis=(1, 2))
+        total = total + fine[done].sum(axis=0)
+        left, right = left[~done], right[~done]
+        middle = (left + right) / 2.0
+        left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
+    return total
+
+
+def _on_panels(function: Function, left: Array, right: Array, points: int) -> Complex:
+    """The integral over each panel (M, p, p) by Gauss' rule."""
+    nodes, weights = legendre.leggauss(points)
+    half = (right - left) / 2.0
+    values = function(((left + half)[:, None] + half[:, None] * nodes).ravel())
+    return np.asarray(np.einsum("t,m,mtab->mab", weights, half, values.reshape(len(left), points, *values.shape[1:])))
+
+
+def _squared(maps: Complex) -> Complex:
+    return np.asarray(maps @ maps.conj().swapaxes(1, 2))
+
+
+WIDTH, KEPT = 1e-6, 1e-3
+"""Relative width of the exact gain, and excess over the level of the model that is left to it."""
+MARGIN = 0.01
+"""Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
+DEGREE, STATES = 12, 120
+"""Moments of each delay unless a degree is asked for, and states of the model for which there are fewer."""
+OF = "rms error of z"
+
+
+class Designs:
+    """The central gains of a plant at any level.
+
+    Raises InvalidInputError if z holds white noise, y none at some frequency, or y does not see an unstable mode.
+    """
+
+    def __init__(self, plant: DelayPlant, degree: int | None) -> None:
+        if np.any(plant.d11):
+            raise InvalidInputError(
+                "z holds w itself (d11), and white noise has an infinite mean square; leave d11 out, or estimate a "
+                "filtered signal"
+            )
+        require_noise(plant)
+        self.plant, self.scaling = plant, scaling_of(plant)
+        require_seen(plant_terms(self.scaling.plant(plant)), self.scaling.time)
+        self.form = line_form(self.scaling.plant(plant))
+        most = (STATES - plant.states) // max(self.form.width, 1)
+        self.degree = max(min(DEGREE, most), self.form.moments, 1) if degree is None else degree
+        self.model = moment_plant(self.form, self.degree)
+
+    def exact(self, level: float) -> tuple[DelayObserver, GainBracket]:
+        """The observer and its exact gain; raises SolverError if it does not keep the level."""
+        observer = self.at(level)
+        try:
+            gain = exact_gain(observer, WIDTH)
+        except InfeasibleError as error:
+            raise SolverError(f"{self._few()} do not stabilise the error{self._why()}; set `degree`") from error
+        except SolverError as error:
+            raise SolverError(f"{self._few()} are of no use: {error}; raise the level, or set `degree`") from error
+        if gain.upper > level * (1 + KEPT):
+            raise SolverError(
+                f"{self._few()} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
+                "or set `degree`"
+            )
+        return observer, gain
+
+    def _few(self) -> str:
+        return f"the gains of {self.degree} moments of each delay"
+
+    def _why(self) -> str:
+        return " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
+
+    def at(self, level: float) -> DelayObserver:
+        """The observer, in the units of the plant."""
+        try:
+            gains, _ = central(self.model, level)
+        except (InfeasibleError, np.linalg.LinAlgError) as error:
+            what = f"for the level {level:.6g}" if np.isfinite(level) else "of the Kalman filter"
+            raise SolverError(
+                f"the gains {what} are not found with {self.degree} moments of each delay ({error}); "
+                "raise the level, or set `degree`"
+            ) from error
+        n, q, kernels = self.form.states, self.form.measurements, []
+        start, rate = n, self.scaling.sensors / self.scaling.time
+        for line in self.form.lines:
+            stop = start + self.degree * line.width
+            kernels.append(gains[start:stop].reshape(self.degree, line.width, q) * rate)
+            start = stop
+        l0 = gains[:n] / self.scaling.states[:, None] * rate
+        return DelayObserver(
+            self.plant, self.scaling.back(self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
+        )
+
+    def measures(self, level: float) -> Measures:
+        """The exact gain and root mean square of the design at a level."""
+        observer, gain = self.exact(level)
+        covariance, _ = error_covariance(plant_terms(self.plant), injection_terms(observer))
+        return gain.upper, float(np.sqrt(np.trace(covariance)))
+
+    @cached_property
+    def limit(self) -> Limit:
+        """The least level of any observer."""
+        if returns(self.plant):
+            raise InvalidInputError(
+                "a disturbance that y has shown acts again later (b_delayed or d21_delayed): the gains between both "
+                "goals jump there, and are not found; take the goal hinf or h2, or let that noise pass a state"
+            )
+        found = limit(self.plant)
+        if found.level <= 0.0:
+            raise InfeasibleError("the least level cannot be told from zero: there is nothing to trade; take goal h2")
+        return found
+
+    def least(self) -> float:
+        """The smallest level of a design."""
+        found = self.limit
+        return (1 + MARGIN) * (found.level + found.moving)
+
+    def above_least(self, level: float) -> float:
+        """The level if some observer keeps it."""
+        found = self.limit
+        if level <= found.level - found.moving:
+            raise InfeasibleError(
+                f"no observer has a gain below {level!r}: the least is {found.level:.6g}; ask for more"
+            )
+        return level
+
+    def balance(self) -> float:
+        """The level whose design loses the same share of both measures."""
+        return balanced(self.least(), self.limit.level, self.measures)
+
+
+def returns(plant: DelayPlant) -> bool:
+    """Whether a disturbance reaches y and, with a longer delay, x or y once more."""
+    shown = [plant.d21, *plant.d21_delayed]
+    later = [np.vstack(pair) for pair in zip(plant.b_delayed, plant.d21_delayed, strict=True)]
+    return any(np.any(seen @ again.T) for i, seen in enumerate(shown) for again in later[i:])
+
+
+def tradeoff(plant: DelayPlant, points: int) -> TradeOff:
+    """Designs from just above the least level to the Kalman filter; raises as `Designs` and its methods."""
+    designs = Designs(plant, None)
+    return curve("delay", OF, points, designs.least(), designs.measures)

@@ -1,1 +1,0 @@
-"""Operators on states with delays: their inverse, and the gains of an observer."""

@@ -1,0 +1,259 @@
+"""Designs at the slow rate and with time stamps, from the command line."""
+
+from __future__ import annotations
+
+import copy
+import json
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from replication import twice
+from replication.certify import nonuniform as makers
+from replication.certify.own import certificate
+from replication.cli import main
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation import dualrate
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.nonuniform import StampedPlant, StampedResult, design_stamped
+from replication.estimation.nonuniform.stamped.design import StampedFilter
+from replication.estimation.nonuniform.worst_case import simulate_error
+from replication.verify import run as first
+from replication.verify.run import check
+
+PLANT = """
+A = [[0.0, 1.0], [22.0, 0.0]]
+B = [[0.0], [1.0]]
+C = [[1.0, 0.0], [0.0, 1.0]]
+sensor_noise = [[1.0, 0.0], [0.0, 4.0]]
+
+[names]
+measurements = ["camera", "gyro"]
+"""
+GAINS = "K = [[-30.0, -9.0]]\nL = [[1.0, 0.0], [0.0, 1.0]]\n"
+CALL = ("--period", "0.02", "--ratio", "10,2", "--at", "slow", "--hold", "2")
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "ball.toml"
+    path.write_text(PLANT, encoding="utf-8")
+    return path
+
+
+def designed(file: Path, *options: str) -> int:
+    return main(["design", "dualrate", str(file), *options, "--output", str(file.with_name("out"))])
+
+
+@pytest.mark.parametrize("goal", ["h2", "hinf"])
+def test_the_file_gives_what_the_library_gives(goal: str, file: Path) -> None:
+    assert designed(file, *CALL, "--goal", goal) == 0
+    written = json.loads((file.with_name("out") / "gains.json").read_text(encoding="utf-8"))
+    plant = dualrate.make_plant([[0, 1], [22, 0]], [[0], [1]], np.eye(2))
+    own = dualrate.design(
+        plant, period=0.02, ratio=[10, 2], hold=[2], at="slow", goal=goal, sensor_noise=np.diag([1.0, 4.0])
+    )
+    assert written["value"] == pytest.approx(own.value, rel=1e-9)
+    assert np.allclose(written["gains"]["K"]["value"], own.gains["K"], rtol=1e-6)
+    assert written["signals"]["measurements"] == ["camera", "gyro"]
+    assert "level of the Kalman filter" in (file.with_name("out") / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--level", "3"), 'level belongs to goal="hinf"'),
+        (("--goal", "hinf", "--level", "1e-3"), "no controller at these rates keeps the level 0.001: the least is"),
+        (("--hold", "2,3"), "hold must be one number, or one for each of the 1 inputs"),
+        (("--at", "continuous"), 'belong to designs at the slow rate: at="slow"'),
+    ],
+)
+def test_what_does_not_fit_is_named(
+    options: tuple[str, ...], told: str, file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert designed(file, *CALL, *options) in (2, 3)
+    assert told in capsys.readouterr().err and not file.with_name("out").exists()
+
+
+def test_gains_of_ones_own_are_not_designed(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text(GAINS + PLANT, encoding="utf-8")
+    assert designed(file, *CALL) == 2
+    assert "sensor_noise, at, hold: for a design; the file has gains K and L" in capsys.readouterr().err
+
+
+def test_a_certificate_of_it_is_refused(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert designed(file, *CALL, "--certificate") == 2
+    assert "the verifier has no statement on a SlowRateResult" in capsys.readouterr().err
+
+
+ROOT = Path(__file__).parents[2]
+LOAD = ROOT / "docs" / "examples" / "load.toml"
+OMEGA = 2 * np.pi * 0.8
+PLANTS = {
+    "oscillator of 0.8 Hz": (
+        StampedPlant([[0, 1], [-(OMEGA**2), -0.6]], [[0, 0], [OMEGA**2, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]]),
+        (0.01, 0.1),
+    ),
+    "unstable": (
+        StampedPlant([[1.5, 2], [-1, 0.2]], [[1, 0], [1, 0]], [[1, 0]], [[0, 0.1]], [[0, 1], [1, 1]]),
+        (0.05, 0.4),
+    ),
+    "integrators, two sensors": (
+        StampedPlant([[0, 1], [0, 0]], [[0, 0, 0], [1, 0, 0]], np.eye(2), [[0, 0.1, 0], [0, 0, 0.2]], [[1, 0]]),
+        (0.05, 0.2),
+    ),
+    "no noise": (StampedPlant([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], [[0]], [[0, 1]]), (0.05, 0.2)),
+    "other units": (
+        StampedPlant([[0, 1e3], [0, -50]], [[0, 0], [1e-3, 0]], [[1, 0]], [[0, 1e-4]], [[1, 0]]),
+        (0.001, 0.01),
+    ),
+    "sensor that tells nothing": (
+        StampedPlant([[0, 1], [-4, -0.2]], [[0, 0], [1, 0]], [[1, 0]], [[0, 1e4]], [[1, 0]]),
+        (0.1, 1.0),
+    ),
+}
+
+
+@cache
+def result_of(name: str) -> StampedResult:
+    plant, periods = PLANTS[name]
+    return design_stamped(plant, periods=periods, horizon=60)
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_both_arithmetics_prove_the_level_and_what_is_nearly_attained(name: str, tmp_path: Path) -> None:
+    result, path = result_of(name), tmp_path / "mine.json"
+    path.write_text(json.dumps(certificate(result, "mine")), encoding="utf-8")
+    outcome = first.verify(path)
+    (again,) = twice.by("stdlib", [path], ROOT, 1)
+    assert not twice.difference(*twice.said([path], ROOT, 1), again)
+    assert outcome.theorem is not None
+    lower, upper = (float(Fraction(str(end))) for end in (outcome.theorem.lower, outcome.theorem.upper))
+    assert result.value * (1 - 1e-9) <= upper <= result.value * (1 + 1e-5)
+    # The pattern repeats for ever, where the search ends after some samples.
+    assert result.bracket.lower * 0.999 <= lower <= result.value
+
+
+def test_the_certificate_has_the_gains_and_the_edges_that_run() -> None:
+    result = result_of("oscillator of 0.8 Hz")
+    made = certificate(result)
+    filter_ = made["witness"]["filter"]
+    assert [[[Fraction(x) for x in row] for row in G] for G in filter_["G"]] == result.filter.G.tolist()
+    low, high = Fraction(result.periods.h_l), Fraction(result.periods.h_u)
+    edges = [low + Fraction(share) * (high - low) for share in filter_["cells"]]
+    assert edges == result.gains["edges"].tolist() == [low, *result.filter.edges, high]
+    assert made["paper"] is None and made["statement"] == "nonuniform.stamped-gain"
+
+
+def test_what_is_said_to_be_attained_is_attained_by_the_running_filter() -> None:
+    """The disturbance of the certificate, its real part, for many patterns from rest."""
+    result = result_of("unstable")
+    made = certificate(result)["witness"]
+    shares = [float(Fraction(share)) for share, count in made["pattern"] for _ in range(count)]
+    w = np.array([[complex(*map(float, z)) for z in row] for row in made["w"]])
+    t = float(Fraction(made["turn"]))
+    z, times = (1 - t * t + 2j * t) / (1 + t * t), 400
+    h = np.tile(result.periods.h_l + np.array(shares) * (result.periods.h_u - result.periods.h_l), times)
+    drive = np.concatenate([(w * z**k).real for k in range(times)])
+    e = simulate_error(result.plant, result.filter, h, drive)
+    bound = float(Fraction(certificate(result)["bound"]["lower"]))
+    assert bound * 0.99 < np.linalg.norm(e) / np.linalg.norm(drive) < result.value
+
+
+def test_a_filter_with_other_gains_has_no_such_certificate() -> None:
+    result = result_of("oscillator of 0.8 Hz")
+    for factor, edges in ((1.05, result.filter.edges), (1.0, tuple(np.array(result.filter.edges) * 0.9))):
+        proof = replace(result.gain.proof, edges=(result.periods.h_l, *edges, result.periods.h_u))
+        other = replace(
+            result,
+            filter=StampedFilter(factor * result.filter.G[:: 1 if factor > 1 else -1], edges),
+            gain=replace(result.gain, proof=proof),
+        )
+        with pytest.raises(SolverError, match="storage inequality"):
+            certificate(other)
+    with pytest.raises(InvalidInputError, match="not finite"):
+        certificate(replace(result, filter=StampedFilter(result.filter.G * np.nan, result.filter.edges)))
+
+
+def test_a_single_period_has_none() -> None:
+    plant, _ = PLANTS["unstable"]
+    with pytest.raises(InvalidInputError, match=r"nonuniform\.stamped-gain is a statement on a range"):
+        certificate(design_stamped(plant, periods=(0.1, 0.1), horizon=20))
+
+
+def test_a_pattern_that_is_too_long_for_balls_is_cut() -> None:
+    result = result_of("no noise")
+    theorem = copy.deepcopy(certificate(result))
+    made = makers.stamped_gain(theorem, result.filter, result.gain.proof, (400, 30))
+    counts = [count for _, count in made["witness"]["pattern"]]
+    assert sum(counts) < 430 and min(counts) >= 1
+    assert check({**theorem, **made}).lower is not None
+    T = makers.coordinates(result.gain.proof)
+    plant, filter_ = result.plant.in_coordinates(T), result.filter.in_coordinates(T)
+    whole, cut = (
+        makers.along_pattern(plant, filter_, makers.pattern_of(runs, result.periods)[1]) for runs in ((400, 30), counts)
+    )
+    assert makers.lost_bits(cut) <= makers.LOST < makers.lost_bits(whole)
+    assert float(Fraction(made["bound"]["lower"])) <= l2_gain(cut).value
+
+
+@pytest.mark.slow
+def test_a_file_says_that_samples_have_time_stamps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    command = ["design", "nonuniform", str(LOAD), "--periods", "0.01,0.1", "--horizon", "50"]
+    assert main([*command, "--certificate"]) == 0
+    printed = capsys.readouterr().out
+    assert "proved: The filter with time stamps that stands here has a gain of more than 0.2568" in printed
+    folder = tmp_path / "load-nonuniform"
+    assert {path.name for path in folder.iterdir()} >= {"observer.c", "observer.json", "gains.json", "index.html"}
+    file = folder / "load-nonuniform.certificate.json"
+    monkeypatch.chdir(ROOT)
+    assert main(["verify", "--both", str(file)]) == 0
+    assert "1 of them in both arithmetics" in capsys.readouterr().out
+    made = json.loads(file.read_text(encoding="utf-8"))
+    assert made["plant"]["A"][1] == ["-253/10", "-3/5"] and made["plant"]["h_u"] == ["1/10", "0"]
+    made["bound"]["upper"] = str(Fraction(made["bound"]["upper"]) * Fraction(999, 1000))
+    file.write_text(json.dumps(made), encoding="utf-8")
+    assert main(["verify", "--both", str(file)]) == 1
+    # Fewer cells, a gain for each.
+    assert main([*command, "--cells", "3", "--force", "--output", str(folder)]) == 0
+    assert "G_x (3, 2, 1)" in capsys.readouterr().out
+
+
+UNSTABLE = "A = [[0.5]]\nB = [[1.0, 0.0]]\nC = [[1.0]]\nD = [[0, 0.1]]\nL = [[1]]\n"
+REFUSED = [
+    ("", [], "A must be Hurwitz, but has the eigenvalue 0.5"),
+    ("", [], "one that takes the time stamps of the samples can"),
+    ('stamps = "known"\n', ["--stamps", "unknown"], "A must be Hurwitz"),
+    ('stamps = "sometimes"\n', [], 'stamps: must be "known" or "unknown", got \'sometimes\''),
+    ("stamps = true\n", [], "stamps: must be a word in quotes"),
+    ('stamps = "known"\nB_u = [[1], [0]]\n', [], "B_u: has 2 rows, where A sets n = 1"),
+    ("B_u = [[1]]\n", [], "B_u: for a filter that takes time stamps"),
+    ("B_u = [[1]]\n", ["--cells", "3"], "B_u, cells: for a filter that takes time stamps"),
+    ("", ["--stamps", "known", "--goal", "nominal", "--leaves", "3"], "goal, leaves: for a filter that takes no time"),
+    ("", ["--stamps", "known", "--certificate"], ""),
+]
+
+
+@pytest.mark.parametrize(("more", "options", "words"), REFUSED)
+def test_what_does_not_fit_is_refused_before_a_design(
+    more: str,
+    options: list[str],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """But for the last, which is as it should be: an unstable plant, with time stamps."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text(UNSTABLE + more, encoding="utf-8")
+    done = main(["design", "nonuniform", "own.toml", "--periods", "0.1,0.4", "--horizon", "20", *options])
+    assert done == (2 if words else 0)
+    assert words in capsys.readouterr().err
+    assert (tmp_path / "own-nonuniform").exists() is not bool(words)
