@@ -138,7 +138,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"With the matrix that eq. (41) prints, that of Sec. IV-A, gains (42) make the error grow "
         f"{radius_of(results[PRINTED]['error_poles']):.2f}-fold over each six instants.",
         f"With the C of Sec. IV-A, gains (42) stabilise none of the {len(results['unstable.diagonals']['found'])} "
-        "diagonals of A that have the stated poles; with more entries of A changed they can.",
+        "diagonals with the stated poles; with more entries of A changed they can.",
         *_simulated(all_draws(results)),
         *_periods(results),
         _timing(results["timing-draws"]),
@@ -154,9 +154,10 @@ def _table_1(results: Results) -> Iterator[str]:
     rounded = {periods: f"{column['optimum']:.2f}" for periods, column in columns.items()}
     wrong = {periods: printed for periods, printed in TABLE_1.items() if rounded[periods] != printed}
     for periods, printed in wrong.items():
-        above = "valid" if float(printed) > columns[periods]["upper"] else "impossible"
-        yield f"Table 1, periods {periods}: the optimum rounds to {rounded[periods]}; the printed {printed} is a "
-        f"{above} level."
+        kept = "a valid level above it" if float(printed) > columns[periods]["upper"] else "below it"
+        yield (
+            f"Table 1, periods {periods}: the optimum rounds to {rounded[periods]}; the printed {printed} is {kept}."
+        )
         if float(printed) < columns[periods]["lower"] * (1 + MINCX / 2):
             yield (
                 f"The solver that the text names may return {printed} there: by default it stops within half a per "
@@ -165,7 +166,7 @@ def _table_1(results: Results) -> Iterator[str]:
     best = all(column["upper"] < column["noncausal"]["value"] * (1 + MILLIONTH) for column in columns.values())
     yield (
         f"The other {len(columns) - len(wrong)} entries of Table 1 are the rounded optima"
-        f"{'; no estimator, not even a smoother, has a level lower by more than a millionth' if best else ''}."
+        f"{'; no estimator, not even a smoother, has one lower by more than a millionth' if best else ''}."
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from itertools import combinations, pairwise
 from typing import Any
@@ -237,14 +236,6 @@ def proposed_best(results: Results) -> Evidence:
     uses=map(case, CASES),
     reading=OWN_PERIODS,
     pinned="undetermined",
-    says=[
-        *(
-            replace(said, reading=reading)
-            for reading in (OWN_PERIODS, ANY_PERIODS)
-            for said in below_others(*map(case, ("proposed", "A", "B")))
-        ),
-        *(replace(said, reading=ANY_PERIODS) for said in below_others(*map(case, "CAB"))),
-    ],
 )
 def more_outputs_are_better(results: Results) -> Evidence:
     """Observers that use more output signals estimate better, here by their optimal levels."""

@@ -231,7 +231,7 @@ def _shown(ends: Sequence[float]) -> tuple[float, ...]:
     """A number, or both ends of a band, rounded outwards; nothing where a curve has ended."""
     if not all(map(math.isfinite, ends)):
         return ()
-    return numerals.outward(*ends) if len(ends) > 1 else tuple(ends)
+    return numerals.outward(ends[0], ends[-1]) if len(ends) > 1 else tuple(ends)
 
 
 def _named(ends: Sequence[float]) -> str:

@@ -40,13 +40,7 @@ on_sensors = partial(
 """A statement on the two bounds of a gain of a plant that is seen by chosen sensors."""
 OBSERVERS = ("periodic one-step observers", "one-step predictors")
 """The upper bound is that of one of the first; the lower one holds for the second, which are more."""
-UNDER = (
-    NO_READING,
-    "observers of form (15)",
-    "columns of Table 1",
-    "each sensor at its own period",
-    "both sensors at any period",
-)
+UNDER = (NO_READING, "observers of form (15)", "columns of Table 1")
 """Readings of the paper under which its levels are those of the observers that it designs."""
 
 
