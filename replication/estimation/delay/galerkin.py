@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.operators import Operator, injection_operator, resized, storage_operator
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_integer
 
 
@@ -55,7 +55,7 @@ def matrix(operator: Operator, count: int) -> Array:
     )
 
 
-def generator(system: DelaySystem, count: int) -> Array:
+def generator(system: DelayPlant, count: int) -> Array:
     """𝒜 on polynomial histories: (x, φ) ↦ (A_0x + ΣA_iφ_i(-1), φ_i'/τ_i), in the order of `matrix`."""
     n, k = system.states, system.delay_count
     size = n + k * n * count
@@ -71,7 +71,7 @@ def generator(system: DelaySystem, count: int) -> Array:
     return result
 
 
-def end_values(system: DelaySystem, count: int, point: float) -> Array:
+def end_values(system: DelayPlant, count: int, point: float) -> Array:
     """Rows that evaluate φ_i at `point`: shape (K, n, size)."""
     n, k = system.states, system.delay_count
     values = legendre.evaluate(count, point)
@@ -82,7 +82,7 @@ def end_values(system: DelaySystem, count: int, point: float) -> Array:
     return rows
 
 
-def measured_histories(system: DelaySystem, count: int) -> Array:
+def measured_histories(system: DelayPlant, count: int) -> Array:
     """𝒞_2 with end values: (x, φ) ↦ (y_0, y_1(-1), .., y_K(-1); y_i), in the order of `matrix`."""
     n, k = system.states, system.delay_count
     size = n + k * n * count

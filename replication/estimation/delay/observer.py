@@ -11,9 +11,9 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
 
 
@@ -37,7 +37,7 @@ class ErrorSystem:
 
 
 def error_system(
-    system: DelaySystem,
+    system: DelayPlant,
     gains: ObserverGains,
     order: int = 40,
     scheme: Scheme = Scheme.CHEBYSHEV,
@@ -48,7 +48,7 @@ def error_system(
 
     Parameters
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant.
     gains : ObserverGains
         What `observer_gains` gave.
@@ -71,7 +71,7 @@ def error_system(
     return assembled(system, evaluate(gains, net.points), net)
 
 
-def assembled(system: DelaySystem, values: GainValues, net: Grid) -> ErrorSystem:
+def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
     """The matrices of the error system for gains given at the points of `net`."""
     n, k, count = system.states, system.delay_count, net.points.size
     size = n * (1 + k * (count - 1))

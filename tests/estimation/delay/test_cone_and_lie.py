@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from replication.estimation.delay import DegreeRule, DelaySystem
+from replication.estimation.delay import DegreeRule, DelayPlant
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.cone import (
     FormSpace,
@@ -69,7 +69,7 @@ def test_cone_is_the_integral_of_its_definition(rule: DegreeRule, weighted: bool
 
 
 @pytest.mark.parametrize("system", [two_delays(), three_delays()])
-def test_derivative_along_the_error_dynamics(system: DelaySystem) -> None:
+def test_derivative_along_the_error_dynamics(system: DelayPlant) -> None:
     """d/dt of V on a polynomial trajectory, by the chain rule on the histories themselves."""
     rng = np.random.default_rng(5)
     count, n, k = 3, system.states, system.delay_count

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import certificate_at, delay_system, minimum_gain
+from replication.estimation.delay import delay_system, minimum_gain
 from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.system import checked_delays, measured_last, transformed
 from tests.estimation.delay.plants import one_delay, scalar, two_delays
 
@@ -91,7 +92,7 @@ def test_bad_levels(gamma: float) -> None:
 
 def test_bad_order() -> None:
     certificate = certificate_at(two_delays(), 5.0, 1)
-    from replication.estimation.delay import observer_gains
+    from replication.estimation.delay.operators import observer_gains
 
     with pytest.raises(InvalidInputError, match="order"):
         error_system(two_delays(), observer_gains(certificate), 0)

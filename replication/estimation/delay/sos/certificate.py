@@ -9,11 +9,12 @@ import numpy as np
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program, reduced
 from replication.estimation.delay.spectrum import require_detectable
-from replication.estimation.delay.system import DelaySystem, gain_scaled, natural_units, rounded
+from replication.estimation.delay.system import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
 
 # The least γ that Theorem 3 proves with polynomials of a given degree, as a bracket
@@ -47,7 +48,7 @@ class LeastGain:
 
     Attributes
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant in the coordinates of the program.
     degree : int
         Degree of the polynomials.
@@ -63,7 +64,7 @@ class LeastGain:
         The matrices of the cones, with status and residuals of the solver.
     """
 
-    system: DelaySystem
+    system: DelayPlant
     degree: int
     rule: DegreeRule
     epsilon: float
@@ -73,7 +74,7 @@ class LeastGain:
 
 
 def minimum_gain(
-    system: DelaySystem,
+    system: DelayPlant,
     degree: int,
     rule: DegreeRule = DegreeRule.TENSOR,
     *,
@@ -88,7 +89,7 @@ def minimum_gain(
 
     Parameters
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant.
     degree : int
         Degree of the polynomials.
@@ -168,7 +169,7 @@ class Certificate:
 
     Attributes
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant in these coordinates.
     change : array (n, n)
         The coordinates in those of the plant.
@@ -192,7 +193,7 @@ class Certificate:
         Unit of time, s.
     """
 
-    system: DelaySystem
+    system: DelayPlant
     change: Array
     degree: int
     rule: DegreeRule
@@ -210,7 +211,7 @@ FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
 
 
 def certificate_at(
-    system: DelaySystem,
+    system: DelayPlant,
     gamma: float,
     degree: int,
     rule: DegreeRule = DegreeRule.TENSOR,
@@ -222,7 +223,7 @@ def certificate_at(
 
     Parameters
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant.
     gamma : float
         The level.
@@ -266,7 +267,7 @@ def certificate_at(
 
 
 def _bracket(
-    error: InfeasibleError | SolverError, system: DelaySystem, level: float, degree: int, rule: DegreeRule
+    error: InfeasibleError | SolverError, system: DelayPlant, level: float, degree: int, rule: DegreeRule
 ) -> LeastGain:
     """The least γ where the solver failed at `level`. Raises InfeasibleError if it proves the level out of reach."""
     try:
