@@ -9,9 +9,10 @@ import pytest
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay import delay_system, minimum_gain
+from replication.estimation.delay.general.plant import checked_delays
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.sos.certificate import certificate_at
-from replication.estimation.delay.system import checked_delays, measured_last, transformed
+from replication.estimation.delay.system import measured_last, transformed
 from tests.estimation.delay.plants import one_delay, scalar, two_delays
 
 GOOD: dict[str, Any] = {
