@@ -20,21 +20,11 @@ from replication.estimation.validation import Array, positive_integer
 
 @dataclass(frozen=True)
 class GalerkinCheck:
-    """Eigenvalues of the two inequalities of Theorem 1 on polynomial histories.
+    """Eigenvalues of the two inequalities of Theorem 1 on polynomial histories."""
 
-    Attributes
-    ----------
-    storage : float
-        Least eigenvalue of 𝒫, which must be positive.
-    dissipation : float
-        Largest eigenvalue of the form, which must not be positive.
-    scale : float
-        Largest coefficient in size, against which rounding is to be seen.
-    """
-
-    storage: float
-    dissipation: float
-    scale: float
+    storage: float  # Least eigenvalue of 𝒫, which must be positive
+    dissipation: float  # Largest eigenvalue of the form, which must not be positive
+    scale: float  # Largest coefficient in size, against which rounding is to be seen
 
 
 def matrix(operator: Operator, count: int) -> Array:
@@ -94,25 +84,7 @@ def measured_histories(system: DelayPlant, count: int) -> Array:
 
 
 def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
-    """Evaluate both inequalities of a certificate on histories of polynomials.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        What `certificate_at` gave.
-    degree : int
-        Highest degree of the histories.
-
-    Returns
-    -------
-    GalerkinCheck
-        Both eigenvalues; on this space they decide.
-
-    Raises
-    ------
-    InvalidInputError
-        `degree` is below one.
-    """
+    """Both inequalities of a certificate on polynomial histories up to `degree`: there the eigenvalues decide."""
     count = positive_integer("degree", degree) + 1
     system = certificate.system
     n, r, p = system.states, system.inputs, system.outputs

@@ -25,24 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Model:
-    """A plant without delays, ẋ = a x + b w, z = c1 x, y = c2 x, with N states.
+    """A plant without delays, ẋ = a x + b w, z = c1 x, y = c2 x, with N states."""
 
-    Attributes
-    ----------
-    a : array (N, N)
-        1/s.
-    b : array (N, r)
-        Effect of the disturbance.
-    c1 : array (p, N)
-        What is estimated.
-    c2 : array (q, N)
-        Measurements.
-    """
-
-    a: Array
-    b: Array
-    c1: Array
-    c2: Array
+    a: Array  # (N, N) 1/s
+    b: Array  # (N, r) Effect of the disturbance
+    c1: Array  # (p, N) What is estimated
+    c2: Array  # (q, N) Measurements
 
 
 @dataclass(frozen=True)
@@ -75,28 +63,9 @@ def lossless_delay(order: int, delay: float) -> AllPass:
 
 
 def pade_model(system: DelayPlant, order: int) -> Model:
-    """The plant with each delay replaced by its Padé approximant [order/order].
+    """The plant with each delay as its Padé approximant [order/order]; its first n states are those of the plant.
 
     Only the row space of [A_i; C_1i] is delayed: rank × order states per delay.
-
-    Parameters
-    ----------
-    system : DelayPlant
-        The plant.
-    order : int
-        Order of the approximants.
-    companion : bool
-        Whether they are realised in companion form, whose coefficients spread over many decades: a warning example.
-
-    Returns
-    -------
-    Model
-        The first n states are those of the plant.
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one.
     """
     n = system.states
     a, c1 = system.a0.copy(), system.c10.copy()
@@ -136,25 +105,7 @@ def pade_model(system: DelayPlant, order: int) -> Model:
 
 
 def chebyshev_model(system: DelayPlant, order: int) -> Model:
-    """The plant with its history collocated at Chebyshev points.
-
-    Parameters
-    ----------
-    system : DelayPlant
-        The plant.
-    order : int
-        The history has order + 1 points.
-
-    Returns
-    -------
-    Model
-        The first n states are those of the plant.
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one.
-    """
+    """The plant with its history at order + 1 Chebyshev points; the first n states are those of the plant."""
     a, c1 = generator(system, order)
     zeros = a.shape[0] - system.states
     b = np.vstack([system.b, np.zeros((zeros, system.inputs))])
@@ -194,31 +145,11 @@ def require_detectable_model(model: Model) -> None:
 
 
 def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
-    """Least γ of LMI (3) with Clarabel.
+    """Least γ of LMI (3) with Clarabel; with `eliminate`, Z is removed by the kernel of C_2: the same γ and no gain.
 
     The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
-    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check.
-
-    Parameters
-    ----------
-    model : Model
-        The plant without delays.
-    eliminate : bool
-        Whether Z is removed by restricting to the kernel of C_2 (same γ, no gain).
-    tolerance : float
-        Relative gap and residuals asked for.
-
-    Returns
-    -------
-    LmiResult
-        γ, the gain L (n, q) unless Z was eliminated, and the solver's status.
-
-    Raises
-    ------
-    InvalidInputError
-        The model is not detectable.
-    SolverError
-        Clarabel does not report an optimum.
+    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check. Raises InvalidInputError
+    for a model that is not detectable, SolverError unless Clarabel reports an optimum to the relative `tolerance`.
     """
     import cvxpy as cp
 
@@ -262,27 +193,11 @@ def _natural_rate(a: Array) -> float:
 
 
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
-    """Least γ by bisection on the Riccati equation of the unmeasured part; shares no code with the LMI.
+    """Least γ by bisection, to a `relative` width, on the Riccati equation of the unmeasured part; no code of the LMI.
 
-    Parameters
-    ----------
-    model : Model
-        The plant without delays.
-    relative : float
-        Relative width at which the bisection ends.
-
-    Returns
-    -------
-    float
-        γ; zero if it falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs.
-
-    Raises
-    ------
-    InvalidInputError
-        w does not reach every derivative of y (B_m without full row rank: the filter problem is then singular; use
-        `lmi_gain`), or the model is not detectable.
-    InfeasibleError
-        No finite γ is found.
+    Zero if it falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs. Raises
+    InvalidInputError if w does not reach every derivative of y (B_m without full row rank: the filter problem is then
+    singular; use `lmi_gain`) or the model is not detectable, InfeasibleError if there is no finite γ.
     """
     require_detectable_model(model)
     q = model.c2.shape[0]

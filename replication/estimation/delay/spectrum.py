@@ -125,28 +125,10 @@ def _slope(system: DelayPlant, s: complex) -> Complex:
 
 
 def rightmost_roots(system: DelayPlant, count: int = 5, order: int = ORDER) -> Complex:
-    """The characteristic roots of largest real part, refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
+    """The `count` characteristic roots of largest real part (1/s), refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
 
-    Parameters
-    ----------
-    system : DelayPlant
-        The plant.
-    count : int
-        How many roots.
-    order : int
-        The generator is collocated at order + 1 Chebyshev points; its eigenvalues start Newton's method.
-
-    Returns
-    -------
-    array (count,)
-        Complex, in 1/s.
-
-    Raises
-    ------
-    InvalidInputError
-        `count` is below one.
-    SolverError
-        A start does not converge; raise `order`.
+    Eigenvalues of the generator on `order` + 1 Chebyshev points start Newton's method. Raises SolverError where a start
+    does not converge.
     """
     positive_integer("count", count)
     units = natural_units(system)
@@ -208,25 +190,7 @@ def require_detectable(system: DelayPlant) -> None:
 
 
 def frequency_response(system: DelayPlant, omega: Array | float) -> Complex:
-    """The exact response from w to z.
-
-    Parameters
-    ----------
-    system : DelayPlant
-        The plant.
-    omega : float or array (M,)
-        Frequencies ω, rad/s.
-
-    Returns
-    -------
-    array (M, p, r)
-        Complex.
-
-    Raises
-    ------
-    InvalidInputError
-        A frequency is not finite.
-    """
+    """The exact response from w to z, complex (M, p, r), at finite frequencies (M,) in rad/s."""
     s = 1j * as_matrix("omega", np.atleast_2d(omega), rows=1)[0]
     inner = np.linalg.solve(characteristic(system, s), np.broadcast_to(system.b, (s.size, *system.b.shape)))
     return np.asarray(_output(system, s) @ inner, dtype=complex)
@@ -252,31 +216,11 @@ class GainBracket:
 
 
 def hinf_gain(system: DelayPlant, relative: float = 1e-9, most: int = 200_000) -> GainBracket:
-    """Supremum of ‖G(jω)‖ over ω by subdivision with an upper bound on every interval.
+    """Supremum of ‖G(jω)‖ over ω by subdivision with an upper bound on every interval, `most` at most.
 
     On |ω-c| <= r, with x = ω-c: ‖G‖ <= max‖G_c ± rG_c'‖ + r²/2 sup‖G''‖, the last from ‖M⁻¹‖ <= μ/(1-rℓμ). Intervals
-    that cannot hold the maximum are dropped.
-
-    Parameters
-    ----------
-    system : DelayPlant
-        The plant.
-    relative : float
-        Relative width of the bracket.
-    most : int
-        Intervals that are looked at, at most.
-
-    Returns
-    -------
-    GainBracket
-        Both ends, and the frequency (rad/s) of the lower one.
-
-    Raises
-    ------
-    InfeasibleError
-        The plant is unstable: the gain is infinite.
-    SolverError
-        `most` intervals do not suffice.
+    that cannot hold the maximum are dropped. Raises InfeasibleError for an unstable plant, SolverError if `most` do not
+    suffice.
     """
     positive_scalar("relative", relative)
     rightmost = rightmost_roots(system, 1)[0]

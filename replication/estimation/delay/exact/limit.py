@@ -37,18 +37,10 @@ NOTHING, HIGHEST = 1e-7, 1e9
 
 @dataclass(frozen=True)
 class FilterLevel:
-    """The least level, and the part of it that no smoother goes below.
+    """The least level, and the part of it that no smoother goes below."""
 
-    Attributes
-    ----------
-    value : float
-        The least level.
-    smoother : float
-        The least level of a filter that knows the future.
-    """
-
-    value: float
-    smoother: float
+    value: float  # The least level
+    smoother: float  # The least level of a filter that knows the future
 
 
 def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:

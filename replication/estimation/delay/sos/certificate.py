@@ -165,45 +165,19 @@ def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) 
 
 @dataclass(frozen=True)
 class Certificate:
-    """A feasible point of Theorem 3, in coordinates with C_2 = [0 c] and in units of time: x' = change·x, t' = t/time.
+    """A feasible point of Theorem 3, in coordinates with C_2 = [0 c] and units of time: x' = change·x, t' = t/time."""
 
-    Attributes
-    ----------
-    system : DelayPlant
-        The plant in these coordinates.
-    change : array (n, n)
-        The coordinates in those of the plant.
-    degree : int
-        Degree of the polynomials.
-    rule : DegreeRule
-        Which monomials that stands for.
-    epsilon : float
-        Strictness of both inequalities.
-    gamma : float
-        The level that is proved, up to the residuals in `solution`.
-    count : int
-        Legendre coefficients of each history.
-    storage : array
-        Coefficients of V.
-    residual : array
-        Coefficients that 2⟨e, 𝒵C_2e⟩ must have.
-    solution : Solution
-        The matrices of the cones, with status and residuals of the solver.
-    time : float
-        Unit of time, s.
-    """
-
-    system: DelayPlant
-    change: Array
-    degree: int
-    rule: DegreeRule
-    epsilon: float
-    gamma: float
-    count: int
-    storage: Array
-    residual: Array
-    solution: Solution
-    time: float = 1.0
+    system: DelayPlant  # The plant in these coordinates
+    change: Array  # (n, n) The coordinates in those of the plant
+    degree: int  # Degree of the polynomials
+    rule: DegreeRule  # Which monomials that stands for
+    epsilon: float  # Strictness of both inequalities
+    gamma: float  # The level that is proved, up to the residuals in `solution`
+    count: int  # Legendre coefficients of each history
+    storage: Array  # Coefficients of V
+    residual: Array  # Coefficients that 2⟨e, 𝒵C_2e⟩ must have
+    solution: Solution  # The matrices of the cones, with status and residuals of the solver
+    time: float = 1.0  # Unit of time, s
 
 
 FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
@@ -221,34 +195,9 @@ def certificate_at(
 ) -> Certificate:
     """A certificate of the level γ with moderate gains: the cone matrices of least trace, in `natural_units`.
 
-    Parameters
-    ----------
-    system : DelayPlant
-        The plant.
-    gamma : float
-        The level.
-    degree : int
-        Degree of the polynomials.
-    rule : DegreeRule
-        Which monomials that stands for.
-    epsilon : float
-        Strictness of both inequalities.
-    options : SdpaOptions
-        Stopping rules of the solver; any feasible point serves.
-
-    Returns
-    -------
-    Certificate
-        The feasible point of Theorem 3.
-
-    Raises
-    ------
-    InvalidInputError
-        A bad degree or level, or a system that is not detectable.
-    InfeasibleError
-        γ is proved to be out of reach by the lower end of the least γ, whatever the solver calls it.
-    SolverError
-        The solver settles on no point.
+    epsilon: strictness of both inequalities. Any feasible point serves, so `options` stop early. Raises
+    InvalidInputError for a bad degree or level or a plant that is not detectable, InfeasibleError where the lower end
+    of the least γ proves γ out of reach, whatever the solver calls it, SolverError if it settles on no point.
     """
     level = positive_scalar("gamma", gamma)
     units = natural_units(system)
