@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.general.plant import DelayPlant, listed
+from replication.estimation.delay.general.plant import DelayPlant, checked_delays, listed
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 
@@ -56,7 +56,7 @@ def delay_system(
         Non-positive, equal or unordered delays, wrong shapes, no disturbance or output, entries that are not finite, or
         dependent rows of C_2 (then a measurement is redundant or zero).
     """
-    terms: dict[str, Any] = {"delays": delays, "a": listed("a", a)}
+    terms: dict[str, Any] = {"delays": checked_delays(delays), "a": listed("a", a)}
     if c1 is not None:
         terms["c1"] = listed("c1", c1)
     for name, matrices in terms.items():

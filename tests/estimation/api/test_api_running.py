@@ -129,7 +129,7 @@ def test_a_missing_measurement_is_one_that_is_expected(method: str) -> None:
     plant_output = {
         "multirate": lambda: result_of("multirate").problem.plant.C,
         "dualrate": lambda: result_of("dualrate").loop.design.model.C,
-        "delay": lambda: result_of("delay").system.c2,
+        "delay": lambda: result_of("delay").plant.c2,
     }[method]()
     one.reset([0.4, -0.2]), other.reset([0.4, -0.2])
     expected = plant_output @ one.estimate

@@ -44,8 +44,8 @@ GOOD: dict[str, Any] = {
         ({"a0": [[np.nan, 0], [0, 0]]}, "a0 must be finite"),
         ({"delays": 0.5}, "delays must be a list"),
         ({"a": None}, "a must be a list"),
-        ({"b": np.zeros((2, 0))}, "b a column"),
-        ({"c10": np.zeros((0, 2))}, "c10 must have a row"),
+        ({"b": np.zeros((2, 0))}, "b must have a column"),
+        ({"c10": np.zeros((0, 2))}, "c10 and c2 a row"),
     ],
 )
 def test_bad_systems(change: dict[str, Any], message: str) -> None:
