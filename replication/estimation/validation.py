@@ -197,9 +197,6 @@ def frozen(arrays: Mapping[str, Any]) -> FrozenArrays:
     return FrozenArrays(copies)
 
 
-# Covariance matrices Q, R and S as a user gives them: checked, and turned into factors of white noise
-
-
 ROUNDING = 1e-9
 """Asymmetry, and size of a negative eigenvalue, that count as rounding, with every variance scaled to one."""
 

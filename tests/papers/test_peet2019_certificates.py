@@ -13,8 +13,7 @@ import pytest
 from papers.peet2019.certificates import make
 from papers.peet2019.paper import PAPER
 from replication.audit.model import Kind
-from replication.certify.delay import gram
-from replication.certify.delay import levels
+from replication.certify.delay import gram, levels
 from replication.verify.run import check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused

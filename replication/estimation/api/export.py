@@ -1,4 +1,8 @@
-"""Gains and running observers for other programs: JSON, MAT files (level 5), C99, MATLAB; all as text or bytes."""
+"""Gains and running observers for other programs: JSON, MAT files (level 5), C99, MATLAB; all as text or bytes.
+
+The C is written for an observer called `obs`; `c_file` puts the name that was asked for in its place, and in front of
+it the sizes as an enumeration and the matrices as constants, row by row.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +19,6 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array
-
-# Gains for other programs: JSON, MATLAB's file format (level 5), and a C header; all return text or bytes
-
 
 MAT_HEADER = b"MATLAB 5.0 MAT-file: gains of an estimator"
 """In place of scipy's, which holds the date: same gains, same bytes."""
@@ -82,9 +83,6 @@ def comment_text(comment: str) -> str:
     return " ".join(comment.split()).replace("*/", "* /").replace("/*", "/ *")
 
 
-# A periodic observer as a recursion: its phases, and what stands for a measurement that is missing
-
-
 @dataclass(frozen=True, eq=False)
 class Phase:
     """One instant of a periodic observer: o+ = transition o + input u + injection y, x^ = readout o.
@@ -143,9 +141,6 @@ class Recursion:
     def through(self) -> Array | None:
         """`direct`, if any of it is not zero."""
         return self.direct if self.direct is not None and np.any(self.direct) else None
-
-
-# Running observers as one C99 file each, without allocation or globals: what all share, and the periodic recursion
 
 
 COMMON = """\
@@ -268,9 +263,6 @@ def c_source(name: str, comment: str, recursion: Recursion) -> str:
     sizes = {"order": order, "starts": recursion.starts, "estimates": tables["readout"].shape[1], "inputs": inputs}
     sizes |= {"measurements": sensors, "phases": count, "waits": int(waits), "gated": int(recursion.limits is not None)}
     return c_file(name, comment, INSTANTS, PERIODIC, sizes, tables)
-
-
-# A periodic observer as a MATLAB function with a memory; it runs in GNU Octave, too
 
 
 RESERVED = re.compile(

@@ -1,4 +1,11 @@
-"""The plant of every method, and the names and sampling period of its signals."""
+"""The plant of every method, and the names and sampling period of its signals.
+
+    x' or x+ = A x + B_u u + B_d d + B_w w,   y = C x + D_u u + D w,   z = W x
+
+u is known, d and w are not, y is measured, z is wanted. A method's plant has those of the matrices that it uses, and
+covariances Q of d, R of w, S of both and P0 of the start in place of factors. Where a paper has other letters, its own
+plant keeps them.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +22,6 @@ from replication.estimation.validation import Array, as_matrix
 
 if TYPE_CHECKING:
     import control
-
-
-# Names and sampling period of a plant's signals, kept from a `control.StateSpace` and given back to one
 
 
 ADDED = "under way"
@@ -137,9 +141,6 @@ def index_of(name: int | str, labels: Sequence[str], kind: str) -> int:
     if isinstance(name, (int, np.integer)) and not isinstance(name, bool) and 0 <= name < len(labels):
         return int(name)
     raise InvalidInputError(f"no {kind} {name!r}; the {kind}s are {', '.join(labels)} (or their indices from 0)")
-
-
-# The plant of every method: matrices whose sizes agree, by one list of names, from arrays or a `control.StateSpace`
 
 
 P = TypeVar("P")

@@ -1,4 +1,8 @@
-"""What all running observers share beside their steps: names of the signals, a file that loads again, other forms."""
+"""What all running observers share beside their steps: names of the signals, a file that loads again, other forms.
+
+A file names classes of this library and what they are made with; to load it calls nothing else, and no code of the file
+is run.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +23,6 @@ from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
     import control
-
-
-# Running observers in files: JSON with a version, made of numbers, arrays and the fields of frozen records
 
 
 FORMAT, VERSION = "running observer", 1
@@ -280,9 +281,6 @@ def _known_names(given: dict[Any, Any], names: tuple[str, ...], kind: str) -> No
     for name in given:
         if name not in names:
             raise InvalidInputError(f"no {kind} {name!r}; the {kind}s are {', '.join(names)}")
-
-
-# A running observer from its file; `Portable.to_json` writes one
 
 
 def load(path: str | Path) -> Portable:

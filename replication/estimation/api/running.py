@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     import control
 
 
-# Running observers as linear systems: what they do while no measurement is missing
-
-
 MOST_STATES = 2000
 """Of a linear system that a user is given."""
 

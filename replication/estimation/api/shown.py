@@ -1,4 +1,8 @@
-"""What all results offer: text, a rich table, HTML, plain values, a plot; simulations and trade-offs."""
+"""What all results offer: text, a rich table, HTML, plain values, a plot; simulations and trade-offs.
+
+The central solution at a level is the one of least entropy, a bound of the mean square; at an infinite level it is that
+of the Kalman filter. Source: Mustafa and Glover, Minimum Entropy H-infinity Control (1990).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, at_most, frozen
 
@@ -21,9 +25,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from replication.drawing.panels import Figure
-
-
-# What all results offer: text, a rich table, HTML, plain values, and a plot; arrays that cannot be replaced
 
 
 HEADINGS = ("quantity", "value", "how")
@@ -109,9 +110,6 @@ class Shown(ABC):
 def as_text(value: float | int | str | bool) -> str:
     """A value in a table: floats with six significant digits."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-# What `simulate` of every method gives: signals over time, frozen, as text, table, HTML, plot or plain values
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -213,9 +211,6 @@ def simulated(
     return Simulation(
         method=method, time=time, time_label="time (s)", signals=arrays, columns=columns, ratio=ratio, steps=steps
     )
-
-
-# Between the least worst case and the least mean: designs at every level, with both measures exact
 
 
 BALANCE = 1e-6

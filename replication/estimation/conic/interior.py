@@ -1,4 +1,11 @@
-"""Programs in one large symmetric matrix and a few scalars, by an interior-point method that uses their structure."""
+"""Programs in one large symmetric matrix and a few scalars, by an interior-point method that uses their structure.
+
+    maximise cost'y  subject to  constant + left'W right + right'W left + sum_j y_j others[j] >= 0  for every block.
+
+Nearly all entries of the equations of a step come from W and are products of entries of small matrices; general solvers
+form them one by one, which for ten states and two delays takes minutes. Directions of Nesterov and Todd with Mehrotra's
+corrector. Nothing here is trusted: whoever calls evaluates the blocks at the point that comes out.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +18,6 @@ import scipy
 
 from replication.errors import SolverError
 from replication.estimation.validation import Array
-
-# The equations of a step of the interior-point method in one large symmetric matrix W and a few scalars
-
 
 Index = npt.NDArray[np.intp]
 
@@ -194,9 +198,6 @@ def _products(unknowns: Unknowns, pairs: list[tuple[Array, Array]]) -> Array:
         start += m
     half = np.where(unknowns.rows == unknowns.columns, 0.5, 1.0)
     return result * half[:, None] * half
-
-
-# Programs in one large symmetric matrix and a few scalars, by an interior-point method that uses their structure
 
 
 START, ITERATIONS, GAP, WAIT = 10.0, 80, 1e-8, 4

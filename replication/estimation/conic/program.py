@@ -1,4 +1,11 @@
-"""Semidefinite programs: one form for all, what a point misses, what multipliers prove; and Clarabel."""
+"""Semidefinite programs: one form for all, what a point misses, what multipliers prove; and Clarabel.
+
+    minimise c'x  subject to  A x = b,  x = (l, vec X_1, .., vec X_k),  l >= 0,  X_j positive semidefinite,
+    maximise b'y  subject to  c - A'y = (s, vec S_1, .., vec S_k),  s >= 0,  S_j positive semidefinite,
+
+are dual to each other. A program in a few matrices under equations is written by the first, one in scalar unknowns
+under matrix inequalities by the second (`program_under`).
+"""
 
 from __future__ import annotations
 
@@ -18,9 +25,6 @@ import scipy
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.validation import Array
-
-# What a numerical solver said of itself, kept beside every solution that came from one
-
 
 Options = dict[str, float | int | bool]
 
@@ -128,9 +132,6 @@ def quiet_stdout() -> Iterator[None]:
         os.dup2(saved, 1)
         os.close(saved)
         os.close(sink)
-
-
-# Semidefinite programs: one form for all, what a point of one misses, and what its multipliers prove
 
 
 Indices = npt.NDArray[np.intp]
@@ -273,9 +274,6 @@ def symmetric_basis(size: int) -> Array:
     basis[np.arange(len(rows)), rows, columns] = 1.0
     basis[np.arange(len(rows)), columns, rows] = 1.0
     return basis
-
-
-# Programs by Clarabel, which factors a matrix of the order of all entries of the blocks: for few or small blocks
 
 
 SOLVED = ("Solved",)

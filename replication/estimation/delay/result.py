@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence, GainResult

@@ -22,13 +22,4 @@ else:
         },
     )
 
-__all__ = [
-    "OBSERVERS",
-    "DualRateResult",
-    "SlowRateResult",
-    "analyse",
-    "compare",
-    "design",
-    "make_plant",
-    "simulate",
-]
+__all__ = ["OBSERVERS", "DualRateResult", "SlowRateResult", "analyse", "compare", "design", "make_plant", "simulate"]

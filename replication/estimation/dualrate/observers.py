@@ -1,4 +1,9 @@
-"""Observers of a dual-rate loop behind one interface, and the exact discretisation that they rest on."""
+"""Observers of a dual-rate loop behind one interface, and the exact discretisation that they rest on.
+
+Each is a linear M-periodic recursion over the fast instants, o(k+1) = transition o(k) + input u(k) + injection m(k),
+with the estimate x̂(k) = readout o(k) + feedthrough m(k), where m is the measured output of the plant. A slow sensor is
+one whose injection and feedthrough vanish except at phase 0. The first n entries of o are the observer's own state ζ.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +18,6 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.validation import Array, ComplexArray, as_matrix
-
-# Exact discretisation between fast instants: Ā, B̄ of eq. (5) and F, G, H of eq. (7), each from one exponential
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,9 +152,6 @@ def _exponential(matrix: Any) -> Any:
     if not np.all(np.isfinite(power)):
         raise InvalidInputError("exp(A T) overflows: the plant grows too fast for this period; choose a shorter period")
     return power
-
-
-# Observers of a dual-rate loop behind one interface: eq. (2), eqs. (3) to (7), and those to compare them with
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,12 @@
-"""Exact responses of a dual-rate loop: from a given start, and the steady state under a sinusoidal reference."""
+"""Exact responses of a dual-rate loop: from a given start, and the steady state under a sinusoidal reference.
+
+Between slow instants everything is linear and M T-periodic, so with y_d = Im exp(st), s = jσ, the steady state at the
+slow instants is X = (e^{sMT} I − Φ)⁻¹ Γ e^{s t}: no time stepping. The largest modulus of the error's complex amplitude
+over one slow period is the supremum of the error over all time if σ M T/(2π) is irrational, and an upper bound if not.
+
+The slow instants obey z(n+1) = Φ z(n) + Im(Γ e^{sMTn}); everything inside a slow period is a fixed linear map of its
+start, so all periods are filled in at once. Works for unstable loops.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +20,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.observers import Harmonic, forced, over_time
 from replication.estimation.dualrate.problem import row_of_output
-from replication.estimation.validation import (
-    Array,
-    ComplexArray,
-    finite_vector,
-    one_of,
-    positive_integer,
-)
-
-# Steady-state response of a stable dual-rate loop to a sinusoidal reference, and its largest tracking error
-
+from replication.estimation.validation import Array, ComplexArray, finite_vector, one_of, positive_integer
 
 LEAST_SUBSTEPS, POINTS_PER_TURN = 100, 20
 """Grid before the refinement: points per fast period at least, and points per turn of the fastest oscillation."""
@@ -181,9 +180,6 @@ def _error_at(loop: DualRateLoop, steady: SteadyState, time: float) -> tuple[com
     bend = plant.A @ rate + s * drive
     row, wanted = plant.C[0], np.exp(s * time)
     return tuple(complex(row @ part - s**k * wanted) for k, part in enumerate((x, rate, bend)))  # type: ignore[return-value]
-
-
-# Exact time response of a dual-rate loop from a given start, between the samples too, in the lifted form
 
 
 @dataclass(frozen=True, eq=False)

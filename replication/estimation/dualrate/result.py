@@ -13,11 +13,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
-from replication.estimation.dualrate.loop import (
-    DualRateLoop,
-    lifted_system,
-    noise_system,
-)
+from replication.estimation.dualrate.loop import DualRateLoop, lifted_system, noise_system
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
 from replication.estimation.linear.periodic import PeriodicSystem
@@ -25,9 +21,6 @@ from replication.estimation.validation import Array, as_matrix
 
 if TYPE_CHECKING:
     import control
-
-
-# Weights of a dual-rate design, checked, and the gains K and L that they have in continuous time
 
 
 SEMIDEFINITE = 1e-12

@@ -320,9 +320,6 @@ def _maps(A: Array, Q: Array, sensors: Sensing) -> RiccatiMap:
     return RiccatiMap(A - S @ seen, C.mT @ seen, Q - S @ told)
 
 
-# Gains and covariances of a periodic Kalman filter that looks back a fixed lag: x^(k+1|k), x^(k|k), x^(k-l|k)
-
-
 @dataclass(frozen=True, eq=False)
 class FilterGains:
     """The filter for white noise of unit intensity, with one entry for each of N phases.

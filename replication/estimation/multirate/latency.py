@@ -1,4 +1,12 @@
-"""Plants in continuous time, and late samples: those under way are further states of the plant."""
+"""Plants in continuous time, and late samples: those under way are further states of the plant.
+
+The schedule says when a sample is used, the latency how old it then is:
+
+    y_i(k) = C_i x(k - l_i) + D_u,i u(k - l_i) + D_i w(k).
+
+A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k - a. It enters a line of a states as
+what the plant says of that time, inputs and disturbances being held over the base period, and leaves it a later.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +23,6 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.plants import is_statespace
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_matrix, positive_scalar
-
-# Plants in continuous time, x' = A x + B_u u + B_d d, whose inputs and disturbances are held over the base period
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,9 +135,6 @@ def sampled_statespace(system: Any, time: float, dt: float) -> Any:
 def is_continuous(system: Any) -> bool:
     """Whether it is a `control.StateSpace` in continuous time."""
     return is_statespace(system) and not system.isdtime(strict=True)
-
-
-# Late samples: a plant with the samples that are under way as further states
 
 
 HORIZON = 200

@@ -353,9 +353,6 @@ def _solution(centre: KalmanCentre, level: float) -> tuple[Array | None, float]:
     return states, max(slack, -1.0)
 
 
-# When to measure: the offsets that give the smallest achievable gain, for one or many pairs of sensing periods
-
-
 Offsets = tuple[int, ...]
 Apply = Callable[[Callable[[Offsets], Optimum], Sequence[Offsets]], Iterable[Optimum]]
 """`map`, or what does its work elsewhere: the values of a function for a sequence, in its order."""

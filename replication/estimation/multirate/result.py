@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     import control
 
 
-# Multi-rate observers between the least level and the least mean error; see `replication.estimation.api.shown`
-
-
 def rms_error(problem: MultirateProblem, gains: Array) -> float:
     """Root of the mean square of W e over a period, for white noise of unit intensity; gains (N, n, q)."""
     return float(np.sqrt(white_noise_variance(problem.error_system(gains))))
@@ -53,9 +50,7 @@ def balanced(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
     return design(curve.balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
 
 
-def _designs(
-    problem: MultirateProblem,
-) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], curve.Measures]]:
+def _designs(problem: MultirateProblem) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], curve.Measures]]:
     """The central gains at a level, and their exact gain and rms error."""
     centre = kalman_centre(problem)
 
@@ -205,9 +200,6 @@ def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence,
         Evidence("rms error", own, f"white noise of unit intensity; {how}"),
         *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
     )
-
-
-# The periodic Kalman filter as a result: gains, covariances, running forms, and what its mean error is worth
 
 
 LONGEST_LAG = 1000

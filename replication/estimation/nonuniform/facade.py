@@ -124,11 +124,7 @@ def design(
         report = found.design.report
         _require_positive(found.design)
         facts: tuple[Evidence, ...] = (
-            Evidence(
-                "level of the design",
-                found.design.level,
-                "matrix inequality (10), one Lyapunov function",
-            ),
+            Evidence("level of the design", found.design.level, "matrix inequality (10), one Lyapunov function"),
             Evidence("violation left", found.violation, "largest eigenvalue of that matrix inequality over the range"),
             Evidence(
                 "estimated shortfall of the finite-grid level",
@@ -274,9 +270,6 @@ def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
     if np.ndim(periods) != 1 or len(periods) != 2:
         raise InvalidInputError(f"periods must be (h_l, h_u) in seconds, got {periods!r}")
     return PeriodRange(*periods)
-
-
-# A filter for samples with time stamps, for a plant of one's own: `design_stamped`
 
 
 class StampedPlantReader(SampledPlantReader):

@@ -1,5 +1,12 @@
 """The guaranteed level of a given filter: common Lyapunov function, then one that knows more and more coming
 periods.
+
+The inequality of `path_lyapunov` is concave in [Phi(h), Gamma(h)] and h, so it holds on a piece of a cell if it holds
+at the vertices of a hull of that piece. Pieces that ask for more than the target are halved: the hull then hugs the
+curve. Remainder of the hull and rounding are allowed for by a bound that is subtracted from the inequality.
+
+On a piece [a, a + d] the exponential is a Taylor polynomial in h, which lies in the hull of its Bernstein coefficients,
+plus a remainder of norm at most ||N||^{p+1} d^{p+1} e^{||N|| d} / (p + 1)! ||e^{Na}||.
 """
 
 from __future__ import annotations
@@ -26,9 +33,6 @@ from replication.estimation.nonuniform.path_lyapunov import (
 )
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array, positive_integer, positive_scalar
-
-# Proof that storage matrices guarantee a level for every period of every cell, whatever solver they came from
-
 
 DEGREE = 5
 """Of the Taylor polynomial of a hull."""

@@ -1,4 +1,15 @@
-"""Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods."""
+"""Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods.
+
+A leaf is a word of letters (cells of the range of periods), the next period first. Whatever the sequence, exactly one
+leaf is a prefix of what is to come, and the leaf before a period follows from its letter and the leaf after it.
+
+V_k = x' P_c x with c the leaf of a context tree that begins h_k, h_{k+1}, ... If for every leaf d, every cell, every h
+of the cell, and the leaf c of that cell followed by d,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then
+||e|| <= g ||w|| for every sequence in [h_l, h_u] (w(h) = 1, or h for the duration-weighted gain). The periods to come
+need not be known to the filter: V enters the proof only. The worst that can still come, as a function of the state, is
+the largest x' P x over all futures, so that the bound tends to the gain. Sources: Lee and Dullerud, Automatica 42
+(2006); Ahmadi, Jungers, Parrilo and Roozbehani, SIAM J. Control Optim. 52 (2014).
+"""
 
 from __future__ import annotations
 
@@ -19,9 +30,6 @@ from replication.estimation.conic.program import (
 from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
-
-# Prefix trees of variable depth: which coming sampling periods a path-dependent Lyapunov function knows
-
 
 Word = tuple[int, ...]
 
@@ -80,9 +88,6 @@ def _lengthen(leaves: set[Word], leaf: Word, letters: int) -> None:
 def _prefix(leaves: set[Word], word: Word) -> Word | None:
     """The leaf that begins `word`, or None if all its beginnings are inner nodes."""
     return next((word[:k] for k in range(1, len(word) + 1) if word[:k] in leaves), None)
-
-
-# Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods
 
 
 SLACK = 1e-6

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from threadpoolctl import threadpool_limits
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals
@@ -137,9 +137,6 @@ def smoother_limit(plant: SampledPlant, h: float) -> float:
     moved = np.linalg.svd(w, compute_uv=False)[:, -1] > UNMOVED
     gains = np.linalg.norm(plant.L @ x[moved] @ np.linalg.pinv(w[moved]), 2, axis=(1, 2))
     return float(np.max(gains, initial=0.0))
-
-
-# What a filter guarantees for every sampling sequence, as a result: running filter, state space, plot
 
 
 BOTH_ENDS = (

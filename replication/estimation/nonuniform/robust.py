@@ -1,4 +1,8 @@
-"""Theorem 3: robust design for every sampling period in [h_l, h_u], by a grid or by exchange."""
+"""Theorem 3: robust design for every sampling period in [h_l, h_u], by a grid or by exchange.
+
+(10) is asked for a handful of periods; the period at which the solution violates it most joins them, until none does.
+Unlike a grid it looks between the nodes, and every inequality that the solver sees matters.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +28,6 @@ from replication.estimation.nonuniform.filters import Filter, gramian
 from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, positive_integer
-
-# Theorem 3: the LMI (10) over a grid of sampling periods, the recovery (11) of the filter, given directly to a solver
 
 
 class Solver(StrEnum):
@@ -177,11 +179,7 @@ def recover(v: LmiVariables) -> Filter:
 
 
 def design_for_periods(
-    plant: SampledPlant,
-    periods: Sequence[float],
-    *,
-    at: Normalised | None = None,
-    solver: Solver = Solver.CLARABEL,
+    plant: SampledPlant, periods: Sequence[float], *, at: Normalised | None = None, solver: Solver = Solver.CLARABEL
 ) -> FilterDesign:
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 
@@ -214,9 +212,6 @@ def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: 
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     weights = np.trace(duals, axis1=1, axis2=2)
     return LmiSolution(level, variables, tuple(grid), tuple(weights.tolist()), report)
-
-
-# Robust design for every sampling period in [h_l, h_u] with one Lyapunov function: exchange in place of a dense grid
 
 
 SCAN = 257

@@ -1,4 +1,11 @@
-"""The gain over every sampling sequence: from below by one bad sequence, and with the proved level from both sides."""
+"""The gain over every sampling sequence: from below by one bad sequence, and with the proved level from both sides.
+
+The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to
+e_1 ... e_K, found by Lanczos on a sparse triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it
+is attained. Sequences are searched by their run lengths: how many samples at h_u, at h_l, at h_u, and so on make the
+worst repeated pattern. Two lengths are searched from several starts; then runs are interrupted by one sample of the
+other kind and all lengths are searched again, as long as that pays.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +21,6 @@ from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, as_array, positive_integer
-
-# Lower bound of the gain over every sampling sequence: the gain of one bad sequence over a finite horizon
-
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
@@ -212,9 +216,6 @@ def _interrupted(runs: Runs) -> list[Runs]:
         for before in sorted({1, n // 16, n // 4, n // 2, 3 * n // 4, n - n // 16, n - 1} & set(range(n + 1))):
             found += [(*runs[:i], before, size, n - before, *runs[i + 1 :]) for size in (1, 4, 16)]
     return found
-
-
-# The true worst-case gain of a filter over every sampling sequence, between a proved level and an attained one
 
 
 @dataclass(frozen=True)

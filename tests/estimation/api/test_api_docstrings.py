@@ -1,25 +1,29 @@
-"""Every public name says what it takes, gives and raises: sections of numpydoc, against its signature and source."""
+"""Docstrings, their examples, and habits of all methods."""
 
 from __future__ import annotations
 
 import dataclasses
+import doctest
 import enum
 import importlib
 import inspect
+import pydoc
 import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
-from replication.errors import InvalidInputError
+from replication import estimation
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.api.design import Design
 from replication.estimation.api.results import Bracket, GainResult
 from replication.estimation.api.running import PeriodicObserver, RunningObserver
 from replication.estimation.api.shown import Shown, Simulation
 from replication.estimation.delay.result import RunningDelayObserver
 from replication.estimation.nonuniform.result import RunningFilter
-from tests.estimation.api.api_plants import METHODS
+from tests.estimation.api.api_plants import CART, METHODS, SPRING, result_of
 
 SHARED: tuple[type, ...] = (Bracket, Shown, GainResult, Design, Simulation)
 SHARED += (RunningObserver, PeriodicObserver, RunningFilter, RunningDelayObserver)
@@ -158,3 +162,68 @@ def test_a_planted_omission_is_found(planted: str, replacement: str, found: list
     assert text is not None and planted in text
     monkeypatch.setattr(whole, "__doc__", text.replace(planted, replacement))
     assert omissions(whole) == found
+
+
+@pytest.mark.parametrize(
+    ("module", "least"),
+    [
+        ("multirate.facade", 3),
+        ("nonuniform.facade", 3),
+        ("nonuniform.stamped.kalman", 1),
+        ("nonuniform.stamped.running", 1),
+        ("dualrate.facade", 3),
+        ("delay.facade", 3),
+    ],
+)
+def test_doctests(module: str, least: int) -> None:
+    failures, tried = doctest.testmod(importlib.import_module(f"replication.estimation.{module}"))
+    assert (failures, tried >= least) == (0, True)
+
+
+PACKAGES = (estimation, multirate, nonuniform, dualrate, delay)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_dir_shows_the_public_names_alone(package: Any) -> None:
+    assert [name for name in dir(package) if not name.startswith("__")] == sorted(package.__all__)
+
+
+@pytest.mark.parametrize("package", PACKAGES[1:])
+def test_help_shows_design(package: Any) -> None:
+    assert "\n    design(" in pydoc.plain(pydoc.render_doc(package))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"weight": [1, 0]}, r"write a row as \[\[1, 0\]\]"),
+        ({"noise": [-1, 0.1]}, "noise must be .* not negative"),
+        ({"noise": [1e-9, 0.1]}, "noise of the sensors differs by a factor of 1.0e\\+08"),
+    ],
+)
+def test_the_message_says_what_to_write(given: dict[str, Any], words: str) -> None:
+    fitting: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": ["wind"]}
+    with pytest.raises(InvalidInputError, match=words):
+        multirate.design(CART, **{**fitting, **given})
+
+
+def test_the_row_that_the_message_gives_is_taken() -> None:
+    given: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": ["wind"]}
+    assert multirate.design(CART, weight=[[1, 0]], **given).value > 0
+
+
+def test_a_level_out_of_reach_names_the_least() -> None:
+    least = result_of("multirate").fact("optimum").value
+    given: dict[str, Any] = {"periods": (1, 4), "offsets": (0, 2), "noise": [0.5, 0.1], "disturbances": ["wind"]}
+    with pytest.raises(InfeasibleError, match=f"the least is {least:.4g}"):
+        multirate.design(CART, level=least / 2, **given)
+
+
+def test_periods_that_look_like_milliseconds_are_asked_about() -> None:
+    with pytest.raises(InvalidInputError, match="if milliseconds were meant, divide by 1000"):
+        nonuniform.design(SPRING, periods=(10, 100), measured=["gauge"])
+
+
+def test_what_came_out_is_said_in_words() -> None:
+    how = result_of("nonuniform").fact("level of the design").method
+    assert "LMI" not in how and "matrix inequality (10)" in how

@@ -172,8 +172,7 @@ def test_a_sample_that_did_not_come_makes_a_filter_wait() -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
-    "bad",
-    [[np.inf], ["1"], [1.0, 2.0, 3.0], [1j], [np.complex64(1)], [[1.0, 2.0], [3.0, 4.0]], [object()]],
+    "bad", [[np.inf], ["1"], [1.0, 2.0, 3.0], [1j], [np.complex64(1)], [[1.0, 2.0], [3.0, 4.0]], [object()]]
 )
 def test_measurements_that_are_none_are_refused_and_change_nothing(method: str, bad: Any) -> None:
     observer, (inputs, _) = running(method), sizes(method)

@@ -4,12 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 from scipy.optimize import minimize_scalar
+from slow_loops import MOTOR_DESIGN, START, motor_loop
 
-from papers.shao.method.motor import Feedforward, ReferenceTiming
-from papers.shao.method.simulation import SIMULATED, simulate
-from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
+from papers.shao.method.motor import (
+    SIMULATED,
+    Feedforward,
+    ReferenceTiming,
+    bandwidth,
+    estimation_error_ratio,
+    estimation_lag,
+    simulate,
+)
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic

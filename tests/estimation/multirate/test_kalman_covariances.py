@@ -9,8 +9,16 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from multirate_examples import PAPER, Recipe, problem, problems
-from noisy_plants import by_lifted_equation, by_plain_recursion, correlated, with_noise_as_state
+from multirate_examples import (
+    PAPER,
+    Recipe,
+    by_lifted_equation,
+    by_plain_recursion,
+    correlated,
+    problem,
+    problems,
+    with_noise_as_state,
+)
 
 from replication.errors import InvalidInputError
 from replication.estimation.multirate import kalman

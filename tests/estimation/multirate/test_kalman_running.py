@@ -10,8 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from multirate_examples import PAPER, problem
-from noisy_plants import Conditioned, correlated
+from multirate_examples import PAPER, Conditioned, correlated, problem
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate

@@ -11,7 +11,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from noisy_plants import correlated
+from multirate_examples import correlated
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import multirate

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from math import gcd
+from typing import Any
 
+import control
 import numpy as np
 import pytest
+import scipy.linalg
 from multirate_examples import PAPER, problem
 
 from replication.errors import InvalidInputError
-from replication.estimation.multirate.optimum import optimum, search_timing
-from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets
-from tests.tolerances import AGREEMENT
+from replication.estimation import multirate
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import lifted_statespace, simulate
+from replication.estimation.multirate import MultiratePlant
+from replication.estimation.multirate.optimum import kalman_design, optimum, search_timing
+from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets, observer_system
+from tests.tolerances import AGREEMENT, GRID, ROUNDING
 
 
 def test_the_example_of_the_paper() -> None:
@@ -105,3 +113,119 @@ def test_bad_periods_of_a_search_are_named() -> None:
 def test_periods_that_hardly_ever_meet_are_refused_though_each_is_short() -> None:
     with pytest.raises(InvalidInputError, match="repeat together only every"):
         SensingSchedule((997, 1009, 1013))
+
+
+def oscillator(frequency: float) -> MultiratePlant:
+    A = scipy.linalg.expm(0.05 * np.array([[0.0, 1.0], [-(frequency**2), 0.0]]))
+    return MultiratePlant(A=A, B_d=0.05 * np.eye(2), C=[[1.0, 0.0]], D=[[0.1]], dt=0.05)
+
+
+@pytest.mark.parametrize("goal", ["hinf", "h2"])
+def test_an_undamped_plant_has_no_finite_level_without_sensors_however_its_modes_round(goal: str) -> None:
+    plants = [oscillator(frequency) for frequency in np.linspace(0.5, 20.0, 12)]
+    # Rounding puts some of them within the circle: the error would be said to die out by itself.
+    assert any(np.max(np.abs(np.linalg.eigvals(plant.A))) < 1.0 for plant in plants)
+    for plant in plants:
+        found = multirate.design(plant, periods=(3,), goal=goal)
+        assert found.fact("level without sensors").value == "infinite"
+        assert np.isfinite(found.value)
+
+
+def test_a_plant_that_settles_slowly_has_a_level_without_sensors() -> None:
+    plant = MultiratePlant(A=[[1 - 1e-3]], B_d=[[1.0]], C=[[1.0]], D=[[0.1]])
+    assert multirate.design(plant, periods=(2,)).fact("level without sensors").value == pytest.approx(1e3, rel=1e-6)
+    slower = MultiratePlant(A=[[1 - 1e-9]], B_d=[[1.0]], C=[[1.0]], D=[[0.1]])
+    without = multirate.design(slower, periods=(2,)).fact("level without sensors").value
+    assert without == "infinite" or (isinstance(without, float) and without >= 1e9 * (1 - 1e-6))
+
+
+def faint(noise: float) -> MultiratePlant:
+    return MultiratePlant(A=[[0.9, 1.0], [0.0, 0.95]], B_d=[[0.0], [1.0]], C=[[1, 0]], D=[[noise]], W=[[0.0, 1.0]])
+
+
+@pytest.mark.parametrize("noise", [1e-3, 1e-5, 3e-7])
+def test_the_optimum_is_reached_as_long_as_rounding_lets_the_noise_be_seen(noise: float) -> None:
+    found = multirate.design(faint(noise), periods=(2,))
+    optimum = found.fact("optimum").value
+    assert isinstance(optimum, float)
+    assert optimum * (1 - 1e-9) <= found.value <= optimum * (1 + 1e-3)
+
+
+@pytest.mark.parametrize("noise", [1e-8, 1e-10, 1e-12])
+@pytest.mark.parametrize("level", [None, 4.0])
+def test_noise_that_rounding_hides_is_refused_before_a_false_optimum_is_told(noise: float, level: float | None) -> None:
+    with pytest.raises(InvalidInputError, match="too little for floating point; give the sensor more noise by D"):
+        multirate.design(faint(noise), periods=(2,), level=level)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"A": [[1e80, 0.0], [0.0, 0.95]]}, "A has an entry of size 1e\\+80, whose powers"),
+        ({"D": [[1e160]]}, "D has an entry of size 1e\\+160"),
+        ({"W": [[1e160, 0.0]]}, "W has an entry of size 1e\\+160"),
+        ({"under_way": 5}, "under_way must be at most 1, got 5"),
+        ({"under_way": "two"}, "under_way must be a whole number"),
+    ],
+)
+def test_what_leaves_the_range_of_numbers_is_named(change: dict[str, object], told: str) -> None:
+    given = {"A": [[0.9, 1.0], [0.0, 0.95]], "B_d": np.eye(2), "C": [[1.0, 0.0]], "D": [[0.1]], **change}
+    with pytest.raises(InvalidInputError, match=told):
+        MultiratePlant(**given)  # type: ignore[arg-type]
+
+
+DRIVEN = problem(replace(PAPER, B_u=np.array([[1.0, 0], [0, 2], [1, 1]])), (2, 3), (0, 1))
+
+
+def test_plant_minus_observer_is_the_error_system() -> None:
+    """u moves plant and observer alike, and what is left is driven by d and w as the error system says."""
+    rng, plant, T = np.random.default_rng(8), DRIVEN.plant, 60
+    gains = kalman_design(DRIVEN).gains
+    u, d, w = rng.normal(size=(T, 2)), rng.normal(size=(T, 1)), rng.normal(size=(T, 2))
+    x, states = np.zeros(3), []
+    for k in range(T):
+        states.append(x)
+        x = plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k]
+    measured = np.array(states) @ plant.C.T + w @ plant.D.T
+    measured[~DRIVEN.schedule.mask[np.arange(T) % 6]] = 1e3  # what is not measured must not matter
+    estimates = simulate(observer_system(DRIVEN, gains), np.hstack([u, measured]))
+    errors = np.zeros((T, 3))
+    e = np.zeros(3)
+    for k in range(T):
+        errors[k] = plant.W @ e
+        rows = list(DRIVEN.schedule.measured(k))
+        L = gains[k % 6][:, rows]
+        e = (plant.A - L @ plant.C[rows]) @ e + plant.B_d @ d[k] - L @ plant.D[rows] @ w[k]
+    np.testing.assert_allclose(np.array(states) @ plant.W.T - estimates, errors, atol=1e-8)
+
+
+def test_the_lifted_observer_gives_the_same_estimates_period_by_period() -> None:
+    rng = np.random.default_rng(9)
+    observer = observer_system(DRIVEN, kalman_design(DRIVEN).gains)
+    lifted = lifted_statespace(observer, dt=0.5)
+    assert isinstance(lifted, control.StateSpace)
+    assert lifted.dt == 3.0
+    assert (lifted.nstates, lifted.ninputs, lifted.noutputs) == (3, 6 * 4, 6 * 3)
+    inputs = rng.normal(size=(60, 4))
+    response = control.forced_response(lifted, inputs=inputs.reshape(10, 24).T)
+    np.testing.assert_allclose(response.outputs.T.reshape(60, 3), simulate(observer, inputs), atol=ROUNDING)
+
+
+def test_the_norm_of_the_lifted_error_system_is_the_gain() -> None:
+    system = DRIVEN.error_system(kalman_design(DRIVEN).gains)
+    lifted = lifted_statespace(system)
+    gain = l2_gain(system)
+    response = lifted(np.exp(1j * gain.angle))
+    assert np.linalg.norm(response, 2) == pytest.approx(gain.value, rel=ROUNDING)
+    grid = max(np.linalg.norm(lifted(np.exp(1j * t)), 2) for t in np.linspace(0, np.pi, 400))
+    assert grid <= gain.upper * (1 + GRID)
+
+
+def test_what_does_not_fit_is_named() -> None:
+    not_a_problem: Any = PAPER
+    with pytest.raises(InvalidInputError, match="problem must be a MultirateProblem"):
+        observer_system(not_a_problem, np.zeros((6, 3, 2)))
+    with pytest.raises(InvalidInputError, match="gains must have shape"):
+        observer_system(DRIVEN, np.zeros((5, 3, 2)))
+    with pytest.raises(InvalidInputError, match="dt must be positive"):
+        lifted_statespace(observer_system(DRIVEN, np.zeros((6, 3, 2))), dt=0)

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import cvxpy
 import numpy as np
 import pytest
 from multirate_examples import PAPER, PUBLISHED, only_sensor, problem
 
-from papers.okajima2023.method import lmi, reduced_lmi
+from papers.okajima2023.method import lmi
+from papers.okajima2023.method import lmi as reduced_lmi
+from papers.okajima2023.method.central_path import CentralPoint, central_path
 from papers.okajima2023.method.lmi import (
+    LmiDesign,
     cyclic_lmi_design,
     cyclic_size,
     lmi_analysis,
     lmi_design,
+    reduced_lmi_design,
     theorem1_matrix,
     theorem2_matrix,
     theorem2_size,
 )
-from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import SolverReport, raise_unless_solved
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
 from tests.tolerances import ACHIEVED, AGREEMENT, BRACKET
 
@@ -151,3 +156,139 @@ def test_every_status_but_solved_is_an_error(status: str, error: type[Exception]
         with pytest.raises(error, match=status):
             raise_unless_solved(report, accept=accept)
     raise_unless_solved(report, accept=(status,))
+
+
+SAME = 1e-6
+"""Relative agreement of two centres found from different starts: the Newton decrement at which a centre is accepted."""
+
+
+def random_problem(seed: int, n: int, periods: tuple[int, ...]) -> MultirateProblem:
+    rng = np.random.default_rng(seed)
+    q = len(periods)
+    A = rng.normal(size=(n, n))
+    plant = MultiratePlant(
+        A=1.1 * A / np.max(np.abs(np.linalg.eigvals(A))),
+        B_d=rng.normal(size=(n, 2)),
+        C=rng.normal(size=(q, n)),
+        D=np.diag(rng.uniform(0.5, 1.5, q)),
+    )
+    return MultirateProblem(plant, SensingSchedule(periods))
+
+
+def kalman_gains(problem: MultirateProblem) -> Array:
+    return kalman_design(problem).gains
+
+
+def path(problem: MultirateProblem, relative_gap: float, factor: float = 3.0) -> list[CentralPoint]:
+    gap = relative_gap * optimum(problem).value ** 2
+    return list(central_path(problem, kalman_gains(problem), gap=gap, factor=factor))
+
+
+PROBLEMS = [(1, 2, (1,)), (2, 2, (2,)), (3, 3, (2, 3)), (4, 3, (2, 2)), (5, 1, (3,))]
+
+
+@pytest.mark.parametrize(("seed", "n", "periods"), PROBLEMS)
+def test_each_point_brackets_the_optimum_and_its_gains_keep_their_level(
+    seed: int, n: int, periods: tuple[int, ...]
+) -> None:
+    problem = random_problem(seed, n, periods)
+    best = optimum(problem).value
+    points = path(problem, 1e-6)
+    assert len(points) > 5
+    for point in points:
+        assert l2_gain(problem.error_system(point.gains)).lower < point.level
+        # Rounding of the optimum itself, relative to a bracket of width gap.
+        assert point.level**2 - point.gap <= best**2 * (1 + 1e-9)
+        assert best <= point.level
+    assert points[-1].level / best - 1 < 1e-6
+
+
+def test_the_gap_shrinks_by_the_factor_and_ends_where_asked() -> None:
+    problem = random_problem(3, 3, (2, 3))
+    gap = 0.01 * optimum(problem).value ** 2
+    points = list(central_path(problem, kalman_gains(problem), gap=gap, factor=2.0))
+    gaps = np.array([point.gap for point in points])
+    assert gaps[-1] == gap
+    np.testing.assert_allclose(gaps[:-2] / gaps[1:-1], 2.0)
+    assert 1.0 <= gaps[-2] / gaps[-1] <= 2.0
+    assert np.all(np.diff([point.level for point in points]) < 0)
+
+
+def test_unmeasured_sensors_get_no_gain() -> None:
+    problem = random_problem(3, 3, (2, 3))
+    for point in path(problem, 0.1):
+        assert point.gains.shape == (6, 3, 2)
+        assert np.all(np.swapaxes(point.gains, 1, 2)[~problem.schedule.mask] == 0)
+        assert np.all(np.abs(np.swapaxes(point.gains, 1, 2)[problem.schedule.mask]).max(axis=1) > 0)
+
+
+@pytest.mark.parametrize(("seed", "n", "periods"), PROBLEMS)
+def test_centres_do_not_depend_on_the_states_that_describe_the_plant(
+    seed: int, n: int, periods: tuple[int, ...]
+) -> None:
+    problem = random_problem(seed, n, periods)
+    plant, T = problem.plant, np.random.default_rng(seed + 100).normal(size=(n, n)) + 2 * np.eye(n)
+    back = np.linalg.inv(T)
+    changed = MultirateProblem(
+        MultiratePlant(A=T @ plant.A @ back, B_d=T @ plant.B_d, C=plant.C @ back, D=plant.D, W=plant.W @ back),
+        problem.schedule,
+    )
+    gap = 1e-3 * optimum(problem).value ** 2
+    *_, one = central_path(problem, kalman_gains(problem), gap=gap)
+    *_, other = central_path(changed, T @ kalman_gains(problem), gap=gap, factor=4.0)
+    assert other.level == pytest.approx(one.level, rel=SAME)
+    np.testing.assert_allclose(other.gains, T @ one.gains, rtol=0, atol=SAME * np.abs(T @ one.gains).max() * 10)
+
+
+def test_centres_do_not_depend_on_the_gains_that_start_the_path() -> None:
+    problem = random_problem(2, 2, (2,))
+    gap = 1e-2 * optimum(problem).value ** 2
+    first = kalman_gains(problem)
+    *_, one = central_path(problem, first, gap=gap)
+    *_, other = central_path(problem, one.gains, gap=gap)
+    assert not np.allclose(first, one.gains, atol=1e-3)
+    np.testing.assert_allclose(other.gains, one.gains, atol=SAME * np.abs(one.gains).max() * 10)
+
+
+def test_the_centre_of_the_printed_inequality_is_the_same_by_a_general_solver() -> None:
+    """At the level of a point, the reduced and the full inequality share their centre: they differ by a constant."""
+    problem = random_problem(7, 2, (2, 1))
+    point = path(problem, 0.3)[-1]
+    P = [cvxpy.Variable((2, 2), symmetric=True) for _ in range(2)]
+    Y = [cvxpy.Variable((2, 2)) for _ in range(2)]
+    matrices = [cvxpy.bmat(theorem2_matrix(problem, P, Y, k, point.level**2)) for k in range(2)]
+    task = cvxpy.Problem(cvxpy.Maximize(sum(cvxpy.log_det((F + F.T) / 2) for F in matrices)))
+    task.solve(solver=cvxpy.CLARABEL)
+    assert task.status == "optimal"
+    gains = np.array([np.linalg.solve(P_k.value, Y_k.value) for P_k, Y_k in zip(P, Y, strict=True)])
+    measured = np.swapaxes(np.broadcast_to(problem.schedule.mask[:, :, None], (2, 2, 2)), 1, 2)
+    # A general solver stops at 1e-8 in the objective, which is flat at the centre: about its root, 1e-4, in the gains.
+    np.testing.assert_allclose(gains[measured], point.gains[measured], atol=1e-4)
+
+
+def test_bad_input_is_named_before_the_first_point() -> None:
+    problem = random_problem(3, 3, (2, 3))
+    gains = kalman_gains(problem)
+    with pytest.raises(InvalidInputError, match="gap must be positive"):
+        central_path(problem, gains, gap=0.0)
+    with pytest.raises(InvalidInputError, match="factor must be above 1"):
+        central_path(problem, gains, gap=1.0, factor=1.0)
+    with pytest.raises(InvalidInputError, match=r"shape \(N, n, q\) = \(6, 3, 2\)"):
+        central_path(problem, gains[:3], gap=1.0)
+    with pytest.raises(InvalidInputError, match="gains must be finite"):
+        central_path(problem, gains * np.nan, gap=1.0)
+    with pytest.raises(InfeasibleError, match="do not stabilise"):
+        central_path(problem, 0 * gains, gap=1.0)
+
+
+def test_a_gap_below_what_double_precision_resolves_is_an_error() -> None:
+    problem = random_problem(3, 3, (2, 3))
+    with pytest.raises(SolverError, match="wider gap"):
+        list(central_path(problem, kalman_gains(problem), gap=1e-30, factor=10.0))
+
+
+def test_a_plant_with_a_state_that_nothing_disturbs_has_no_centre() -> None:
+    plant = MultiratePlant(A=np.diag([0.5, 0.9]), B_d=[[0], [1]], C=[[0, 1]], D=[[1]])
+    problem = MultirateProblem(plant, SensingSchedule((2,)))
+    with pytest.raises(SolverError, match="disturb every state"):
+        list(central_path(problem, np.zeros((2, 2, 1)), gap=1.0))

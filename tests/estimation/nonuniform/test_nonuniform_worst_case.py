@@ -1,3 +1,7 @@
+"""What a storage function proves: never below what is attained, and only if it is one."""
+
+from __future__ import annotations
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,9 +21,10 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.nonuniform import guarantee
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.guarantee import certify, guaranteed_level
-from replication.estimation.nonuniform.path_lyapunov import Cells, ContextTree
+from replication.estimation.nonuniform.path_lyapunov import Cells, ContextTree, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
+from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 from replication.estimation.nonuniform.worst_case import (
     error_ratio,
     repeated,
@@ -187,3 +192,19 @@ def test_a_search_of_more_runs_finds_worse_sequences():
 
 def test_three_edges_cut_two_cells() -> None:
     assert len(Cells((0.1, 0.2, 0.4))) == 2
+
+
+@pytest.mark.parametrize("h", [0.1, 0.4])
+def test_the_level_of_a_narrow_range_is_hardly_above_that_of_its_period(h: float) -> None:
+    design, proof = proved_design(OSCILLATOR, PeriodRange(h, h * (1 + 1e-6)))
+    attained = periodic_gain(OSCILLATOR, design.filter.at(h), [h]).lower
+    assert attained <= proof.level <= design.level * (1 + LOOSE) * (1 + 1e-6)
+
+
+def test_a_storage_that_is_negative_proves_nothing() -> None:
+    """An error that grows: P = -4 meets the inequality of a level all the same."""
+    plant = StampedPlant([[0.5]], [[1, 0]], [[1]], [[0, 1]], [[1]])
+    system = ErrorSystem(plant, StampedFilter(np.zeros((1, 3, 1))), np.eye(1), 1.0, False, np.ones(1))
+    found = certify(system, Cells((0.9, 1.0)), ContextTree.one_step(1), np.full((1, 1, 1), -4.0), 100.0)
+    assert 0.0 < found.needs[0] < 100.0
+    assert found.level == np.inf

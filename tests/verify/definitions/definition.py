@@ -19,8 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROOT = Path(__file__).parents[3]
-NAMED = {"L", "word", "level", "errors", "radius"}
+STORED = ("delay.gain-upper", "delay.total-upper", "delay.narrow-upper", "delay.near-optimal")
+NAMED = {"L", "word", "level", "errors", "radius", "filter", "pattern", "left", "right"}
 """Entries of a witness that its sentence names."""
+MEANT = {"nonuniform.grid-solution-fails": {"P"}, **{key: {"change", "storage", "sos", "hidden"} for key in STORED}}
+"""The same of some statements: "a matrix", "the gains of its storage"."""
 ROUNDING = 1e-9
 """Of floats, relative to the quantity compared."""
 
@@ -38,10 +41,13 @@ def certificates(paper: str) -> dict[str, Data]:
     """By name: plant, parameters, bound and what the sentence names of the witness, as a copy."""
     kept = ("name", "paper", "statement", "plant", "parameters", "bound")
     return {
-        name: deepcopy({key: told.get(key, {}) for key in kept})
-        | {"named": {key: value for key, value in told.get("witness", {}).items() if key in NAMED}}
+        name: deepcopy({key: told[key] for key in kept} | {"named": _named(told["statement"], told["witness"])})
         for name, told in _read(paper).items()
     }
+
+
+def _named(statement: str, witness: Data) -> Data:
+    return {key: witness[key] for key in witness.keys() & (NAMED | MEANT.get(statement, set()))}
 
 
 def array(value: Any) -> Matrix:

@@ -1,4 +1,9 @@
-"""The controller of a slow-rate problem at a level, its closed loops, and their levels by one measure."""
+"""The controller of a slow-rate problem at a level, its closed loops, and their levels by one measure.
+
+At an infinite level it is the linear-quadratic-Gaussian one. The command at an instant uses the readings before it, so
+that one fast period is left to compute. Source: Basar and Bernhard, H-infinity-Optimal Control (2nd ed., 1995), ch. 3
+and 6: the discrete-time game with delayed measurements; here all is periodic, and inputs may be held.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +29,6 @@ from replication.estimation.multirate.optimum import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
-
-# The controller of a slow-rate problem at a level: two periodic Riccati equations and the condition that couples them
-
 
 STABLE = 1 - 1e-12
 
@@ -173,9 +175,6 @@ def _margin(problem: SlowProblem, sigma: Array, cost: Array, level: float) -> fl
     return 1.0 - float(max(largest, np.abs(np.linalg.eigvals(unseen @ after)).max())) / level**2
 
 
-# Closed loops at the fast instants, from process and sensor noise to z = (Q^(1/2) x, R^(1/2) u), for exact norms
-
-
 SILENT = 1e-60
 """A mean square below it is zero."""
 
@@ -251,9 +250,6 @@ def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int],
     seen = np.hstack([root(problem.state_weight).T, np.zeros((n, size - n))])
     z = np.sqrt(problem.period) * np.vstack([seen, root(problem.input_weight).T @ u])
     return Stage(transition, noise, z, np.zeros((len(z), noise.shape[1])))
-
-
-# Levels by the one measure of slow-rate designs, from process and sensor noise to z: least, beside, limits
 
 
 MEASURE = "exact gain of the closed loop from process and sensor noise to (x, u)"

@@ -259,9 +259,6 @@ def _continuous(problem: SlowProblem, observer: str) -> tuple[Evidence, ...]:
     return (Evidence("level of the continuous gains", "infinite: unstable" if level is None else level, how),)
 
 
-# The closed loop of a slow-rate controller from given starts, between the fast instants too
-
-
 def simulate_slow(
     result: SlowRateResult, start: Any, *, periods: int, estimate: Any, output: int, substeps: int
 ) -> Simulation:

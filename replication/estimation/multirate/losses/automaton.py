@@ -1,4 +1,13 @@
-"""All that may happen to the samples, as a finite automaton; mean square errors under random losses."""
+"""All that may happen to the samples, as a finite automaton; mean square errors under random losses.
+
+An edge is one instant: which samples came, and what is known afterwards. Every pattern of losses is a walk.
+
+Mean square errors under random losses: linear equations between the covariances of each node (Costa, Fragoso and
+Marques, Discrete-Time Markov Jump Linear Systems, 2005), and the gains that make them least.
+
+X_s is the mean of e e' where the walk is at node s, zero elsewhere. An edge s -> t of probability p adds
+p (A X_s A' + pi_s B B') to X_t: the error is stable in mean square iff that map, over a period, shrinks.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +24,6 @@ from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.losses.models import LossModel, Memory
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, undetectable_mode
-
-# All that may happen to the samples, as a finite automaton: phases of the schedule, and what is known of the past
-
 
 MOST_EDGES = 4000
 """Of an automaton; each is a matrix inequality, or a gain of its own."""
@@ -190,10 +196,6 @@ def along(problem: MultirateProblem, gains: Array, edges: Iterator[int] | Sequen
 def gains_by_edge(given: Automaton, gains: Array) -> Array:
     """Gains (N, n, q) of the schedule for each edge: no correction by a sample that does not come."""
     return np.stack([gains[edge.phase] * np.array(edge.arrived, dtype=float) for edge in given.edges])
-
-
-# Mean square errors under random losses: linear equations between the covariances of each node (Costa, Fragoso and
-# Marques, Discrete-Time Markov Jump Linear Systems, 2005), and the gains that make them least
 
 
 MOST_UNKNOWNS = 1500

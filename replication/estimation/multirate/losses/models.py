@@ -164,11 +164,7 @@ class Markov(LossModel):
     together: bool = False
 
     def __init__(
-        self,
-        after_arrival: float | Sequence[float],
-        after_loss: float | Sequence[float],
-        *,
-        together: bool = False,
+        self, after_arrival: float | Sequence[float], after_loss: float | Sequence[float], *, together: bool = False
     ) -> None:
         object.__setattr__(self, "after_arrival", _probabilities("after_arrival", after_arrival))
         object.__setattr__(self, "after_loss", _probabilities("after_loss", after_loss))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.estimation.api.export import INSTANTS, c_file
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import Shown
@@ -17,9 +17,6 @@ from replication.estimation.multirate.kalman import corrected, sensing
 from replication.estimation.multirate.losses.automaton import Automaton, Edge, closed_loop
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
-
-# An observer that counts losses as one C99 file: its cases as tables, without allocation or globals
-
 
 USAGE = f"""{INSTANTS} s.unforeseen counts instants with more of them than the gains were
    made for, after which nothing is guaranteed."""
@@ -111,9 +108,6 @@ def c_form(name: str, comment: str, problem: MultirateProblem, given: Automaton,
     return c_file(name, comment, USAGE, BODY, sizes, tables)
 
 
-# An observer that counts what was lost, and takes its gains accordingly
-
-
 class LossObserver(RunningObserver):
     """x^(k+1) = A x^ + B_u u + L (y - C x^ - D_u u) with the gain L of what came now and of what is known of before.
 
@@ -171,9 +165,6 @@ class LossObserver(RunningObserver):
         channels = [bool(lost.any())] if len(before) == 1 else lost.tolist()
         memory = tuple(b if gone else a for gone, b, a in zip(channels, before, after, strict=True))
         return self._nodes.get((self._given.phases[edge.target], memory), edge.target)
-
-
-# Simulations under losses: the worst pattern with the noise that hurts most, or many runs with drawn losses
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

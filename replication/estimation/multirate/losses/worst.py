@@ -1,4 +1,10 @@
-"""The worst gain over all patterns of losses, from both sides, and gains that make it small."""
+"""The worst gain over all patterns of losses, from both sides, and gains that make it small.
+
+If for every edge s -> t, with e+ = A e + B v and z = W e, the matrix diag(P_s - W'W, level^2 I) - [A B]' P_t [A B] is
+positive semidefinite, no pattern has a gain above the level. With more and more of the past told apart by the nodes the
+least such level tends to the gain (Essick, Lee and Dullerud, IEEE Trans. Autom. Control 59, 2014). A design needs the
+inequality only where the samples that came say nothing, and has its gain in closed form.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +21,6 @@ from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.losses.automaton import Automaton, Word, along, closed_loop, patterns
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
-
-# The worst gain over all walks of an automaton, from above: a storage function e'P e for each node
-
 
 SLACK = 1e-7
 """Of each inequality beyond zero, in units in which state and level are about one."""

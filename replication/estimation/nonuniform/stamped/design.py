@@ -1,4 +1,21 @@
-"""The filter that knows the time stamps, its least level, and the proof of that level for every sequence."""
+"""The filter that knows the time stamps, its least level, and the proof of that level for every sequence.
+
+x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k); x^(k+1) = Phi(h_k) x^(k|k) + Gamma(h_k) w^(k). This is
+K = [Phi(h), Gamma(h)] G, a gain that depends on the coming period as the plant itself does. G depends on the period
+before the sample, for the longer the filter had to predict, the more a sample tells: it is constant on each cell of the
+range. The error follows e+ = [Phi(h), Gamma(h)] (I - G [C, D]) [e; w]: linear in the transition, so that what proves
+levels for the robust filter proves them for this one. It does not depend on x: the plant may be unstable.
+
+The range of periods is cut into cells. With V = e'X_c e, c the cell of the period before, a gain K that may depend on
+that period's cell and on the coming period in any way has the level gamma iff X_c >= L'L and
+
+    N' (diag(X_c, gamma^2 I) - [Phi, Gamma]' X_d [Phi, Gamma] - diag(L'L, 0)) N >= 0
+
+for all cells c, d and all h in d, where the columns of N span the kernel of [C, D]: the gain is eliminated (Gahinet and
+Apkarian, Int. J. Robust Nonlinear Control 4 (1994)). The unknowns are X_c and gamma^2 alone. One gain that meets it is
+[Phi, Gamma] G_c, where G_c is that of the central filter (Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation
+(1999), ch. 4) at the covariance gamma^2 X_c^-1. The periods at which it is asked for are found by exchange.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +42,6 @@ from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
-
-# The filter that knows the time stamps: one gain for the sample, then the plant's own dynamics over the known period
-
 
 DEPENDENT = 1e-12
 """Eigenvalue of the correlation of the innovations that counts as zero."""
@@ -133,9 +147,6 @@ def innovations_filter(plant: SampledPlant, P: Array) -> StampedFilter:
     # Sensors that repeat each other without noise share what they tell.
     inverse = np.linalg.pinv(innovation / np.outer(size, size), rcond=DEPENDENT, hermitian=True) / np.outer(size, size)
     return StampedFilter((spread @ inverse)[None])
-
-
-# The least level of a filter with time stamps, and the filter that has it
 
 
 SLACKS = (3e-6, 1e-3)
@@ -309,9 +320,6 @@ def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
         )
     scale = float(np.sqrt(np.linalg.eigvalsh(moved.L @ P @ moved.L.T)[-1]))
     return T @ balanced, scale or 1.0
-
-
-# Proof that the filter with time stamps has its level for every sequence, by the hulls of the robust filter
 
 
 LOOSE = 1e-3

@@ -1,4 +1,9 @@
-"""A continuous-time plant as a Kalman filter with time stamps sees it, and the recursion over known times."""
+"""A continuous-time plant as a Kalman filter with time stamps sees it, and the recursion over known times.
+
+Where the process noise is held, what a sample tells of it is kept until the next one: the state of the filter is then
+[x; w]. Sources: B. D. O. Anderson and J. B. Moore, Optimal Filtering (1979), ch. 5; G. J. Bierman, Automatica 9 (1973),
+for the smoother, which inverts no covariance of the state.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +23,6 @@ from replication.estimation.validation import Array, as_matrix, covariance, nois
 
 if TYPE_CHECKING:
     import control
-
-
-# A continuous-time plant as a Kalman filter with time stamps sees it: dynamics, sensors by name, and their noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,9 +143,6 @@ def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:
     if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
         raise InvalidInputError(f"sensors must be {count} different names, one for each row of C, got {given!r}")
     return names
-
-
-# The Kalman recursion over known times: update by a sample of some of the sensors, prediction over any h >= 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence, GainResult

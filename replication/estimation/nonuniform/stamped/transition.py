@@ -1,4 +1,10 @@
-"""The transition over any period by the same few lines in Python and in C; estimators with time stamps in C."""
+"""The transition over any period by the same few lines in Python and in C; estimators with time stamps in C.
+
+Phi(h) = e^{Ah}, Gamma(h) = int_0^h e^{As} ds B and Q(h) = int_0^h e^{As} Q e^{A's} ds are power series in h whose
+coefficients are known beforehand. They are summed at h / 2^j, where they converge fast, and doubled j times:
+Q(2h) = Q(h) + Phi(h) Q(h) Phi(h)'. No exponential of -A is formed, so stiff plants do no harm (cf. C. F. Van Loan,
+IEEE TAC 23 (1978), who takes all three from one exponential).
+"""
 
 from __future__ import annotations
 
@@ -11,9 +17,6 @@ import scipy
 from replication.estimation.api.export import c_file
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
-
-# What a plant does over a time h, by a polynomial of fixed degree and doubling: the same few lines in Python and in C
-
 
 DEGREE = 18
 """With norm(A) h at most SHORT the first term left out is below 1e-16 of the sum."""
@@ -60,9 +63,6 @@ class Transition:
         for _ in range(doublings):
             Q, Gamma, Phi = Q + Phi @ Q @ Phi.T, Gamma + Phi @ Gamma, Phi @ Phi
         return Phi, Gamma, symmetric(Q)
-
-
-# Estimators with time stamps as one C99 file: the transition over any period, no allocation, no globals
 
 
 USAGE = """\
