@@ -138,7 +138,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"With the matrix that eq. (41) prints, that of Sec. IV-A, gains (42) make the error grow "
         f"{radius_of(results[PRINTED]['error_poles']):.2f}-fold over each six instants.",
         f"With the C of Sec. IV-A, gains (42) stabilise none of the {len(results['unstable.diagonals']['found'])} "
-        "diagonals with the stated poles; with more entries of A changed they can.",
+        "diagonals with the stated poles; with more entries changed they can.",
         *_simulated(all_draws(results)),
         *_periods(results),
         _timing(results["timing-draws"]),
