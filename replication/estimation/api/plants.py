@@ -219,24 +219,11 @@ def parts_of(
     disturbances: Sequence[int | str] | None = None,
     measured: int | Sequence[int | str] | None = None,
 ) -> Parts:
-    """The one reader of a `control.StateSpace`.
+    """The one reader of a `control.StateSpace`, which must be in continuous time, or not.
 
-    Parameters
-    ----------
-    system : control.StateSpace
-        Of continuous or discrete time.
-    continuous : bool
-        Which of the two it must be.
-    disturbances : sequence of int or str, optional
-        Inputs that disturb, by index or name; all unless given. The others are known.
-    measured : int, or sequence of int or str, optional
-        Outputs that are measured; all unless given. The others are wanted.
-
-    Raises
-    ------
-    InvalidInputError
-        Another type or kind of time, an input or output that does not exist or is named twice, or disturbances or known
-        inputs that act directly on what is wanted.
+    disturbances: inputs that disturb, by index or name, all unless given; the others are known. measured: outputs that
+    are measured, all unless given; the others are wanted. Raises InvalidInputError for another type or kind of time, an
+    input or output that does not exist or is named twice, or one that acts directly on what is wanted.
     """
     if not is_statespace(system):
         raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")

@@ -95,13 +95,7 @@ class LossResult(GainResult):
         return LossObserver(self.problem, self.automaton, self.gains["L"]).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
-        """There is none: the observer switches with the losses.
-
-        Raises
-        ------
-        InvalidInputError
-            Always; it says what to use instead.
-        """
+        """There is none, as the observer switches with the losses; raises InvalidInputError."""
         raise InvalidInputError("an observer that switches with the losses is no StateSpace; run it by observer()")
 
     def rows(self) -> list[tuple[str, str, str]]:
@@ -154,10 +148,6 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
         automaton=given,
         worst=worth.worst,
     )
-
-
-def _kalman(problem: MultirateProblem) -> tuple[float, str]:
-    return rms_error(problem, kalman_design(problem).gains), "periodic Lyapunov equation"
 
 
 def _unaware(problem: MultirateProblem, given: Automaton, gains: Array, fixed: Array) -> tuple[Evidence, ...]:
@@ -217,9 +207,10 @@ def _mean_error(
     require_seen(problem, given)
     mean = mean_square(problem, given, gains)
     how = "covariances of all cases, by linear equations"
+    kalman = rms_error(problem, kalman_design(problem).gains)
     evidence = (
         Evidence("growth of the mean square over a period", mean.radius, "largest eigenvalue; below 1 is stable"),
-        Evidence("rms error of the Kalman filter without losses", *_kalman(problem)),
+        Evidence("rms error of the Kalman filter without losses", kalman, "periodic Lyapunov equation"),
         *_unaware(problem, given, gains, gains_by_edge(given, base.gains["L"])),
     )
     quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"

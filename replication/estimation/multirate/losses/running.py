@@ -111,17 +111,8 @@ def c_form(name: str, comment: str, problem: MultirateProblem, given: Automaton,
 class LossObserver(RunningObserver):
     """x^(k+1) = A x^ + B_u u + L (y - C x^ - D_u u) with the gain L of what came now and of what is known of before.
 
-    A loss that the model does not foresee is left out like the others; `unforeseen` counts such instants, after which
-    nothing is guaranteed.
-
-    Parameters
-    ----------
-    problem : MultirateProblem
-        Plant and schedule.
-    given : Automaton
-        What may happen.
-    gains : array (edges, n, q)
-        A gain for each edge.
+    A loss that the automaton `given` does not foresee is left out like the others; `unforeseen` counts such instants,
+    after which nothing is guaranteed. gains (edges, n, q): one for each edge.
     """
 
     def __init__(self, problem: MultirateProblem, given: Automaton, gains: Array) -> None:

@@ -99,6 +99,7 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         width = M.shape[1] if kernels is None else kernels[i].shape[1]
         parts.setdefault((M.shape[1], width), []).append(i)
     groups, order = [], []
+    own = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
     for (whole, _), members in parts.items():
         frame = np.eye(n, whole)
         N = np.stack([np.eye(whole) if kernels is None else kernels[i] for i in members])
@@ -110,18 +111,16 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         stored = np.einsum("kax,lab,kby->klxy", F, basis, F)
         after = np.einsum("kax,lab,kby->klxy", M, basis, M)
         supplied = (N.mT @ bound @ N)[:, None]
-        columns = [_columns(edges[i].source, edges[i].target, terms) for i in members]
+        columns = [[0, *own[edges[i].source], *own[edges[i].target]] for i in members]
         # Of an edge from a node to itself the unknowns stand twice, which counts as their sum.
         entries = np.concatenate([supplied, stored, -after], axis=1)
         groups.append(Inequalities(symmetric(constant), entries, np.array(columns)))
         order += members
     if kernels is not None:
         # Where samples tell of everything the inequality is empty, and the storage must exceed W'W all the same.
-        nodes = range(len(walks.automaton.phases))
-        W = np.stack([walks.weight(walks.automaton.phases[i]) for i in nodes])
+        W = np.stack([walks.weight(phase) for phase in walks.automaton.phases])
         each = np.broadcast_to(basis, (len(W), *basis.shape))
-        variables = np.array([range(1 + i * terms, 1 + (i + 1) * terms) for i in nodes])
-        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), variables))
+        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), np.array(own)))
     cost = np.zeros(1 + terms * len(walks.automaton.phases))
     cost[0] = 1.0
     solution = solve_clarabel(program_under(cost, *groups), accept=ALMOST)
@@ -129,14 +128,6 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
     flux = np.zeros(len(edges))
     flux[order] = [float(np.trace(block)) for block in solution.blocks[: len(order)]]
     return Storage(float(x[0]), np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis), flux)
-
-
-def _columns(source: int, target: int, terms: int) -> list[int]:
-    return [
-        0,
-        *range(1 + source * terms, 1 + (source + 1) * terms),
-        *range(1 + target * terms, 1 + (target + 1) * terms),
-    ]
 
 
 def proved_level(walks: Walks, moved: Sequence[Array], P: Array) -> float:
@@ -283,12 +274,12 @@ def growing(problem: MultirateProblem, given: Automaton, gains: Array) -> list[W
             for _, word, moved in ahead.get(start, []):
                 if np.max(np.abs(np.linalg.eigvals(moved))) >= 1:
                     return [word]
-            front = [way for ways in ahead.values() for way in sorted(ways, key=lambda way: -_size(way[2]))[:FOLLOWED]]
+            front = [
+                way
+                for ways in ahead.values()
+                for way in sorted(ways, key=lambda way: -np.linalg.norm(way[2]))[:FOLLOWED]
+            ]
     return []
-
-
-def _size(matrix: Array) -> float:
-    return float(np.linalg.norm(matrix))
 
 
 def found_level(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> float:

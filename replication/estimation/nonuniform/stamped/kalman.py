@@ -91,7 +91,6 @@ class NoisyPlant(LinearPlant):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        """Check and freeze."""
         sizes = self.check()
         n, q = sizes["n"], sizes["q"]
         noise_factors(self.Q, self.R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
@@ -100,7 +99,11 @@ class NoisyPlant(LinearPlant):
             object.__setattr__(self, name, covariance(name, value, size))
         if self.S is not None:
             object.__setattr__(self, "S", as_matrix("S", self.S))
-        object.__setattr__(self, "sensors", _names(self.sensors, q))
+        given = self.sensors
+        names = numbered("y", q) if given is None else () if isinstance(given, str) else tuple(given)
+        if len(names) != q or len(set(names)) < q or not all(isinstance(name, str) for name in names):
+            raise InvalidInputError(f"sensors must be {q} different names, one for each row of C, got {given!r}")
+        object.__setattr__(self, "sensors", names)
         if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(
                 f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
@@ -134,15 +137,6 @@ class NoisyPlant(LinearPlant):
         if np.any(parts.D_u):
             raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
         return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
-
-
-def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:
-    if given is None:
-        return numbered("y", count)
-    names = () if isinstance(given, str) else tuple(given)
-    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
-        raise InvalidInputError(f"sensors must be {count} different names, one for each row of C, got {given!r}")
-    return names
 
 
 @dataclass(frozen=True, eq=False)
