@@ -66,16 +66,16 @@ class Signals:
         given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
         own = {name: getattr(self, name) for name in given}
         own_states = sum(not name.startswith(f"{ADDED}[") for name in self.states)
-        told: dict[str, Any] = {}
+        changed: dict[str, Any] = {}
         for name, names in given.items():
             if names is not None:
                 counts = {own_states, len(self.states)} if name == "states" else {len(own[name])}
-                told[name] = _labels(name, names, counts)
-        if "states" in told:
-            if "outputs" not in told and own["outputs"] == own["states"][: len(own["outputs"])]:
-                told["outputs"] = told["states"][: len(own["outputs"])]
-            told["states"] = (*told["states"], *own["states"][len(told["states"]) :])
-        every = replace(self, **told)
+                changed[name] = _labels(name, names, counts)
+        if "states" in changed:
+            if "outputs" not in changed and own["outputs"] == own["states"][: len(own["outputs"])]:
+                changed["outputs"] = changed["states"][: len(own["outputs"])]
+            changed["states"] = (*changed["states"], *own["states"][len(changed["states"]) :])
+        every = replace(self, **changed)
         known = {name for names in (every.states, every.inputs, every.measurements, every.outputs) for name in names}
         if unknown := (units or {}).keys() - known:
             raise InvalidInputError(f"units: no signal {min(unknown)!r}; there are {', '.join(sorted(known))}")

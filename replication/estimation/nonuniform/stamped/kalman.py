@@ -225,18 +225,22 @@ class Recursion:
         """The estimate at each instant from all samples of all of them, for white noise."""
         n = self.plant.order
         pull, weight = np.zeros(n), np.zeros((n, n))
-        found: list[Estimate] = []
+        estimates: list[Estimate] = []
         following: Instant | None = None
-        for one in reversed(instants):
+        for instant in reversed(instants):
             if following is not None:
-                Phi = self.transition.at(following.t - one.t)[0]
+                Phi = self.transition.at(following.t - instant.t)[0]
                 pull, weight = Phi.T @ pull, Phi.T @ weight @ Phi
-            x, P = one.mean[:n], one.covariance[:n, :n]
-            found.append(Estimate(one.t, x + P @ pull, symmetric(P - P @ weight @ P)))
-            C = self.plant.C[one.used]
-            told = np.linalg.solve(one.spread, np.column_stack([one.innovation, C])) if len(C) else np.zeros((0, n + 1))
-            kept = np.eye(n) - one.prior.P @ C.T @ told[:, 1:]
-            pull = C.T @ told[:, 0] + kept.T @ pull
-            weight = symmetric(C.T @ told[:, 1:] + kept.T @ weight @ kept)
-            following = one
-        return found[::-1]
+            x, P = instant.mean[:n], instant.covariance[:n, :n]
+            estimates.append(Estimate(instant.t, x + P @ pull, symmetric(P - P @ weight @ P)))
+            C = self.plant.C[instant.used]
+            scaled = (
+                np.linalg.solve(instant.spread, np.column_stack([instant.innovation, C]))
+                if len(C)
+                else np.zeros((0, n + 1))
+            )
+            kept = np.eye(n) - instant.prior.P @ C.T @ scaled[:, 1:]
+            pull = C.T @ scaled[:, 0] + kept.T @ pull
+            weight = symmetric(C.T @ scaled[:, 1:] + kept.T @ weight @ kept)
+            following = instant
+        return estimates[::-1]
