@@ -22,8 +22,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from replication.audit.names import meant
-from replication.errors import AuditError
+from replication.errors import AuditError, meant
 
 FIELDS = ("place", "value", "unit", "note", "claim")
 

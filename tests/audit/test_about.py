@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from replication.audit.about import about
+from replication.audit.project import about
 from replication.errors import AuditError
 
 GIVEN = 'title = "A note"\nauthors = ["A. Author", "B. Author"]\nsummary = "Of two numbers."\n'

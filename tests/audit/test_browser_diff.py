@@ -13,7 +13,7 @@ from selenium.webdriver.common.by import By
 
 from replication.audit.inspect.compare import compare
 from replication.audit.model import Verdict
-from replication.audit.report.diff import build_page
+from replication.audit.report.page import build_page
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
 pytestmark = pytest.mark.browser

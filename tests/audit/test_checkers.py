@@ -13,9 +13,9 @@ from looking import evidence
 from sample import results
 
 from replication import twice
-from replication.audit.judge import checkers, proofs
-from replication.audit.judge.checkers import checked_twice, machine_checked
-from replication.audit.judge.proofs import wanted
+from replication.audit.judge import proofs
+from replication.audit.judge import proofs as checkers
+from replication.audit.judge.proofs import checked_twice, machine_checked, wanted
 from replication.audit.report.page import render
 from replication.errors import AuditError
 from replication.machine import generate as coq

@@ -11,8 +11,7 @@ from sample import results as sample
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
 from replication.audit.judge.printed import parse
-from replication.audit.judge.recording import rejudge
-from replication.audit.judge.verdict import AGREES
+from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages

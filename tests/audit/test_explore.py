@@ -17,11 +17,10 @@ from sample import KEY, brief, explorer, results
 
 from replication.audit.brief import Curve
 from replication.audit.model import Verdict
+from replication.audit.report import explore
 from replication.audit.report.claim import targets, views
-from replication.audit.report.pictures import explore
-from replication.audit.report.pictures.axes import scale_of, ticks
-from replication.audit.report.pictures.explore import PictureView, explorers
-from replication.audit.report.pictures.ladder import Ladder, ladders
+from replication.audit.report.explore import PictureView, explorers, scale_of, ticks
+from replication.audit.report.ladder import Ladder, ladders
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

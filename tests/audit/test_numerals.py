@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.judge import numerals
-from replication.audit.report.pictures.number_line import Band, Mark, _clip, span_of, strip
+from replication.audit.report.entries import Band, Mark, _clip, span_of, strip
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")

@@ -14,10 +14,9 @@ from msgspec.structs import replace
 from sample import KEY, bracketed, brief, claim, claims, results
 
 from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
-from replication.audit.inspect.sentences import require_short
+from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Verdict
-from replication.audit.report.claim import anchor, targets, views
-from replication.audit.report.consequence import FAILS, Standing, consequence, standing
+from replication.audit.report.claim import FAILS, Standing, anchor, consequence, standing, targets, views
 from replication.audit.report.opening.field import answer, field
 from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs

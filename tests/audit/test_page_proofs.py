@@ -12,8 +12,7 @@ import msgspec
 import pytest
 from sample import results
 
-from replication.audit.report.checks import MOST_BYTES, checkable, checks
-from replication.audit.report.evidence import packed
+from replication.audit.report.evidence import MOST_BYTES, checkable, checks, packed
 from replication.audit.report.templates import source
 from replication.audit.store.records import CertificateRecord, ResultsFile
 

@@ -16,7 +16,7 @@ from replication.audit.judge import agreement, printed
 from replication.audit.judge.printed import Printed
 from replication.audit.parts import Sensitivity
 from replication.audit.report.page import build_report
-from replication.audit.report.sections.rounding import rooms
+from replication.audit.report.sections.lineage import rooms
 from replication.audit.store.records import ResultsFile
 
 

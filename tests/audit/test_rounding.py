@@ -8,10 +8,10 @@ from cases import recorded, results_file
 from msgspec.structs import replace
 from sample import paper_record
 
-from replication.audit.judge.perturb import sensitivities, spread
+from replication.audit.judge.printed import sensitivities, spread
 from replication.audit.model import Evidence
 from replication.audit.parts import Sensitivity
-from replication.audit.report.sections.rounding import rooms
+from replication.audit.report.sections.lineage import rooms
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError, InfeasibleError
 

@@ -22,8 +22,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
-from replication.audit.publish.examples import run_example
-from replication.audit.publish.notebooks import build_notebooks
+from replication.audit.publish.notebooks import build_notebooks, run_example
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]

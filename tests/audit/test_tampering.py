@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from lab import Lab, make_lab
 
-from replication.audit.inspect.derive import TAKEN
+from replication.audit.inspect.check import TAKEN
 from replication.audit.publish.readme import BEGIN, END
 
 TAMPER = """
@@ -18,7 +18,7 @@ import copy, itertools, json, sys
 from pathlib import Path
 import papers
 from replication.audit.inspect.check import check
-from replication.audit.inspect.derive import differences, kept
+from replication.audit.inspect.check import differences, kept
 from replication.audit.model import Kind, Verdict
 from replication.audit.store.cache import Cache
 from replication.audit.store.records import read_results

@@ -9,8 +9,8 @@ from unittest.mock import patch
 import pytest
 from lab import make_lab
 
-import replication.audit.run.unchanged as unchanged
-from replication.audit.run.unchanged import LastRun, Said
+import replication.audit.run.tracing as unchanged
+from replication.audit.run.tracing import LastRun, Said
 
 SAID = Said(lines=("all is well",), tutorials=("delay",), code=0)
 

@@ -9,19 +9,22 @@ import pytest
 from tables import read_csv
 
 from papers import KEYS
-from replication.audit.publish.examples import run_example
-from replication.audit.publish.picture import COMMIT, VERDICTS, noted, verdicts
+from replication.audit.publish.notebooks import run_example
 from replication.audit.publish.readme import (
     BEGIN,
+    COMMIT,
     END,
     EXAMPLE,
     EXAMPLE_BEGIN,
     EXAMPLE_END,
     PICTURE,
+    VERDICTS,
     badges,
     example_block,
+    noted,
     replace_block,
     results_block,
+    verdicts,
 )
 from replication.audit.run.draw import write_figures
 from replication.audit.run.runner import Outcome

@@ -15,13 +15,12 @@ from papers.mustafa.claims.preliminaries import MOTOR_CONSTANT
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.draws import LAWS, laws
 from papers.mustafa.experiments.levels import output_matrix
-from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES
 from papers.mustafa.readings import BOUND_9, BY_SOLVER, CORRECTED_GRID, NOMINAL, READINGS
 from replication.audit.data import PrintedValue
-from replication.audit.inspect.sentences import require_short
-from replication.audit.judge.recording import make_record
-from replication.audit.judge.verdict import AGREES
+from replication.audit.judge.numerals import require_short
+from replication.audit.judge.verdict import AGREES, make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 
 pytestmark = pytest.mark.slow

@@ -19,7 +19,7 @@ from papers.okajima2023.claims import levels
 from papers.okajima2023.experiments.declared import CASES, DRAWS, GAIN_SETS, TIMINGS, case, gain_set, pair
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.printed import GAINS, PLANT, SCHEDULES, TABLE_1
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Claim, Proof, Verdict
 
 KEY = PAPER.key

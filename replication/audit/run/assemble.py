@@ -7,17 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from replication.audit.inspect.sentences import require_short
+from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem
-from replication.audit.judge.recording import make_record
 from replication.audit.judge.validate import unused_readings
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Experiment, Proof, Reading, Verdict
-from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
-from replication.audit.store.cache import Dependencies, Entry
-from replication.audit.store.jsonvalues import encode
+from replication.audit.store.cache import Dependencies, Entry, encode
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
@@ -30,7 +28,7 @@ from replication.audit.store.records import (
     shared,
 )
 from replication.audit.store.sources import SourceTree
-from replication.errors import AuditError
+from replication.errors import AuditError, meant
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import to_c_header, to_json, to_mat
 from replication.estimation.api.plants import Signals

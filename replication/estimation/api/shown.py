@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, at_most, frozen
 

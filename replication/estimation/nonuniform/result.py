@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from threadpoolctl import threadpool_limits
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals

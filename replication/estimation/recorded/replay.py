@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.shown import Shown, as_text
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.shown import Simulation, as_text, simulated

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.drawing.panel import Panel
+from replication.drawing.panels import Panel
 from replication.estimation.api.export import INSTANTS, c_file
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import Shown
