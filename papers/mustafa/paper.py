@@ -2,24 +2,158 @@
 
 from __future__ import annotations
 
+from papers._common import curve, dots, label, signal, ticks
 from papers.mustafa import common
-from papers.mustafa.brief import BRIEF
-from papers.mustafa.claims.algorithm import ALGORITHM_1
+from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
-from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
 from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
-from papers.mustafa.claims.preliminaries import LEMMAS
+from papers.mustafa.claims.preliminaries import LEMMAS, down, times, up
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
-from papers.mustafa.figures import gains, responses
-from papers.mustafa.findings import findings
-from papers.mustafa.printed import EXAMPLES
+from papers.mustafa.figures import FIGURES
+from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, upper_end
 from papers.mustafa.readings import READINGS
+from replication.audit.brief import Bars, Brief, Curve, Draws, Explorer, Pair, Picture, Sketch
 from replication.audit.declare import Part, paper
 from replication.audit.judge.printed import sensitivities
+from replication.audit.model import Results
 from replication.audit.parts import Formula, Table
 from replication.audit.project import about
+
+SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
+DESIGNED = [14 + 19.2 * step for step in range(16)]
+
+
+def _higher(x: float) -> float:
+    """The signal, with room for two rows of ticks below."""
+    return signal(x) - 14
+
+
+def _example(number: int, begin: float, whose: str) -> Picture:
+    """Gains at one constant period, and over all sequences of periods; whose: whose filter it is."""
+    return Picture(
+        label=f"Example {number}, {whose} filter",
+        figure="mustafa-levels",
+        across=f"h_{number}",
+        x="constant period h (s)",
+        y="gain",
+        begin=begin,
+        curves=(
+            Curve(label="all sequences, bounds", columns=(f"lower_{number}",), upper=f"upper_{number}"),
+            Curve(label=f"{whose} filter, this period", columns=(f"filter_{number}",)),
+            Curve(label="least, this period", columns=(f"optimum_{number}",), quiet=True),
+            Curve(label="printed level", columns=(f"published_{number}",), quiet=True),
+        ),
+    )
+
+
+BRIEF = Brief(
+    topic="Samples at irregular instants",
+    card="[Both printed](+gamma.1) [levels](+filter.norm) are right at one constant sampling period; the paper calls "
+    "them nominal. If the period varies, [the](?robust-level.1) [gain](?robust-level.2) is several times larger.",
+    holds="Both levels at the design period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
+    "sequence of periods, in [both](stable.1) [examples](stable.2).",
+    correct="One grid element does not cover the range of Example 1: it takes [{grid.1}](grid.1). [Case U3](u3) and "
+    "[two maps](map) are misprinted.",
+    guess="Does the abstract promise [the printed level](robust-level.1) for every period? What does "
+    "[step 4](algorithm) of Algorithm 1 compute?",
+    verdict="only at one period",
+    headline="The printed accuracy is for one constant sampling period; if the period varies, the error can be "
+    "[{robust-level.1:over:gamma.1}](robust-level.1) and [{robust-level.2:over:gamma.2}](robust-level.2) times as "
+    "large, or more",
+    picture=Bars(
+        printed="printed, right at one constant period",
+        bound="if the period varies",
+        pairs=(
+            Pair(
+                label="Example 1, worst-case gain of our filter (none is printed)",
+                printed="gamma.1",
+                bound="robust-level.1",
+            ),
+            Pair(label="Example 2, worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
+        ),
+    ),
+    sketch=Sketch(
+        alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
+        strokes=(
+            curve(Draws.TRUTH, _higher),
+            dots(Draws.MEASURED, SAMPLED, _higher),
+            ticks(Draws.TICK, DESIGNED, 118),
+            ticks(Draws.TICK_OURS, SAMPLED, 147),
+            label("designed for", 8, 106),
+            label("sampled at", 8, 131, Draws.LABEL_OURS),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="A level is designed at one period; spread costs more",
+            moves="Move the constant period.",
+            text="Each filter has the printed level at the period for which it was designed. If the period varies, its "
+            "gain lies in the band far above. Example 1 prints no filter; ours stands for it. In the last picture the "
+            "range of periods widens.",
+            pictures=(
+                _example(1, 0.0678, "our"),
+                _example(2, 0.05, "printed"),
+                Picture(
+                    label="Example 1, our filter, wider range",
+                    figure="mustafa-range",
+                    across="h_u",
+                    x="longest period h_u (s)",
+                    y="gain over all sequences",
+                    begin=0.1,
+                    curves=(Curve(label="gain, bounds", columns=("lower",), upper="upper"),),
+                ),
+            ),
+        ),
+    ),
+)
+
+
+def findings(results: Results) -> tuple[str, ...]:
+    """The levels, stability, what varying periods cost, what can be guaranteed, the grids."""
+    worst = [times(results[f"bracket.{e}"]["lower"], GAMMA[e]) for e in EXAMPLES]
+    kept = all(results[f"bracket.{e}"]["nominal"] <= upper_end(GAMMA[e]) for e in EXAMPLES)
+    in_seconds = [down(results[f"bracket-duration.{e}"]["lower"]) for e in EXAMPLES]
+    sizes = [results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"] for e in EXAMPLES]
+    by_condition = [results[f"condition.{e}"]["elements"] for e in EXAMPLES]
+    as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
+    ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
+    floor = times(results["curve.1"]["floor"], GAMMA[1])
+    robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
+    own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
+    return (
+        f"{'Both' if kept else 'Not both'} printed levels are right at one constant sampling period; the paper calls "
+        "them nominal.",
+        "If the period varies within the range, our filter's gain in Example 1 is at least "
+        f"{worst[0]} times as large, the printed filter's {worst[1]} times.",
+        "The error systems are stable for every sequence of periods: a stable plant and (6) at one period suffice, "
+        "without grid or condition (8).",
+        f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed level for every "
+        "sequence.",
+        f"Levels for every sequence can be had: one Lyapunov function guarantees {robust[0]} in Example 1 and "
+        f"{robust[1]} in Example 2, counting samples.",
+        f"In Example 1 the measurement itself, taken as the estimate, guarantees {DATA['example-1']['D']} for every "
+        "sequence, less than the printed level.",
+        f"One grid element does not cover the range of Example 1: Algorithm 1, corrected, ends with {sizes[0]}, and by "
+        f"condition (8) itself with {by_condition[0]:g}.",
+        f"In Example 2 the corrected algorithm ends with {sizes[1]} elements by (9), and with {by_condition[1]:g} by "
+        "condition (8) itself.",
+        f"On the grids of the corrected algorithm the level holds at the elements; along some sequence the gain is "
+        f"{own[0]} and {own[1]} times as large.",
+        *(
+            (
+                "As printed, Algorithm 1 covers the range in neither example, with or without the missing set-minus "
+                "sign.",
+            )
+            if ends == {"STALLED"}
+            else ()
+        ),
+        f"Counted in seconds instead of samples, the gains for varying periods are at least {in_seconds[0]} and "
+        f"{in_seconds[1]}, still above both levels.",
+    )
+
 
 FORMULAS = (
     Formula(
@@ -70,7 +204,7 @@ PAPER = paper(
     parts=PARTS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=(*responses.FIGURES, *gains.FIGURES),
+    figures=FIGURES,
     tables=(LEVELS_TABLE,),
     formulas=FORMULAS,
     readings=READINGS,

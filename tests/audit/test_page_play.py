@@ -16,8 +16,8 @@ from test_page_proofs import certified
 
 from papers.shao.experiments.motor import radius
 from papers.shao.method.lyapunov import theorem_constants
-from papers.shao.method.simulation import simulate
-from papers.shao.problem import APO, COUNTEREXAMPLE, FAST, RESTARTED
+from papers.shao.method.motor import simulate
+from papers.shao.printed import APO, COUNTEREXAMPLE, FAST, RESTARTED
 from replication.audit.report.evidence import checks, played
 from replication.audit.report.templates import source
 from replication.errors import InfeasibleError

@@ -491,6 +491,16 @@ def test_code_links_lead_to_the_project_from_a_folder_further_down(made: Results
     assert 'href="../../papers/doe1999/claims.py#L42"' in render(replace(made, figures=()), tmp_path, root="../../")
 
 
+@pytest.mark.parametrize(("dirty", "links"), [(False, "https://host/a/b/blob/abc/"), (True, "../")])
+def test_code_that_is_public_is_linked_at_its_commit(
+    made: ResultsFile, tmp_path: Path, dirty: bool, links: str
+) -> None:
+    project = replace(made.project, repository="https://host/a/b/")
+    run = replace(made.run, commit="abc", dirty=dirty)
+    text = render(replace(made, figures=(), project=project, run=run), tmp_path)
+    assert f'href="{links}papers/doe1999/claims.py#L42"' in text
+
+
 def test_anchors_are_unique_and_plain() -> None:
     names = ["a b", "a_b", "a.b", "a-b", "a_20_b", "é", "<"]
     made = [anchor("claim", name) for name in names]

@@ -15,7 +15,7 @@ from papers.mustafa.claims.preliminaries import MOTOR_CONSTANT
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.draws import LAWS, laws
 from papers.mustafa.experiments.levels import output_matrix
-from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES
 from papers.mustafa.readings import BOUND_9, BY_SOLVER, CORRECTED_GRID, NOMINAL, READINGS
 from replication.audit.data import PrintedValue

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.mustafa.claims.extensions import solvers
+from papers.mustafa.claims.algorithm import solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, down, of_example, up
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from papers.mustafa.claims.extensions import solvers
+from papers.mustafa.claims.algorithm import solvers
 from papers.mustafa.claims.preliminaries import (
     FILTER,
     MISNAMED,

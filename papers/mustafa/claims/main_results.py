@@ -19,8 +19,7 @@ from papers.mustafa.claims.preliminaries import (
     up_to_rounding,
 )
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.method.algorithm1 import CORRECT
-from papers.mustafa.method.stability import UpperEnd
+from papers.mustafa.method import CORRECT, UpperEnd
 from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results

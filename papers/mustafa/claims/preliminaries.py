@@ -10,7 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.method.algorithm1 import AS_PRINTED, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, WITH_SET_MINUS
 from papers.mustafa.printed import EXAMPLES
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
@@ -67,6 +67,12 @@ def for_both(quantity: str) -> list[Term]:
 def down(number: float, places: int = 4) -> Decimal:
     """A lower bound as the text shows it: rounded, and not above the number."""
     return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_FLOOR)
+
+
+def times(bound: float, printed: str) -> Decimal:
+    """How many times a printed level a lower bound is, to three digits and not more than it is."""
+    ratio = bound / float(printed)
+    return down(ratio, 2 if ratio < 10 else 1)
 
 
 def up(number: float, places: int = 4) -> Decimal:
