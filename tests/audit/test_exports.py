@@ -243,5 +243,5 @@ def test_what_is_written_of_a_project_says_nothing_of_this_one(results: ResultsF
 
 
 def test_a_folder_that_git_does_not_know_is_not_packed(tmp_path: Path) -> None:
-    with pytest.raises(AuditError, match="is no checkout of git, .* `git init`, commit"):
+    with pytest.raises(AuditError, match=r"is no checkout of git, .* `git init`, commit"):
         archive._sources(tmp_path)
