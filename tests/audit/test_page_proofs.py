@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import msgspec
@@ -21,6 +23,12 @@ ROOT = Path(__file__).parents[2]
 PATH = "certificates/okajima2023/optimum-2-1.json"
 
 
+@cache
+def invented() -> ResultsFile:
+    with TemporaryDirectory() as figures:
+        return results(Path(figures))
+
+
 def certified(path: str = PATH, root: Path = ROOT, **changes: Any) -> ResultsFile:
     """Results whose run verified a certificate."""
     content = (root / path).read_bytes()
@@ -30,7 +38,7 @@ def certified(path: str = PATH, root: Path = ROOT, **changes: Any) -> ResultsFil
         paper=written["paper"], name=written["name"], path=path, claims=(), reason="", sentence="",
         lower=None, upper=None, holds=None, items=(), **{**fields, **changes},
     )  # fmt: skip
-    return msgspec.structs.replace(results(ROOT / "figures"), certificates=(record,))
+    return msgspec.structs.replace(invented(), certificates=(record,))
 
 
 def test_a_page_holds_the_file_that_the_run_verified_and_what_the_paper_wants() -> None:
