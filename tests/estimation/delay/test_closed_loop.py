@@ -9,11 +9,11 @@ import pytest
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelayPlant
-from replication.estimation.delay.galerkin import check
 from replication.estimation.delay.models import chebyshev_model, riccati_gain
 from replication.estimation.delay.observer import ErrorSystem, error_system, hinf_norm, simulate
 from replication.estimation.delay.operators import (
     GainValues,
+    check,
     evaluate,
     injection_operator,
     observer_gains,

@@ -10,10 +10,9 @@ import pytest
 from papers.peet2019.experiments.scaling import lifted
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
-from replication.estimation.delay.galerkin import check
 from replication.estimation.delay.models import chebyshev_model, riccati_gain
 from replication.estimation.delay.observer import error_system, hinf_norm
-from replication.estimation.delay.operators import observer_gains
+from replication.estimation.delay.operators import check, observer_gains
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.certificate import certificate_at
