@@ -12,7 +12,7 @@ from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.delay.exact.central import ladder_model, normal_states, whitened
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
-from replication.estimation.delay.exact.terms import PlantTerms, axis
+from replication.estimation.delay.exact.terms import axis
 from replication.estimation.delay.general.cone import (
     Rates,
     Storage,
@@ -159,7 +159,11 @@ def _weakest(plant: DelayPlant) -> tuple[float, float]:
     """The frequency where the pencil comes closest to losing a row, and how close."""
     terms, rate = plant_terms(plant), 1.0 / plant.delays[-1]
     grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
-    return _least(lambda omega: _sizes(terms, omega), np.unique(grid))
+
+    def values(omega: Array) -> Array:
+        return np.asarray(np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])
+
+    return _least(values, np.unique(grid))
 
 
 def _least(values: Callable[[Array], Array], omega: Array) -> tuple[float, float]:
@@ -174,10 +178,6 @@ def _least(values: Callable[[Array], Array], omega: Array) -> tuple[float, float
     middle = (left + right) / 2.0
     found = float(values(np.array([middle]))[0])
     return (middle, found) if found < on_grid[best] else (float(omega[best]), float(on_grid[best]))
-
-
-def _sizes(terms: PlantTerms, omega: Array) -> Array:
-    return np.asarray(np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])
 
 
 DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 50
@@ -263,7 +263,9 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
     target = positive_scalar("level", level) / scaling.gain
     program = _program(plant, scaling, degree)
     last = len(program.blocks[0].others) - 1
-    inside = tuple(_with_slack(block.fixed(last, target)) for block in program.blocks)
+    fixed = (block.fixed(last, target) for block in program.blocks)
+    # Less t times the unit matrix, t the last scalar.
+    inside = tuple(replace(b, others=np.concatenate([b.others, -np.eye(len(b.constant))[None]])) for b in fixed)
     cost = np.zeros(last + 1)
     cost[-1] = 1.0
     point = solve(inside, len(program.rates.u), cost, gap=ROUGH, floor=0.0)
@@ -284,8 +286,3 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
         lz * scaling.gain**0.5 * scaling.sensors,
         tuple(kernel / scaling.time * scaling.sensors for kernel in kernels),
     )
-
-
-def _with_slack(block: Block) -> Block:
-    """The block less t times the unit matrix, t the last scalar."""
-    return replace(block, others=np.concatenate([block.others, -np.eye(len(block.constant))[None]]))
