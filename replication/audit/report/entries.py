@@ -220,8 +220,10 @@ def _band(relation: str, number: Measured) -> Band:
 
 
 def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: float) -> EntryView:
-    entry, value, bracket = number.entry, float(number.value), number.bracket
-    head, tail = numerals.at_print(value, entry.unit, numerals.CROWDED if _crowded(printed) else numerals.BEYOND)
+    entry, value = number.entry, float(number.value)
+    low, high = (number.bracket.low, number.bracket.high) if number.has_bracket else (None, None)
+    beyond = numerals.CROWDED if _crowded(printed) else numerals.BEYOND
+    head, tail = numerals.at_print(value, entry.unit, beyond, low, high)
     text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
     sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
     inside = band.holds(mark)
@@ -233,8 +235,8 @@ def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: flo
         tail=tail,
         agreed=len(head) if inside and not printed.relation else numerals.agreement(text, head),
         full=numerals.full(value),
-        lower=numerals.full(float(bracket.low)) if number.has_bracket and bracket.low is not None else "",
-        upper=numerals.full(float(bracket.high)) if number.has_bracket and bracket.high is not None else "",
+        lower="" if low is None else numerals.full(float(low)),
+        upper="" if high is None else numerals.full(float(high)),
         deviation=mark.value,
         inside=inside,
         strip=strip([mark], band, span),
