@@ -30,7 +30,7 @@ readme: report ## write the results of the run and an example into README.md, wi
 	$(BIN)/python -m replication.audit.publish.readme
 
 picture: report $(ALL) ## take the picture of the README from the report (needs Chromium, and sources that are committed)
-	$(BIN)/python -m replication.audit.publish.picture
+	$(BIN)/python -m replication.audit.publish.readme picture
 
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile --no-loadscope-reorder

@@ -26,7 +26,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from types import CodeType, FrameType
 
-from replication.audit.judge.checkers import machine_checked
+from replication.audit.judge.proofs import machine_checked
 from replication.machine.generate import STATEMENTS
 from replication.verify.run import Outcome, committed, verify
 from replication.verify.subjects import theorems

@@ -20,7 +20,7 @@ from packaging.requirements import Requirement
 
 import papers
 from replication.audit.project import read_settings
-from replication.audit.publish.software import read_software
+from replication.audit.publish.linked_data import read_software
 from replication.extras import EXTRAS
 
 ROOT = Path(__file__).parents[1]

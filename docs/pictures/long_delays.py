@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from replication.drawing.panel import Panel
-from replication.drawing.panels import draw
+from replication.drawing.panels import Panel, draw
 from replication.estimation import delay
 
 delays = np.array([0.2, 0.4, 0.6, 0.8, 1.0, 1.2])

@@ -3,8 +3,7 @@
 import control
 import numpy as np
 
-from replication.drawing.panel import Panel
-from replication.drawing.panels import draw
+from replication.drawing.panels import Panel, draw
 from replication.estimation import multirate
 
 oven = control.ss([[0.9]], [[1.0]], [[1.0], [1.0]], 0, 1.0)

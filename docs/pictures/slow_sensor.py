@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from replication.drawing.panel import Panel
-from replication.drawing.panels import draw
+from replication.drawing.panels import Panel, draw
 from replication.estimation import dualrate
 
 PERIOD = 0.01

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from replication.audit.report.formulas import mathml, set_inline
+from replication.audit.report.templates import mathml, set_inline
 
 _CODE = re.compile(r"(^```.*?^```|`[^`\n]+`)", re.DOTALL | re.MULTILINE)
 _DISPLAY = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)

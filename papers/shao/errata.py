@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from papers.shao.claims.theory import ROUND_OFF
-from papers.shao.printed import DATA
-from papers.shao.problem import DESIGN
+from papers.shao.printed import DATA, DESIGN
 from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results
 

@@ -2,33 +2,149 @@
 
 from __future__ import annotations
 
+import math
 from math import floor
 
+from papers._common import curve, dots, label, signal, ticks
 from papers.shao import common
-from papers.shao.brief import BRIEF
-from papers.shao.claims.columns import NOT_SEARCHED, WHOLE
 from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, slower_readings
-from papers.shao.claims.motor import MOTOR
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
-from papers.shao.claims.outcomes import printed_forms
-from papers.shao.claims.table import TABLE
-from papers.shao.claims.theory import OBSERVER, THEOREM
+from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
+from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
 from papers.shao.errata import ERRATA
 from papers.shao.experiments.declared import EXPERIMENTS
-from papers.shao.experiments.readings import SEARCH, merged
+from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import readings as reading_figures
-from papers.shao.figures import responses as response_figures
 from papers.shao.figures import stability as stability_figures
 from papers.shao.figures import tracking as tracking_figures
-from papers.shao.printed import REFERENCES, table_1
-from papers.shao.problem import APO, COLUMNS, COUNTEREXAMPLE, FAST, FREQUENCIES, PMI, SRC, START
+from papers.shao.printed import (
+    APO,
+    COLUMNS,
+    COUNTEREXAMPLE,
+    DESIGN,
+    FAST,
+    FREQUENCIES,
+    PMI,
+    REFERENCES,
+    SRC,
+    START,
+    table_1,
+)
 from papers.shao.readings import READINGS
-from replication.audit.about import about
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Traces
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most, short
-from replication.audit.judge.perturb import sensitivities
+from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.parts import Formula, Table
+from replication.audit.project import about
+
+STEP = 14
+PERIOD = STEP * DESIGN.ratio
+_SLOW = range(14, 303, PERIOD)
+_FAST = [x for x in range(14, 303, STEP) if x not in _SLOW]
+
+
+def _virtual(x: float) -> float:
+    """The model drifts away from the signal until the sensor measures again."""
+    since = (x - 14) % PERIOD
+    return signal(x) - 0.3 * since * math.cos(x / 40)
+
+
+def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float, fast: bool = False) -> Picture:
+    """One measure of the printed predictor beside the restarted one and, where it was computed, a fast sensor."""
+    ours = figure in ("rates", "counter-example")
+    stable = (0.0, "unstable above") if figure == "rates" else None
+    others = () if ours else ("model_interpolation",)
+    return Picture(
+        label=label,
+        figure=f"shao-{figure}",
+        across=across,
+        x=x,
+        y=y,
+        begin=begin,
+        log_x=fast and figure != "counter-example",
+        log_y=figure == "error-frequency",
+        limit=stable,
+        last=4.0 if figure == "counter-example" else None,
+        curves=(
+            Curve(label="DRC-APO as printed", columns=("alternating_predictive",)),
+            Curve(label="restarted predictor", columns=("running_prediction",)),
+            *(Curve(label="DRC-PMI", columns=(name,), quiet=True) for name in others),
+            *((Curve(label="true fast sensor", columns=("fast_sensor",), quiet=True),) if fast else ()),
+        ),
+    )
+
+
+BRIEF = Brief(
+    topic="A slow sensor in a fast loop",
+    card="[The stability result of Sec. IV](-theory.stability) is false: a loop that meets its condition diverges. "
+    "[No simulation setting tried](-table.any-reading) reproduces Table I.",
+    holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
+    "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
+    correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
+    "breaks "
+    "at [eq. (15)](theory.prediction-bound). [Table I](table.any-reading) is not reproduced.",
+    guess="Does DRC-APO [track better](order.apo-below-pmi) than DRC-PMI, and [settle better](order.transient)? It "
+    "depends on which DRC-PMI is meant and where observers start.",
+    headline="[The stability result](-theory.stability) is false: this loop meets its condition (18) and diverges",
+    picture=Traces(
+        figure="shao-counter-example",
+        last=4.0,
+        across="time_s",
+        x="time (s), from a start at 1",
+        y="output of the loop",
+        text="Our loop: ẋ = x + u, feedback −2, observer gain 2, one measurement in 5 control periods of 1 ms. It "
+        "meets all that the theorem asks.",
+        curves=(
+            Curve(label="as printed", columns=("alternating_predictive",)),
+            Curve(label="with a true fast sensor", columns=("fast_sensor",), quiet=True),
+        ),
+    ),
+    sketch=Sketch(
+        alt=f"A slow sensor measures at every {DESIGN.ratio}th fast instant; a model fills in virtual measurements "
+        "between, which drift away from the output.",
+        strokes=(
+            curve(Draws.TRUTH),
+            dots(Draws.VIRTUAL, _FAST, _virtual),
+            dots(Draws.MEASURED, _SLOW),
+            ticks(Draws.TICK, _FAST, 142),
+            ticks(Draws.TICK_OURS, _SLOW, 142),
+            label("measured", 8, 14, Draws.LABEL_OURS),
+            label("virtual, from a model", 172, 14),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="At short periods the loop grows as printed, and decays with a true fast sensor",
+            moves="Move the time, or the fast period.",
+            text="The counter-example: its state in time, and the rate at which it grows. At short periods the "
+            "restarted "
+            "predictor does nearly what a fast sensor does; the printed one does not.",
+            pictures=(
+                _compared("counter-example", "in time", "time_s", "time (s)", "state x", 4.0, fast=True),
+                _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
+            ),
+        ),
+        Explorer(
+            title="On the motor a held measurement makes the estimate late",
+            moves="Move the ratio of both periods, or the frequency of the reference.",
+            text="The mean lag of the estimate for a slow reference, and the largest steady-state error.",
+            pictures=(
+                _compared("lag", "ratio", "ratio", "ratio M of the periods", "lag of the estimate (s)", 6),
+                _compared(
+                    "error-frequency",
+                    "frequency",
+                    "frequency_rad_s",
+                    "frequency (rad/s)",
+                    "tracking error (%)",
+                    0.5,
+                    fast=True,
+                ),
+            ),
+        ),
+    ),
+)
 
 
 def findings(results: Results) -> tuple[str, ...]:
@@ -172,7 +288,6 @@ PAPER = paper(
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(
-        *response_figures.FIGURES,
         *tracking_figures.FIGURES,
         *stability_figures.FIGURES,
         *reading_figures.FIGURES,

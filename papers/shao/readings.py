@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from papers.shao.method.motor import Feedforward
 from papers.shao.method.readings import Start, Structure
-from papers.shao.problem import HELD, PMI, SINGLE, SLOW_INPUT
+from papers.shao.printed import HELD, PMI, SINGLE, SLOW_INPUT
 from replication.audit.model import Policy, Reading
 from replication.estimation.dualrate.response import Points
 

@@ -28,8 +28,7 @@ from replication.audit.data import line_of, printed_values, read_tables
 from replication.audit.declare import Part, declared
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Kind, Results
-from replication.audit.names import meant
-from replication.errors import AuditError
+from replication.errors import AuditError, meant
 
 OfEntries = str | dict[str, str]
 """What holds for each entry of a value, or by name what holds for some of them."""

@@ -4,6 +4,7 @@ title = "Replication of three papers on epidemics"
 subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
 authors = ["A. Author"]                # optional: of the audit, for its citation
 common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
+repository = "https://github.com/a/b"  # optional: the public address, to which the report then links code at the commit
 papers = "papers"                      # optional: the package in this folder that holds a package for each paper
 """
 
@@ -12,17 +13,20 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+import re
 import sys
 import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
-from replication.audit.names import one_of
+from replication.audit.data import line_of_field, read_tables
+from replication.audit.inspect.coverage import tallies
 from replication.audit.parts import Paper
-from replication.errors import AuditError, ReplicationError
+from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
 
 CONFIGURATION = "replication.toml"
@@ -36,7 +40,12 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     subject: str = ""
     authors: tuple[str, ...] = ()
     common: str = ""
+    repository: str = ""
     papers: str = PACKAGE
+
+    def sources(self, commit: str, dirty: bool | None) -> str:
+        """Where the files of a commit are read, without a copy of the sources; empty if they are public nowhere."""
+        return f"{self.repository.rstrip('/')}/blob/{commit}/" if self.repository and commit and dirty is False else ""
 
 
 @dataclass(frozen=True)
@@ -147,6 +156,76 @@ def _settings(path: Path, content: bytes) -> Settings:
             f"{path}: papers = {name!r} cannot name a package of papers; give the name of a folder beside the file "
             f"that is a Python name and no module of Python, such as {PACKAGE!r}"
         )
+    if found.repository and not re.fullmatch(r"https://[A-Za-z0-9.-]+(/[A-Za-z0-9._~-]+)+/?", found.repository):
+        raise AuditError(
+            f"{path}: repository = {found.repository!r} is no public address of the sources; give it as in a browser, "
+            "such as https://github.com/a/b"
+        )
     if not found.title.strip():
         raise AuditError(f"{path}: the title is empty; say what is audited here")
     return found
+
+
+# What a paper is called, by whom it is and where it was published: paper.toml beside its module
+
+
+NAME = "paper.toml"
+
+
+class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The fields of the file; year is None if the text gives none."""
+
+    title: str
+    authors: tuple[str, ...]
+    summary: str
+    year: int | None = None
+    venue: str = ""
+    doi: str = ""
+    notebook: str = ""
+    bibtex: str = ""
+
+
+def about(module: str) -> dict[str, Any]:
+    """What `paper` asks of a source: its key, what paper.toml says of it, and how much of its text is covered.
+
+    module: a module of the paper, as `__file__`; the key is the name of its folder.
+    Raises AuditError that names file and field for what paper.toml does not say, or says in another form, and as
+    `read_coverage`.
+    """
+    path = Path(module).with_name(NAME)
+    found = _read(path)
+    key = path.parent.name
+    fields = {name: getattr(found, name) for name in About.__struct_fields__}
+    return {**fields, "key": key, "bibtex": found.bibtex or _entry(key, found), "coverage": tallies(module)}
+
+
+def _read(path: Path) -> About:
+    table = read_tables(path)
+    unknown = sorted(table.keys() - set(About.__struct_fields__))
+    if unknown:
+        raise AuditError(f"{_at(path, unknown[0])} is no field; {meant(unknown[0], About.__struct_fields__)}")
+    for name in ("title", "authors", "summary"):
+        if not table.get(name) or (isinstance(table[name], str) and not table[name].strip()):
+            raise AuditError(f"{_at(path, name)} is missing or empty; say what the paper gives")
+    try:
+        return msgspec.convert(table, About)
+    except msgspec.ValidationError as error:
+        field = re.search(r"\$\.(\w+)", str(error))
+        raise AuditError(f"{_at(path, field[1] if field else '')}: {error}; correct it") from None
+
+
+def _at(path: Path, name: str) -> str:
+    return f"{path}:{line_of_field(path, name)}: {name}"
+
+
+def _entry(key: str, found: About) -> str:
+    """A BibTeX entry of the fields that are given."""
+    fields = {
+        "author": " and ".join(found.authors),
+        "title": found.title,
+        "howpublished": found.venue,
+        "year": found.year,
+        "doi": found.doi,
+    }
+    lines = [f"@misc{{{key}", *(f"  {name} = {{{value}}}" for name, value in fields.items() if value)]
+    return ",\n".join(lines) + "\n}"

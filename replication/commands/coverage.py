@@ -69,7 +69,7 @@ def _lines(title: str, name: str, text: Text, only_open: bool) -> Iterator[str]:
 
 def _compare(path: Path, key: str, name: str) -> int:
     from replication.audit.inspect.coverage import differences, read_coverage
-    from replication.audit.names import one_of
+    from replication.errors import one_of
 
     project = here()
     (paper,) = project.load([key])

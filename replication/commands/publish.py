@@ -40,7 +40,7 @@ def notebooks(chosen: argparse.Namespace) -> int:
 
 def export(chosen: argparse.Namespace) -> int:
     """Write the exports and name them."""
-    from replication.audit.publish.exports import write_exports
+    from replication.audit.publish.archive import write_exports
     from replication.audit.store.records import read_results
 
     path = results_path(chosen)
@@ -65,7 +65,7 @@ def artifact(chosen: argparse.Namespace) -> int:
 
 def register(chosen: argparse.Namespace) -> int:
     """Write the page on several projects."""
-    from replication.audit.publish.register import build_register
+    from replication.audit.report.page import build_register
 
     say([f"register: {build_register(chosen.results, chosen.to)}"])
     return FINE

@@ -28,9 +28,9 @@ def show(chosen: argparse.Namespace) -> int:
     from rich.table import Table
     from rich.text import Text
 
-    from replication.audit.names import one_of
     from replication.audit.publish.terminal import claim_rows
     from replication.audit.store.records import read_results
+    from replication.errors import one_of
 
     results = read_results(results_path(chosen))
     claims = {claim.id: claim for claim in results.claims}
@@ -48,9 +48,8 @@ def show(chosen: argparse.Namespace) -> int:
 
 def check(chosen: argparse.Namespace) -> int:
     """Print each problem found."""
-    from replication.audit.inspect.check import check
+    from replication.audit.inspect.check import check, differences, kept, unfounded
     from replication.audit.inspect.coverage import faults
-    from replication.audit.inspect.derive import differences, kept, unfounded
     from replication.audit.publish.readme import is_stale
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
@@ -88,7 +87,7 @@ def diff(chosen: argparse.Namespace) -> int:
     old, new = (read_results(path, whole=False) for path in (chosen.old, chosen.new))
     changes, others = compare(old, new), beside(old, new)
     if chosen.html is not None:
-        from replication.audit.report.diff import build_page
+        from replication.audit.report.page import build_page
 
         say([f"page: {build_page(old, new, changes, chosen.html)}"])
     elif chosen.json:

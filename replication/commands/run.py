@@ -26,11 +26,9 @@ from replication.errors import AuditError
 
 if TYPE_CHECKING:
     from replication.audit.parts import Paper
-    from replication.audit.run.pool import Executor
-    from replication.audit.run.progress import Silent, Step
+    from replication.audit.run.pool import Executor, Silent, Step
     from replication.audit.run.runner import Outcome
-    from replication.audit.run.tracing import Trace
-    from replication.audit.run.unchanged import LastRun
+    from replication.audit.run.tracing import LastRun, Trace
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
@@ -71,8 +69,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
     from replication.audit.declare import unlisted
-    from replication.audit.run.tracing import traced
-    from replication.audit.run.unchanged import LastRun
+    from replication.audit.run.tracing import LastRun, traced
     from replication.audit.store.sources import KEPT, kept_at
     from replication.files import require_writable
 
@@ -111,12 +108,11 @@ def _run(
 ) -> int:
     import msgspec
 
-    from replication.audit.inspect.notes import notes
+    from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
     from replication.audit.run.runner import TIMEOUT, run
-    from replication.audit.run.tracing import labels, traced, untraced
-    from replication.audit.run.unchanged import Said
+    from replication.audit.run.tracing import Said, labels, traced, untraced
     from replication.audit.store.sources import SourceTree, default_packages
 
     output, figures, folder = places
@@ -168,7 +164,7 @@ def _seconds(text: str) -> float:
 
 def _reused(log: Sequence[Step]) -> list[Step]:
     """What a run does that finds all of this done."""
-    from replication.audit.run.progress import Action
+    from replication.audit.run.pool import Action
 
     return [replace(step, action=Action.REUSED) for step in log]
 
@@ -234,7 +230,7 @@ def _executor(chosen: argparse.Namespace) -> Executor:
 
 
 def _progress() -> Silent:
-    from replication.audit.run.progress import Bar, Plain
+    from replication.audit.run.pool import Bar, Plain
 
     if not sys.stdout.isatty():
         return Plain(sys.stdout)

@@ -37,7 +37,7 @@ def results_path(chosen: argparse.Namespace) -> Path:
 
 def say(lines: Iterable[str]) -> None:
     """Print lines to the standard output; a reader that has left is no error."""
-    from replication.audit.run.progress import say
+    from replication.audit.run.pool import say
 
     for line in lines:
         say(line, sys.stdout)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from replication.drawing import svg
-from replication.drawing.labels import name_axes, say
-from replication.drawing.panel import Panel
-from replication.drawing.style import house_style, line, new_axes
+from replication.drawing.style import house_style, line, name_axes, new_axes, say
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Figure
     from matplotlib.lines import Line2D
@@ -19,6 +19,18 @@ if TYPE_CHECKING:
 
 ROW, MARK, ROOM = 52, 9, 0.25
 """Characters of a row of names, those that the mark of each takes, and the share of the axes that a row is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Curves over a common axis x (M,). levels: horizontal lines. steps: values are held until the next x."""
+
+    x: npt.NDArray[Any]
+    x_label: str
+    y_label: str
+    lines: Mapping[str, npt.NDArray[Any]]
+    levels: Mapping[str, float]
+    steps: bool = False
 
 
 def draw(panels: Sequence[Panel]) -> Figure:

@@ -7,15 +7,19 @@ an inlined figure follows its page, light or dark.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
 
 FOREGROUND = "#010203"
 """Stands for the text colour of the page; no figure may use it for anything else."""
@@ -111,3 +115,96 @@ def _settings(cycle: Any) -> Any:
         "ytick.minor.size": 0,
         "svg.fonttype": "none",
     }  # fmt: skip
+
+
+# Words in a figure: what the axes measure, and the name of each curve beside it instead of in a box
+
+
+GAP = 4
+"""Points between a curve and its name."""
+_ANCHOR = {-1: ("top", -GAP), 0: ("center", 0), 1: ("bottom", GAP)}
+_ASIDE = {"left": GAP, "center": 0, "right": -GAP}
+
+
+def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
+    """Name what is measured: `y` above the axis, where it costs no width; at most `ticks` + 1 lines across."""
+    if y:
+        axes.set_title(y)
+    if x:
+        axes.set_xlabel(x)
+    if axes.get_yscale() == "linear":
+        axes.locator_params(axis="y", nbins=ticks)
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            _plain_decades(axis)
+
+
+def _plain_decades(axis: Axis) -> None:
+    """Write powers of ten at the size of all text; ticks that have words of their own keep them."""
+    if type(axis.get_major_formatter()).__name__ == "LogFormatterSciNotation":
+        axis.set_major_formatter(lambda value, _: decade(value))
+        axis.set_minor_formatter(lambda value, _: "")
+
+
+def decade(value: float) -> str:
+    """A power of ten: as a number where that is short, else with raised digits."""
+    power = round(math.log10(value))
+    return f"{10.0**power:g}" if -PLAIN <= power <= PLAIN else f"10{str(power).translate(RAISED)}"
+
+
+PLAIN, RAISED = 3, str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Up to which power of ten zeros are counted at a glance; the raised digits of the others."""
+
+
+def name_line(axes: Axes, curve: Line2D, text: str, at: float, *, side: int = 1, **more: Any) -> None:
+    """Write `text` at abscissa `at` of `curve`, in its colour: above it (side 1), below it (-1) or across (0)."""
+    import numpy as np
+
+    x, y = (np.asarray(values, dtype=float) for values in curve.get_data())
+    order = np.argsort(x, kind="stable")
+    height = float(np.interp(at, x[order], y[order]))
+    say(axes, text, (at, height), side=side, color=str(curve.get_color()), **more)
+
+
+def name_end(axes: Axes, curve: Line2D, text: str, *, lift: float = 0.0, **more: Any) -> None:
+    """Write `text` right of the last point of `curve`, in its colour; lift: points upwards, to part two names."""
+    x, y = (list(values)[-1] for values in cast(Any, curve.get_data()))
+    axes.annotate(
+        text, (x, y), xytext=(GAP + 1, lift), textcoords="offset points", va="center",
+        color=curve.get_color(), annotation_clip=False, **more,
+    )  # fmt: skip
+
+
+def say(
+    axes: Axes, text: str, point: Sequence[float], *, side: int = 1, ha: str = "center", color: str = FOREGROUND,
+    **more: Any,
+) -> None:  # fmt: skip
+    """Write `text` above (side 1), below (-1) or at (0) a point of the axes, given in the units of the data."""
+    va, gap = _ANCHOR[side]
+    axes.annotate(
+        text, (point[0], point[1]), xytext=(_ASIDE[ha], gap), textcoords="offset points", ha=ha, va=va, color=color,
+        annotation_clip=False, **more,
+    )  # fmt: skip
+
+
+def out_of_bounds(axes: Axes, low: float, high: float, text: str = "", *, at: float = 0.02) -> None:
+    """Shade heights from `low` to `high`, say where a loop is unstable; its words begin at the share `at` across."""
+    axes.axhspan(low, high, facecolor=BAND, alpha=0.55, linewidth=0, zorder=0)
+    if text:
+        across = axes.get_yaxis_transform()
+        axes.text(at, high, text, transform=across, ha="left", va="top", color=FOREGROUND)
+
+
+def rms(values: Sequence[float]) -> float:
+    """Root mean square."""
+    return float((sum(value * value for value in values) / len(values)) ** 0.5)
+
+
+def mark_clipped(axes: Axes, x: Sequence[float], y: Sequence[float], limit: float, color: str) -> int:
+    """A triangle at the edge for every value beyond plus or minus `limit`; how many there are."""
+    count = 0
+    for edge, marker in ((limit, "^"), (-limit, "v")):
+        beyond = [at for at, value in zip(x, y, strict=True) if value / edge > 1]
+        axes.plot(beyond, [0.9 * edge] * len(beyond), marker, markersize=4, color=color, linestyle="none")
+        count += len(beyond)
+    return count

@@ -7,7 +7,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from replication.audit.judge import verdict
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Judgement, Kind, Proof, SolverRecord, Verdict
 from replication.audit.parts import Figure, FigureData, Paper, ScopeItem
 from replication.audit.store.records import (

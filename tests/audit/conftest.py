@@ -10,7 +10,7 @@ import pytest
 from sample import build
 from selenium import webdriver
 
-from replication.audit.publish.picture import started
+from replication.audit.publish.readme import started
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,7 @@ from pathlib import Path
 import msgspec, papers
 from replication.audit.store.cache import Cache
 from replication.audit.run.pool import Processes
-from replication.audit.run.progress import Plain
+from replication.audit.run.pool import Plain
 from replication.audit.run.runner import run
 options = json.loads(sys.argv[1])
 root = Path.cwd()

@@ -17,7 +17,7 @@ import msgspec
 from cases import altered
 
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import Coverage, Figure, FigureData, Formula, Paper, ScopeItem, Table
 from replication.audit.report.page import build_report

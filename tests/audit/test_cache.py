@@ -9,8 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.model import SolverRecord
-from replication.audit.store.cache import NEVER_RAN, NOT_ASKED, UNREADABLE, Cache, Dependencies, Entry
-from replication.audit.store.jsonvalues import encode, solvers_in
+from replication.audit.store.cache import (
+    NEVER_RAN,
+    NOT_ASKED,
+    UNREADABLE,
+    Cache,
+    Dependencies,
+    Entry,
+    encode,
+    solvers_in,
+)
 from replication.errors import AuditError
 
 BASE: dict[str, Any] = {

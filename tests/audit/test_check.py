@@ -11,7 +11,7 @@ from cases import EXPERIMENT, PROOF, altered, claim, errata_of, figure, file_of,
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, check
-from replication.audit.judge.recording import rejudge
+from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Evidence, Kind, Proof, Reading, Verdict
 from replication.audit.parts import Formula, Table
 from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, read_results, to_json

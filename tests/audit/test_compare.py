@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from replication.audit.inspect.compare import Cause, FieldChange, beside, compare, moved, render, render_beside
 from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
-from replication.audit.report.diff import render_page
+from replication.audit.report.page import render_page
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
 

@@ -16,10 +16,8 @@ from cases import altered
 from lab import Lab, make_lab
 from sample import results as sample
 
-from replication.audit.publish.archive import changed_files
-from replication.audit.publish.exports import badge, codecheck, export_texts
-from replication.audit.publish.linked_data import media_type
-from replication.audit.publish.software import read_software
+from replication.audit.publish.archive import badge, changed_files, codecheck, export_texts
+from replication.audit.publish.linked_data import media_type, read_software
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

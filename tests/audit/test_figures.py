@@ -16,9 +16,9 @@ from sample import KEY, draw, figure, paper, trace
 from tables import read_csv
 
 from replication.audit.parts import FigureData
-from replication.audit.run.draw import to_csv, write_figures
-from replication.audit.run.settled import settled
-from replication.drawing import labels, style, svg
+from replication.audit.run.draw import settled, to_csv, write_figures
+from replication.drawing import style, svg
+from replication.drawing import style as labels
 from replication.errors import AuditError, InvalidInputError
 
 LARGEST_FILE = 150_000

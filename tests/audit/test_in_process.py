@@ -15,13 +15,13 @@ from cases import RUN, claim, paper, recorded, results_file
 from test_proofs import GAIN, LEVEL, certificate, joined_with, stated
 
 from replication.audit.data import read_printed
-from replication.audit.inspect import derive
-from replication.audit.inspect.derive import _moved
-from replication.audit.inspect.notes import factor
+from replication.audit.inspect import check as derive
+from replication.audit.inspect.check import _moved
+from replication.audit.inspect.headline import factor
 from replication.audit.judge.proofs import Wanted
 from replication.audit.judge.proofs import record as certificate_record
-from replication.audit.judge.recording import make_record
-from replication.audit.judge.typed import require_typed
+from replication.audit.judge.validate import require_typed
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Erratum, Evidence, Experiment, Kind, Proof, Verdict
 from replication.audit.parts import Paper
 from replication.audit.project import Project, Settings

@@ -10,8 +10,8 @@ import pytest
 from lab import Lab, make_lab
 from sample import claim
 
-from replication.audit.inspect.notes import factor
-from replication.audit.judge.recording import plain
+from replication.audit.inspect.headline import factor
+from replication.audit.judge.verdict import plain
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.errors import AuditError
 
@@ -217,7 +217,7 @@ def test_a_cache_that_cannot_be_written_is_told_before_the_start_and_ends_nothin
 
 def test_a_fault_of_the_program_has_a_code_of_its_own(lab: Lab) -> None:
     program = (
-        "import sys, replication.audit.names as names\nfrom replication.cli import main\n"
+        "import sys, replication.errors as names\nfrom replication.cli import main\n"
         "def fault(*a):\n    raise {}\nnames.one_of = fault\nsys.exit(main(['list', 'toy2020']))\n"
     )
     done = lab.python("-c", program.format("KeyError('lost' * 1000)"))

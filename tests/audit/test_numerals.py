@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.judge import numerals
-from replication.audit.report.pictures.number_line import Band, Mark, _clip, span_of, strip
+from replication.audit.report.entries import Band, Mark, _clip, span_of, strip
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -58,6 +58,20 @@ def test_head_and_tail_are_one_number_cut_at_the_last_printed_place(number: floa
 )
 def test_at_print(number: float, unit: Fraction, parts: tuple[str, str]) -> None:
     assert numerals.at_print(number, unit) == parts
+
+
+@given(st.floats(-1e3, 1e3), st.floats(0, 1e-3), st.floats(0, 1e-3), st.integers(0, 8))
+def test_what_is_shown_of_a_number_lies_in_its_bracket(number: float, below: float, above: float, places: int) -> None:
+    low, high = number - below, number + above
+    head, tail = numerals.at_print(number, Fraction(1, 10**places), 1, Fraction(low), Fraction(high))
+    assert low <= read(head + tail) <= high
+
+
+def test_a_number_beside_an_end_of_its_bracket_shows_one_digit_more() -> None:
+    bracket = Fraction("1.415803"), Fraction("1.415803967")
+    assert numerals.at_print(1.4158039, Fraction(1, 100)) == ("1.41", "5804")
+    assert numerals.at_print(1.4158039, Fraction(1, 100), 4, *bracket) == ("1.41", "58039")
+    assert numerals.outward(0.495865, 0.499944) == (0.4958, 0.5)
 
 
 @pytest.mark.parametrize(

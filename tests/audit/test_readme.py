@@ -13,8 +13,7 @@ from msgspec.structs import replace
 from sample import paper_record
 
 from replication.audit.model import Evidence
-from replication.audit.publish.picture import notes, verdicts
-from replication.audit.publish.readme import is_stale, replace_block, results_block
+from replication.audit.publish.readme import is_stale, notes, replace_block, results_block, verdicts
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,7 +65,7 @@ def test_no_picture_is_taken_of_edited_sources_or_of_a_verdict_that_moved() -> N
     assert verdicts(moved) != verdicts(clean)
 
 
-def test_a_paper_is_told_by_headline_and_card_or_else_by_its_first_finding() -> None:
+def test_a_paper_is_told_by_headline_or_card_or_else_by_its_first_finding() -> None:
     file = results_file(recorded(Evidence(method="m", value=1.33)))
 
     def told(**more: Any) -> str:
@@ -74,8 +73,8 @@ def test_a_paper_is_told_by_headline_and_card_or_else_by_its_first_finding() -> 
 
     brief = replace(paper_record(()).brief, card="The [level](+value) agrees.", holds="", correct="", guess="")
     assert "agree) The level agrees." in told(brief=brief).replace("](docs/badges/toy.svg)", ")")
-    assert "It is {value}. The level agrees." not in told(brief=replace(brief, headline="It is {value}"))
-    assert "It is 1.33. The level agrees." in told(brief=replace(brief, headline="It is {value}"))
+    assert "The level agrees." not in told(brief=replace(brief, headline="It is {value}"))
+    assert "It is 1.33." in told(brief=replace(brief, headline="It is {value}"))
     found = told(brief=None, findings=("The level holds.", "More."))
     assert "The level holds." in found and "More." not in found
     assert "toy: 1 of 1 agree" in told(brief=None, findings=())

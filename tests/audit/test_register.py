@@ -13,8 +13,8 @@ from sample import results as sample
 from replication.audit.inspect.headline import counts
 from replication.audit.judge.policies import once
 from replication.audit.project import Settings
-from replication.audit.publish.register import build_register, entry, render_register
 from replication.audit.report.claim import anchor
+from replication.audit.report.page import build_register, entry, render_register
 from replication.audit.store.records import ResultsFile, write_results
 from replication.errors import AuditError, InvalidInputError
 

@@ -32,11 +32,9 @@ from replication.audit.model import Evidence, How, Kind, OverInputs, Verdict
 from replication.audit.parts import Table
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import anchor, targets, views
-from replication.audit.report.formulas import mathml, prose
 from replication.audit.report.page import build_report, render
-from replication.audit.report.sections.lineage import proofs
-from replication.audit.report.sections.rounding import allowances
-from replication.audit.report.templates import SOURCES, code_link
+from replication.audit.report.sections.lineage import allowances, proofs
+from replication.audit.report.templates import SOURCES, code_link, mathml, prose
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
@@ -491,6 +489,16 @@ def test_code_links(code: str, link: str) -> None:
 
 def test_code_links_lead_to_the_project_from_a_folder_further_down(made: ResultsFile, tmp_path: Path) -> None:
     assert 'href="../../papers/doe1999/claims.py#L42"' in render(replace(made, figures=()), tmp_path, root="../../")
+
+
+@pytest.mark.parametrize(("dirty", "links"), [(False, "https://host/a/b/blob/abc/"), (True, "../")])
+def test_code_that_is_public_is_linked_at_its_commit(
+    made: ResultsFile, tmp_path: Path, dirty: bool, links: str
+) -> None:
+    project = replace(made.project, repository="https://host/a/b/")
+    run = replace(made.run, commit="abc", dirty=dirty)
+    text = render(replace(made, figures=(), project=project, run=run), tmp_path)
+    assert f'href="{links}papers/doe1999/claims.py#L42"' in text
 
 
 def test_anchors_are_unique_and_plain() -> None:

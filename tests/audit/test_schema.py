@@ -16,8 +16,14 @@ from lab import make_lab
 
 from replication.audit.inspect.check import check
 from replication.audit.model import Verdict
-from replication.audit.store.records import SCHEMA_VERSION, ResultsFile, read_results, to_json, write_results
-from replication.audit.store.schema import schema_text
+from replication.audit.store.records import (
+    SCHEMA_VERSION,
+    ResultsFile,
+    read_results,
+    schema_text,
+    to_json,
+    write_results,
+)
 from replication.errors import AuditError
 
 PUBLISHED = Path(__file__).parents[2] / "docs" / "results.schema.json"
@@ -69,7 +75,7 @@ def last_name(path: Location) -> str:
 
 def test_published_schema_is_the_derived_one() -> None:
     assert PUBLISHED.read_text(encoding="utf-8") == schema_text(), (
-        "run `python -m replication.audit.store.schema > docs/results.schema.json`"
+        "run `python -m replication.audit.store.records > docs/results.schema.json`"
     )
 
 

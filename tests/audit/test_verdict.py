@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from replication.audit.judge.recording import rejudge
-from replication.audit.judge.verdict import SMALLEST_PROBABILITY
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY, rejudge
 from replication.audit.model import Evidence, Kind, Outcome, Proof, Reading, Verdict
 from replication.audit.store.records import ClaimRecord
 

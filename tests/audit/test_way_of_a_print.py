@@ -12,7 +12,7 @@ from sample import results
 import replication
 from replication.audit.data import read_printed
 from replication.audit.declare import Part, paper
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Evidence, Results
 from replication.audit.report.page import build_report
 

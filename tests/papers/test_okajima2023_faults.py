@@ -19,7 +19,7 @@ from papers.okajima2023.claims import levels
 from papers.okajima2023.experiments.declared import CASES, DRAWS, GAIN_SETS, TIMINGS, case, gain_set, pair
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.printed import GAINS, PLANT, SCHEDULES, TABLE_1
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Claim, Proof, Verdict
 
 KEY = PAPER.key
@@ -133,6 +133,7 @@ FAULTS: dict[str, Fault] = {
     "order.shorter-in-table": level(pair((1, 3)), 1.2),
     "order.timing-matters": copied(TIMINGS[2], TIMINGS[1], "lower", "upper"),
     "order.timing-best": level(TIMINGS[2], 0.99),
+    "order.more-outputs": level(case("proposed"), 2.0),
     "order.shorter-in-general": level(pair((1, 3)), 1.2),
     "gains.depend-on-timing": copied(TIMINGS[0], TIMINGS[1], "gains"),
     # The print counts as met while one reading of the denominator allows it, so the fault is in all of them.

@@ -21,7 +21,7 @@ from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import MOST_SOLVED, READINGS
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
 from papers.peet2019.readings import POSITIVE
-from replication.audit.judge.recording import make_record
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
 
 Results = dict[str, Any]

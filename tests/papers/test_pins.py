@@ -7,7 +7,7 @@ import pytest
 
 import papers
 from papers import KEYS
-from replication.audit.judge.recording import rejudge
+from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, Policy, Verdict
 from replication.audit.run.runner import Outcome
 

@@ -13,7 +13,7 @@ import pytest
 from looking import overlaps, pages_of, unfold
 from selenium import webdriver
 
-from replication.audit.publish.picture import started
+from replication.audit.publish.readme import started
 from replication.audit.report.article import build_articles
 from replication.audit.report.page import build_report
 from replication.audit.run.runner import Outcome

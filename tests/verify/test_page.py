@@ -22,8 +22,8 @@ from attacks import ATTACKS, Attack, certificates, encoded, false_wish, own, wor
 from byhand import Certificate
 from tampered import delayed as certificate
 
-from replication.audit.publish.picture import started
-from replication.audit.report.checks import MOST_BYTES, checkable
+from replication.audit.publish.readme import started
+from replication.audit.report.evidence import MOST_BYTES, checkable
 from replication.audit.report.templates import source
 from replication.verify.run import check, verify
 from replication.verify.subjects import subject

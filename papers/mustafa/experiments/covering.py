@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem
-from papers.mustafa.method.algorithm1 import build_grid, gaps
-from papers.mustafa.method.printed_lmi import printed_design
-from papers.mustafa.method.stability import (
+from papers.mustafa.method import (
     Interval,
     UpperEnd,
+    build_grid,
     covered_interval,
     delta_block,
+    gaps,
     logarithmic_norm,
+    printed_design,
     small_gain_alpha,
 )
 from replication.estimation.linear.norms import hinf_norm

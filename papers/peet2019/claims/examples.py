@@ -5,8 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from functools import partial
 
-from papers.peet2019.claims.gains import by_pade, least_gain, optimum_of, reaches
-from papers.peet2019.claims.observer import OF_ITS_OWN
+from papers.peet2019.claims.gains import OF_ITS_OWN, by_pade, least_gain, optimum_of, reaches
 from papers.peet2019.claims.theory import CORRECTED, SIGNS, unmet
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.readings import READINGS as RULES

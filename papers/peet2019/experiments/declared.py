@@ -7,7 +7,7 @@ from typing import Any
 
 from papers._common import INPUTS
 from papers.peet2019 import common
-from papers.peet2019.experiments import examples, measured, scaling, timed
+from papers.peet2019.experiments import examples, measured, scaling
 from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
@@ -126,7 +126,7 @@ EXPERIMENTS = (
         for n, k in SMALL_CONE_CELLS
     ),
     experiment("measured", measured.cells, cells=[asdict(cell) for cell in measured.recorded()]),
-    experiment("timed", timed.timed, cells=[asdict(cell) for cell in timed.recorded()]),
+    experiment("timed", measured.timed, cells=[asdict(cell) for cell in measured.recorded_seconds()]),
     experiment("sizes", scaling.sizes, **GRID),
     experiment("roots", scaling.example_4_roots, **GRID, eigenvalues=[value for value in JORDAN.values() if value]),
     experiment("tau", examples.against_delay, plant=SECOND, delays=[0.1 * i for i in range(2, 15)], degree=2),

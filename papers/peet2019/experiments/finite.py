@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from replication.audit.judge.perturb import Parameters, spread
+from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.delay.models import pade_model, riccati_gain
 from replication.estimation.delay.observer import ErrorSystem, hinf_norm
 from replication.estimation.delay.system import delay_system

@@ -6,7 +6,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
-from papers.shao.claims.outcomes import (
+from papers.shao.claims.table import (
     TIED,
     against_one_correction,
     by_margin,
@@ -15,15 +15,16 @@ from papers.shao.claims.outcomes import (
     stable,
     unstable,
 )
-from papers.shao.printed import DATA, REFERENCES
-from papers.shao.problem import (
+from papers.shao.printed import (
     APO,
+    DATA,
     FAST,
     FREQUENCIES,
     HELD,
     LABELS,
     PMI,
     PMI_READINGS,
+    REFERENCES,
     RESTARTED,
     SINGLE,
     SRC,

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from papers._common import INPUTS
-from papers.shao import common, sensitivity
+from papers.shao import common
 from papers.shao.experiments import motor, theorem, tracking
-from papers.shao.experiments.readings import SEARCH, block, windows
-from papers.shao.printed import DATA
-from papers.shao.problem import COLUMNS, FREQUENCIES
+from papers.shao.experiments.tracking import SEARCH, block, windows
+from papers.shao.printed import COLUMNS, DATA, FREQUENCIES
 from replication.audit.declare import experiment
 
 SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
@@ -18,7 +17,7 @@ SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
 EXPERIMENTS = (
     experiment("common", common.levels, **INPUTS),
     experiment(
-        "sensitivity", sensitivity.table, prints=sensitivity.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
+        "sensitivity", common.table, prints=common.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
         ratio=int(DATA["ratio"]),
         cells=[
             {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}

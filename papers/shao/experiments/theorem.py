@@ -19,7 +19,7 @@ from papers.shao.method.lyapunov import (
     slow_rates,
     theorem_constants,
 )
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, held

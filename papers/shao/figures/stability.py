@@ -5,12 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from papers.shao.figures.looks import NAMES, columns_of, look, ours
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
+from papers.shao.figures import NAMES, columns_of, look, ours
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.labels import name_axes, name_line, out_of_bounds, say
-from replication.drawing.style import FOREGROUND, GREY, new_axes
+from replication.drawing.style import FOREGROUND, GREY, name_axes, name_line, new_axes, out_of_bounds, say
 
 ENDS = 4.0, 15.0
 """What the upper panel of the counter-example shows: until when, in s, and how high."""

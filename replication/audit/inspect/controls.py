@@ -11,8 +11,7 @@ from msgspec.structs import replace
 from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
-from replication.audit.judge.recording import rejudge
-from replication.audit.judge.verdict import AGREES
+from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Kind, Policy, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 

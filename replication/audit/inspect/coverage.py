@@ -26,9 +26,8 @@ from typing import Annotated, Any
 import msgspec
 
 from replication.audit.data import PrintedValue, read_printed
-from replication.audit.names import one_of
 from replication.audit.parts import Coverage, Paper
-from replication.errors import AuditError
+from replication.errors import AuditError, one_of
 
 FACTS = {
     "definition": "definition or convention, or how many blocks the formula beside it shows: nothing to recompute",

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, localcontext
 from fractions import Fraction
 
 from replication.audit.model import Numbers
+from replication.errors import AuditError
 
+SHOWN = 6
+"""Significant digits of a number that no print says more of."""
 BEYOND = 4
 CROWDED = 1
 """Digits shown beyond the last printed place; the second where several numbers stand in a line."""
@@ -28,7 +32,7 @@ _LONGEST = 15
 """Digits before the point from which a number is written with a power of ten."""
 
 
-def short(number: float, digits: int = 6) -> str:
+def short(number: float, digits: int = SHOWN) -> str:
     """`number` to that many significant digits, with a power of ten where it is very large or small."""
     if isinstance(number, bool):
         return "yes" if number else "no"
@@ -63,20 +67,29 @@ def seconds(number: float) -> str:
     return f"{number:.2f}" if number >= 0.01 or number == 0 else short(number, 1)
 
 
-def at_print(number: float, unit: Fraction, beyond: int = BEYOND) -> tuple[str, str]:
+def at_print(
+    number: float, unit: Fraction, beyond: int = BEYOND, low: Fraction | None = None, high: Fraction | None = None
+) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number.
+    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number; and
+    further still where that would leave its bracket from `low` to `high`.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:
         return short(number), ""
     if not decimals and float(number).is_integer():
         return _typeset(f"{number:.0f}"), ""
+    while not _between(float(f"{number:.{decimals + beyond}f}"), low, high):
+        beyond += 1
     text = _typeset(f"{number:.{decimals + beyond}f}")
     # Beyond a whole last place the point belongs to the muted part.
     cut = len(text) - beyond - (0 if decimals else 1)
     return text[:cut], text[cut:]
+
+
+def _between(number: float, low: Fraction | None, high: Fraction | None) -> bool:
+    return (low is None or number >= low) and (high is None or number <= high)
 
 
 def agreement(printed: str, computed: str) -> int:
@@ -107,14 +120,14 @@ def decimal(number: Decimal) -> str:
     return _typeset(f"{plain:f}" if not plain or -SMALLEST <= plain.adjusted() < _LONGEST else f"{plain:e}")
 
 
-def layout(numbers: Numbers) -> str:
+def layout(numbers: Numbers, write: Callable[[float], str] = short) -> str:
     """`numbers` in the way of their layout: a scalar, a list in parentheses, or rows in square brackets."""
     if not isinstance(numbers, tuple):
-        return short(numbers)
+        return write(numbers)
     if any(isinstance(row, tuple) for row in numbers):
-        rows = (" ".join(map(short, row)) if isinstance(row, tuple) else short(row) for row in numbers)
+        rows = (" ".join(map(write, row)) if isinstance(row, tuple) else write(row) for row in numbers)
         return f"[{'; '.join(rows)}]"
-    return f"({', '.join(short(number) for number in numbers if not isinstance(number, tuple))})"
+    return f"({', '.join(write(number) for number in numbers if not isinstance(number, tuple))})"
 
 
 def enclosure(low: Fraction | None, high: Fraction | None, *ends: Fraction | None) -> str:
@@ -143,6 +156,12 @@ def at_most(number: float, digits: int = 2) -> str:
 def at_least(number: float, digits: int = 2) -> str:
     """A lower bound to so many significant digits, rounded down: what "at least" stands before."""
     return decimal(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(number)))
+
+
+def outward(low: float, high: float, digits: int = 4) -> tuple[float, float]:
+    """Both ends of a bracket to so many significant digits, rounded outwards."""
+    below, above = (Context(prec=digits, rounding=mode) for mode in (ROUND_FLOOR, ROUND_CEILING))
+    return float(below.create_decimal(Decimal(low))), float(above.create_decimal(Decimal(high)))
 
 
 def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
@@ -186,3 +205,42 @@ def _typeset(text: str) -> str:
         power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
         mantissa = power if mantissa == "1" else f"{mantissa}×{power}"
     return mantissa.replace("-", MINUS)
+
+
+# Sentences that a reader can take in: few words and few numbers; names that hold a number do not count as one
+
+
+MOST_WORDS, MOST_WORDS_OF_TITLE, MOST_NUMBERS = 25, 15, 2
+
+LINK = re.compile(r"\[([^\[\]]+)\]\(([+\-?]?)([\w.\-]+)\)")
+"""`[words](name)`: words that link a claim or an erratum, perhaps with a sign of what they say of it."""
+
+_NAMED = re.compile(
+    r"\b(?:Theorem|Lemma|Corollary|Algorithm|Example|Table|Section|Sec|Fig|Case|step|eq|degree|column|period)s?\.?\s+"
+    r"[\dIVX]+(?:(?:\s*[-–,]\s*|\s+(?:and|or)\s+)\d+)*|[(\[][\d,\s]+[)\]]",
+    re.IGNORECASE,
+)
+_NUMBER = re.compile(r"(?<![\w.])\d+(?:,\d{3})*(?:\.\d+)?(?:×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[-+]?\d+)?|(?<![\w.])\.\d+")
+
+
+def require_short(sentence: str, most_words: int = MOST_WORDS, what: str = "finding") -> str:
+    """`sentence` itself; AuditError that says by how much it is too long, or has too many numbers.
+
+    Links count as their words. Theorem 3, degree 2 or (34) is a name, no number.
+    """
+    text = LINK.sub(r"\1", sentence)
+    words, numbers = text.split(), _NUMBER.findall(_NAMED.sub(" ", text))
+    if len(words) > most_words:
+        raise AuditError(
+            f"a {what} has at most {most_words} words, this one {len(words)}: {text!r}; shorten or split it"
+        )
+    if len(numbers) > MOST_NUMBERS:
+        raise AuditError(
+            f"a {what} has at most {MOST_NUMBERS} numbers, this one {', '.join(numbers)}: {text!r}; say it with fewer"
+        )
+    return sentence
+
+
+def require_title(title: str) -> str:
+    """The same for the title of a figure or picture, which is its message."""
+    return require_short(title, MOST_WORDS_OF_TITLE, "title")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -12,18 +13,64 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.checkers import checked_twice, machine_checked
 from replication.audit.judge.match import Match, match
 from replication.audit.model import Claim, Evidence, Kind, Numbers
 from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
-from replication.machine.generate import STATEMENTS
-from replication.twice import second
+from replication.machine.generate import STATEMENTS, sum_for
+from replication.twice import RECORD, second
 from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
+
+# By what else a certificate is checked, a second arithmetic or Coq: what their last runs left beside the papers
+
+
+def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[str, str]]:
+    """What Coq left beside a paper: the file of its statement, and the checksum of each certificate, by name.
+
+    Nothing where the theory, the decimals or the list of theorems have changed since.
+    stated: the theorems that Coq has a statement of. Raises AuditError if the record names another one.
+    """
+    found = _left(folder / "machine-checked.json", "make coq", "statement", "theory", "certificates")
+    others = sorted(found.get("certificates", {}).keys() - set(stated))
+    if others:
+        raise AuditError(
+            f"{folder / 'machine-checked.json'} names {', '.join(others)}, of which Coq has no statement; run "
+            "`make coq` again, or remove the file"
+        )
+    fresh = found and found["theory"] == sum_for(folder)
+    return (found["statement"], found["certificates"]) if fresh else ("", {})
+
+
+def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
+    """What the second arithmetic left: the checksum of each certificate of which both prove the same, by name.
+
+    Nothing where the second arithmetic has changed since. listed: the theorems that the paper wants. Raises AuditError
+    if the record names another one.
+    """
+    found = _left(folder / RECORD, "make verify-both", "arithmetic", "certificates")
+    others = sorted(found.get("certificates", {}).keys() - set(listed))
+    if others:
+        raise AuditError(
+            f"{folder / RECORD} names {', '.join(others)}, which theorems.json does not; run `make verify-both` again"
+        )
+    return dict(found["certificates"]) if found and found["arithmetic"] == second() else {}
+
+
+def _left(path: Path, command: str, *keys: str) -> dict[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return {key: record[key] for key in keys}
+    except (ValueError, KeyError, TypeError) as error:
+        raise AuditError(
+            f"{path} is not what `{command}` writes ({error!r}); run it again, or remove the file"
+        ) from None
+
 
 ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""

@@ -11,10 +11,10 @@ import msgspec
 from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Outcome, Reading, SolverRecord, Verdict
-from replication.audit.names import listed
 from replication.audit.parts import Paper
-from replication.audit.run.progress import Action, Step
+from replication.audit.run.pool import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
+from replication.errors import listed
 from replication.verify.predicate import in_words
 
 SLOWEST = 5

@@ -10,20 +10,26 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
+import msgspec
 from markupsafe import Markup
 
 import replication
-from replication.audit.inspect.headline import headline
+from replication.audit.inspect.compare import Change, moved
+from replication.audit.inspect.headline import counts, headline
+from replication.audit.judge.policies import once
+from replication.audit.model import Verdict
 from replication.audit.publish.linked_data import summary_graph
-from replication.audit.report.checks import checks, played
-from replication.audit.report.claim import targets
-from replication.audit.report.consequence import MEANING, standings
-from replication.audit.report.evidence import drawings, packed
+from replication.audit.report.claim import MEANING, anchor, standings, targets
+from replication.audit.report.evidence import checks, drawings, packed, played
 from replication.audit.report.guard import require_sourced
 from replication.audit.report.opening.field import field
 from replication.audit.report.opening.rows import rows
@@ -32,9 +38,9 @@ from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
 from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
-from replication.audit.store.records import ResultsFile, to_json
-from replication.errors import AuditError
-from replication.files import made_from, write_page
+from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile, RunRecord, read_results, to_json
+from replication.errors import AuditError, InvalidInputError
+from replication.files import made_from, write_atomically, write_page
 
 UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
@@ -72,7 +78,7 @@ def _key(results: ResultsFile, figures: Path, depth: int, proofs: Mapping[str, A
 
 
 def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
-    """The text of the report; root: the way from its folder to that of the project, for the links to code.
+    """The text of the report; root: the way to the folder of the project, for links to code in no public place.
 
     Other arguments and errors as for `build_report`.
     """
@@ -113,19 +119,21 @@ def _inside_script(content: dict[str, Any]) -> str:
 
 
 def _made(
-    results: ResultsFile, figures: Path, root: str, proofs: Mapping[str, Any]
+    results: ResultsFile, figures: Path, beside: str, proofs: Mapping[str, Any]
 ) -> tuple[str, dict[str, str], dict[str, Any]]:
     """The page, the evidence that is packed into it, and what both were made from."""
     made = environment()
     plays = played(proofs)
     wanted = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
     scripts = {name: source(f"{name}.js") for name, there in wanted.items() if there}
+    root = results.project.sources(results.run.commit, results.run.dirty) or beside
     found = shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
     evidence = drawings(made, {**found, "root": root})
     digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
     page = made.get_template("template.html.j2").render(
         found,
         root=root,
+        beside=beside,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
         style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
@@ -156,3 +164,139 @@ def _require_known(results: ResultsFile) -> None:
             f"the results name papers ({strangers}), claims ({unknown}) or certificates ({missing}) that they do not "
             "hold; make them again with `python -m replication run`"
         )
+
+
+# The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs
+
+
+def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
+    """Write the page of `changes` between two results files at `output`, whole or not at all, and return `output`."""
+    write_atomically(output, render_page(old, new, changes).encode())
+    return output
+
+
+def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -> str:
+    """The text of the page; the same files give the same text."""
+    rows = _run_rows(old.run, new.run)
+    statements = {claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)}
+    return (
+        environment()
+        .get_template("diff.html.j2")
+        .render(
+            sentence=sentence(changes, len(new.claims)),
+            verdicts=[change for change in changes if change.old != change.new],
+            others=[change for change in changes if change.old == change.new],
+            statements=statements,
+            causes=Counter(str(cause) for change in changes for cause in change.causes),
+            unlike=[row for row in rows if row[1] != row[2]],
+            alike=[row for row in rows if row[1] == row[2]],
+            moved=moved,
+            text=_text,
+            style=Markup(style_sheet()),
+        )
+    )
+
+
+def sentence(changes: Sequence[Change], claims: int) -> str:
+    """How many claims changed, and how many of those in their verdict."""
+    if not changes:
+        return f"None of {claims} claims changed."
+    verdicts = sum(change.old != change.new for change in changes)
+    return f"{len(changes)} of {claims} claims changed, {verdicts} of them in the verdict."
+
+
+def _run_rows(old: RunRecord, new: RunRecord) -> list[tuple[str, str, str]]:
+    """What the runs say of themselves, line by line; packages one by one, and only those that differ."""
+    first, second = msgspec.to_builtins(old), msgspec.to_builtins(new)
+    packages = first.pop("packages"), second.pop("packages")
+    rows = [(name.replace("_", " "), _text(first[name]), _text(second[name])) for name in first]
+    for name in sorted(packages[0].keys() | packages[1].keys()):
+        versions = [_text(found.get(name)) for found in packages]
+        if versions[0] != versions[1]:
+            rows.append((name, *versions))
+    return rows
+
+
+def _text(value: Any) -> str:
+    """A value of a record as text: words as they are, numbers with all their digits, lists and the like as JSON."""
+    if value is None or value == "":
+        return "—"
+    return value if isinstance(value, str) else msgspec.json.encode(value).decode()
+
+
+# Several projects side by side on a page: what each has audited, and with what outcome, from their results alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One paper of a project; report: address of its page in the report, empty if there is none."""
+
+    paper: PaperRecord
+    counts: Mapping[Verdict, int]
+    total: int
+    proved: int
+    unexpected: int
+    report: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One project, by its results."""
+
+    results: ResultsFile
+    rows: tuple[Row, ...]
+    counts: Mapping[Verdict, int]
+    total: int
+    report: str
+
+
+def build_register(files: Sequence[Path], output: Path) -> Path:
+    """Write the page on these results files, or folders that hold one, at `output`, and return `output`.
+
+    Raises AuditError that names the file which is no results file, or one of another schema; InvalidInputError if one
+    is given twice. Nothing is written then.
+    """
+    paths = [path / "results.json" if path.is_dir() else path for path in files]
+    for path, times in Counter(path.resolve() for path in paths).items():
+        if times > 1:
+            raise InvalidInputError(f"{path} is given {times} times; give each project once")
+    entries = [entry(read_results(path), _report(path, output)) for path in paths]
+    write_atomically(output, render_register(entries).encode())
+    return output
+
+
+def render_register(entries: Sequence[Entry]) -> str:
+    """The text of the page, projects by title; the same results give the same text."""
+    ordered = sorted(entries, key=lambda one: (one.results.project.title, one.report))
+    verdicts = [verdict for verdict in Verdict if any(one.counts[verdict] for one in ordered)]
+    template = environment().get_template("register.html.j2")
+    return template.render(entries=ordered, verdicts=verdicts, style=Markup(style_sheet()))
+
+
+def entry(results: ResultsFile, report: str) -> Entry:
+    """What the page says of a project; report: address of its report, or empty."""
+    return Entry(
+        results=results,
+        rows=tuple(_row(paper, results.claims, report) for paper in results.papers),
+        counts=counts(results.claims),
+        total=len(once(results.claims)),
+        report=report,
+    )
+
+
+def _row(paper: PaperRecord, claims: Sequence[ClaimRecord], report: str) -> Row:
+    own = [claim for claim in claims if claim.paper == paper.key]
+    return Row(
+        paper=paper,
+        counts=counts(own),
+        total=len(once(own)),
+        proved=sum(claim.judgement.proved for claim in once(own)),
+        unexpected=sum(claim.unexpected for claim in own),
+        report=report and f"{report}#{quote(anchor('paper', paper.key))}",
+    )
+
+
+def _report(results: Path, output: Path) -> str:
+    """The address of the report beside a results file, seen from the page."""
+    page = results.resolve().parent / "index.html"
+    return quote(os.path.relpath(page, output.resolve().parent)) if page.is_file() else ""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -14,16 +15,97 @@ from replication.audit.brief import Consequence
 from replication.audit.inspect.headline import counts
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
-from replication.audit.model import Reading, Verdict
-from replication.audit.report.claim import ClaimView, views
-from replication.audit.report.consequence import MEANING
-from replication.audit.report.formulas import mathml
-from replication.audit.report.pictures.explore import ExplorerView, explorers
-from replication.audit.report.pictures.ladder import Ladder, ladders
-from replication.audit.report.tables import TableView, table_view
+from replication.audit.judge.verdict import AGREES
+from replication.audit.model import Policy, Reading, Verdict
+from replication.audit.parts import Table
+from replication.audit.report.claim import MEANING, ClaimView, views
+from replication.audit.report.explore import ExplorerView, explorers
+from replication.audit.report.ladder import Ladder, ladders
+from replication.audit.report.templates import CLAIM_CELL, claim_of, mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
+
+# The tables of a paper: which cells are claims, how many of them agree, what a cell is called where it stands alone
+
+
+_NUMBERS = re.compile(r"[\d\s.,()]+")
+"""A heading that says nothing without the name of what is counted."""
+
+_CORRECTED = {Policy.ERRATUM, Verdict.REPRODUCED_AFTER_ERRATUM}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CellView:
+    """A text, or a claim with the headings of its row and its column; a row of a table begins with its heading.
+
+    printed, ours: what stands in the paper, and what that means if it holds, where a claim prints no number.
+    """
+
+    text: str = ""
+    printed: str = ""
+    ours: str = ""
+    claim: ClaimView | None = None
+    headings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableView:
+    """A table with its claims in place.
+
+    numbers: how many entries print one that has a verdict. agree: how many of these agree to the last digit,
+    `corrected` of them once a misprint is; `chosen` more, not to the last digit, under an assumption of ours.
+    unsettled: how many entries are undetermined.
+    """
+
+    record: Table
+    rows: tuple[tuple[CellView, ...], ...]
+    numbers: int
+    agree: int
+    chosen: int
+    corrected: int
+    unsettled: int
+
+
+def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
+    """The table; claims: those of its paper, by id."""
+    rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
+    shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
+    judged = [v for v in shown if v.record.claim.printed and v.record.verdict is not Verdict.UNDETERMINED]
+    holding = [view for view in judged if view.record.verdict in AGREES]
+    # Of a draw no digit agrees: it is only probable enough.
+    exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
+    return TableView(
+        record=table,
+        rows=rows,
+        numbers=len(judged),
+        agree=len(exact),
+        chosen=len(holding) - len(exact),
+        corrected=sum(bool(_CORRECTED & {view.record.verdict, *view.record.judgement.policies}) for view in exact),
+        unsettled=sum(view.record.verdict is Verdict.UNDETERMINED for view in shown),
+    )
+
+
+def _cells(header: tuple[str, ...], row: tuple[str, ...], claims: Mapping[str, ClaimView]) -> Iterator[CellView]:
+    down, _, across = header[0].partition("\\") if "\\" in header[0] else (header[0], "", header[0])
+    for place, cell in enumerate(row):
+        if cell.startswith(CLAIM_CELL):
+            beside = () if row[0].startswith(CLAIM_CELL) else (named(down, row[0]),)
+            above = (named(across, header[place]),) if place else ()
+            _, printed, ours = (*cell.split("|"), "", "")[:3]
+            headings = tuple(filter(None, (*beside, *above)))
+            yield CellView(claim=claims[claim_of(cell)], headings=headings, printed=printed, ours=ours)
+        else:
+            yield CellView(text=cell)
+
+
+def named(name: str, heading: str) -> str:
+    """A heading with the name of what it counts, if it is nothing but numbers: "K = 2", "Example 1"."""
+    name, heading = name.strip(), heading.strip()
+    if not name or not _NUMBERS.fullmatch(heading):
+        return heading
+    return f"{name} {heading}" if name.isalpha() and len(name) > 1 else f"{name} = {heading}"
+
 
 _Record = TypeVar("_Record", ClaimRecord, ErratumRecord, FigureRecord)
 
@@ -61,12 +143,14 @@ class PaperView:
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
         failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
+        slips = sum(erratum.scan for erratum in self.errata)
+        copied = f"; {slips} may correct {'slips' if slips > 1 else 'a slip'} of our copy" if slips else ""
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
             "ladder": "How close our proved values lie to the printed ones",
-            "errata": f"We are certain of {certain} of {len(self.errata)} corrections",
+            "errata": f"We are certain of {certain} of {len(self.errata)} corrections{copied}",
             "findings": "What we found",
             "claims": f"{failing or 'None'} of {self.total} claims fail{'s' * (failing < 2)}",
             "figures": "The paper's figures, recomputed",

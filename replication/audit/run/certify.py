@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.audit.names import one_of
 from replication.audit.project import read_settings
 from replication.audit.run.pool import Processes
 from replication.audit.run.worker import Answer, Task
 from replication.audit.store.sources import default_packages
+from replication.errors import one_of
 from replication.files import write_atomically
 from replication.verify.run import check, verify
 from replication.verify.subjects import papers, theorems

@@ -21,8 +21,7 @@ import msgspec
 from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
-from replication.audit.store.installed import loaded, plain
-from replication.audit.store.provenance import kernel, read_environment, read_packages
+from replication.audit.store.provenance import kernel, loaded, plain, read_environment, read_packages
 from replication.audit.store.sources import SourceTree, default_packages, project_of
 from replication.errors import AuditError
 

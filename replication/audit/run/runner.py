@@ -15,26 +15,21 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.proofs import Wanted, record, wanted
-from replication.audit.judge.typed import require_typed
-from replication.audit.judge.validate import validate_claims, validate_theorems
+from replication.audit.judge.validate import require_typed, validate_claims, validate_theorems
 from replication.audit.model import Experiment
-from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.project import read_settings
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.command import execute
-from replication.audit.run.pool import Executor, Processes
-from replication.audit.run.progress import Action, Silent, Step
+from replication.audit.run.pool import Action, Executor, Processes, Silent, Step
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import Answer, Task, describe, function_name
-from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
-from replication.audit.store.installed import canonical, loaded, plain
-from replication.audit.store.jsonvalues import encode, solvers_in
-from replication.audit.store.provenance import Environment, read_environment, run_record
+from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, encode, solvers_in
+from replication.audit.store.provenance import Environment, canonical, loaded, plain, read_environment, run_record
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages, parents
-from replication.errors import AuditError
+from replication.errors import AuditError, meant
 
 EDITED = "not kept: its sources or data were edited while it ran"
 TIMEOUT = 3600.0

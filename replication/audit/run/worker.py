@@ -18,7 +18,7 @@ import msgspec
 
 from replication.audit.model import Experiment
 from replication.audit.run.tracing import labels, others, traced, untraced
-from replication.audit.store.jsonvalues import encode
+from replication.audit.store.cache import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, ReplicationError

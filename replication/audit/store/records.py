@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -315,3 +317,15 @@ def json_schema() -> dict[str, Any]:
         if "properties" in definition:
             definition |= {"required": list(definition["properties"]), "additionalProperties": False}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+# The text of docs/results.schema.json, which `python -m replication.audit.store.records` prints
+
+
+def schema_text() -> str:
+    """The JSON Schema of results.json as published: two spaces, one newline at the end."""
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(schema_text())

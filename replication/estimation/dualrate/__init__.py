@@ -23,12 +23,5 @@ else:
     )
 
 __all__ = [
-    "OBSERVERS",
-    "DualRateResult",
-    "SlowRateResult",
-    "analyse",
-    "compare",
-    "design",
-    "make_plant",
-    "simulate",
-]
+    "OBSERVERS", "DualRateResult", "SlowRateResult", "analyse", "compare", "design", "make_plant", "simulate",
+]  # fmt: skip

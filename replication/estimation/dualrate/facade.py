@@ -16,13 +16,7 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import LITTLE, Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
-from replication.estimation.dualrate.loop import (
-    MARGINAL,
-    close_loop,
-    noise_gain,
-    require_stable,
-    stability_radius,
-)
+from replication.estimation.dualrate.loop import MARGINAL, close_loop, noise_gain, require_stable, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response

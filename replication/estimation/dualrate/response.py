@@ -20,13 +20,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.observers import Harmonic, forced, over_time
 from replication.estimation.dualrate.problem import row_of_output
-from replication.estimation.validation import (
-    Array,
-    ComplexArray,
-    finite_vector,
-    one_of,
-    positive_integer,
-)
+from replication.estimation.validation import Array, ComplexArray, finite_vector, one_of, positive_integer
 
 LEAST_SUBSTEPS, POINTS_PER_TURN = 100, 20
 """Grid before the refinement: points per fast period at least, and points per turn of the fastest oscillation."""

@@ -13,11 +13,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
-from replication.estimation.dualrate.loop import (
-    DualRateLoop,
-    lifted_system,
-    noise_system,
-)
+from replication.estimation.dualrate.loop import DualRateLoop, lifted_system, noise_system
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
 from replication.estimation.linear.periodic import PeriodicSystem
@@ -136,13 +132,7 @@ class DualRateResult(Design):
         return tuple(f"noise of {name}" for name in self.signals.measurements)
 
     def to_statespace(self) -> control.StateSpace:
-        """The closed loop over one slow period M T.
-
-        Returns
-        -------
-        control.StateSpace
-            Inputs are the sensor noises, outputs the plant outputs at the M fast instants, `@k` for instant k.
-        """
+        """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
         lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
         noise = self.disturbances()
         lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))

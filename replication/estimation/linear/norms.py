@@ -153,11 +153,7 @@ def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
     )
 
 
-def peak_on_circle(
-    value: Callable[[float], float],
-    maps: Callable[[float], RiccatiMap],
-    hint: float,
-) -> GainBracket:
+def peak_on_circle(value: Callable[[float], float], maps: Callable[[float], RiccatiMap], hint: float) -> GainBracket:
     """Supremum over [0, pi] of `value(angle)`, whose crossings of a level are the circle angles of `maps(level)`.
 
     hint: an angle at which to start beside 0 and pi, for example that of a lightly damped pole. Raises SolverError if

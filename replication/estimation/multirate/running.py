@@ -8,18 +8,18 @@ for it. With a gate, a measurement whose innovation exceeds so many standard dev
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from replication.estimation.api.export import Phase, Recursion
-from replication.estimation.api.portable import NOT_GIVEN, Portable
-from replication.estimation.api.running import Mask, gate_of, known_inputs, vector, warn_unscheduled
+from replication.estimation.api.portable import NOT_GIVEN
+from replication.estimation.api.running import Mask, RunningObserver, gate_of, warn_unscheduled
 from replication.estimation.linear.riccati import solve
 from replication.estimation.multirate.kalman import Correction, FilterGains, Sensing, corrected, read_only, sensing
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.validation import Array, as_array, covariance
+from replication.estimation.validation import Array, covariance
 
 
 class KalmanStep(NamedTuple):
@@ -52,10 +52,10 @@ class KalmanStep(NamedTuple):
     smoothed_covariance: Array
 
 
-class RunningKalman(Portable, ABC):
-    """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come.
+class RunningKalman(RunningObserver):
+    """A filter of a plant with its schedule; `gated` counts measurements beyond the gate.
 
-    `unscheduled` counts samples of sensors that were not due, `gated` those beyond the gate.
+    Its `step` gives a `KalmanStep` where other observers give an estimate; `estimate` is x^(k|k-1).
     """
 
     takes_any: bool = False
@@ -65,68 +65,39 @@ class RunningKalman(Portable, ABC):
         plant = problem.plant
         self._gate = gate_of(gate)
         self.problem, self.lag = problem, lag
-        self._sizes = plant.order, plant.B_u.shape[1], plant.sensors
         self._A, self._B, self._C, self._mask = plant.A, plant.B_u, plant.C, problem.schedule.mask
         self._direct = plant.D_u if np.any(plant.D_u) else None
         self._due = [int(due.sum()) for due in self._mask]
-        self.reset()
+        super().__init__(plant.order, plant.B_u.shape[1], plant.sensors)
 
-    def reset(self, estimate: Any = None) -> Array:
-        """Go back to instant 0.
-
-        Parameters
-        ----------
-        estimate : array (n,), optional
-            x^(0|-1); zero unless given.
-
-        Returns
-        -------
-        array (n,)
-            The estimate at instant 0.
-
-        Raises
-        ------
-        InvalidInputError
-            `estimate` has another length, or is not finite.
-        """
-        n = self._sizes[0]
-        start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
-        self.instant, self.missed, self.unscheduled, self.gated = 0, 0, 0, 0
-        # Row i is x^(k-i|k-1).
-        self._past = np.full((self.lag + 1, n), np.nan)
-        self._past[0] = start
-        self._begin()
-        return np.array(start)
-
-    def step(self, u: Any, y: Any = NOT_GIVEN) -> KalmanStep:
-        """Take what is known at the present instant and go on to the next.
-
-        Parameters
-        ----------
-        u : array (m,), dict, or None
-            Known inputs u(k); None if the plant has none. Alone, a dict of inputs and measurements by name.
-        y : array (q,), dict, or None
-            Measurements y(k) of all sensors; only those that are due are looked at. None or NaN where one did not come.
+    def step(self, u: Any, y: Any = NOT_GIVEN) -> KalmanStep:  # type: ignore[override]
+        """As in `RunningObserver`, with filtered and smoothed estimates, covariances and innovation.
 
         Returns
         -------
         KalmanStep
-            Estimates, covariances and innovation.
-
-        Raises
-        ------
-        InvalidInputError
-            Another length or name, text, or infinities; the filter is then as before.
+            What is known after the measurements of this instant.
         """
-        if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
-            u, y = self._by_name(u, y)
+        super().step(u, y)
+        return self._latest
+
+    @property
+    def estimate(self) -> Array:
+        """x^(k|k-1), the estimate of the state at the present instant from what came before, (n,)."""
+        return np.array(self._past[0])
+
+    def _begin(self, start: Array) -> None:
+        self.gated = 0
+        # Row i is x^(k-i|k-1).
+        self._past = np.full((self.lag + 1, self.states), np.nan)
+        self._past[0] = start
+
+    def _advance(self, u: Array, y: Array) -> None:
         phase = self.instant % len(self._mask)
-        measured = vector("y", y, self._sizes[2])
-        known = known_inputs(u, self._sizes[1])
-        driven = self._B @ known if len(known) else 0.0
-        innovation = measured - self._C.dot(self._past[0])
+        driven = self._B @ u if len(u) else 0.0
+        innovation = y - self._C.dot(self._past[0])
         if self._direct is not None:
-            innovation -= self._direct @ known
+            innovation -= self._direct @ u
         due, there = self._mask[phase], innovation == innovation  # NaN is not itself
         came, gated = (there if self.takes_any else due & there), 0
         missed, extra = self._due[phase] - int(np.count_nonzero(due & there)), int(np.count_nonzero(there & ~due))
@@ -139,20 +110,10 @@ class RunningKalman(Portable, ABC):
         if not came.all():
             shown, innovation = np.where(came, innovation, np.nan), np.where(came, innovation, 0.0)
         other = missed or gated or (extra and self.takes_any)
-        step = self._update(phase, innovation, came if other else None, driven, shown)
-        self.instant += 1
+        self._latest = self._update(phase, innovation, came if other else None, driven, shown)
         self.missed += missed
         self.unscheduled += extra
         self.gated += gated
-        return step
-
-    @property
-    def estimate(self) -> Array:
-        """x^(k|k-1), the estimate of the state at the present instant from what came before, (n,)."""
-        return np.array(self._past[0])
-
-    @abstractmethod
-    def _begin(self) -> None: ...
 
     @abstractmethod
     def _variances(self, phase: int) -> Array:
@@ -195,9 +156,6 @@ class KalmanFilter(RunningKalman):
         self._next = read_only(np.roll(gains.predicted, -1, axis=0))
         super().__init__(problem, gains.lag, gate)
 
-    def _begin(self) -> None:
-        pass
-
     def _variances(self, phase: int) -> Array:
         return np.diagonal(self.gains.innovation[phase])
 
@@ -207,30 +165,13 @@ class KalmanFilter(RunningKalman):
         gains = self.gains
         now = self._shifted(gains.K[phase], gains.L[phase], innovation, driven)
         return KalmanStep(
-            now[0],
-            gains.filtered[phase],
-            self._past[0],
-            self._next[phase],
-            shown,
-            now[-1],
-            gains.smoothed[phase],
+            now[0], gains.filtered[phase], self._past[0], self._next[phase], shown, now[-1], gains.smoothed[phase]
         )
 
     def to_c(self, name: str = "kalman", comment: str = "") -> str:
-        """The filter as one C99 file that compiles by itself.
+        """The filter as one C99 file: `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k).
 
-        Parameters
-        ----------
-        name : str
-            C identifier of at most 31 characters with which every name begins.
-        comment : str
-            What it is, for the top of the file.
-
-        Returns
-        -------
-        str
-            `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k), of n numbers each; those of
-            instants before the first are without meaning.
+        They are n numbers each; those of instants before the first are without meaning.
         """
         return super().to_c(name, comment)
 
@@ -240,7 +181,7 @@ class KalmanFilter(RunningKalman):
 
     def _recursion(self) -> Recursion:
         """One phase for each instant, of the state (x^(k+1|k), x^(k|k), ..., x^(k-lag|k))."""
-        n, _, q = self._sizes
+        n, q = self.states, self.measurements
         blocks = self.lag + 2
         output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
         direct, phases = self.problem.plant.D_u, []
@@ -289,7 +230,8 @@ class StartingFilter(RunningKalman):
         self._noise = np.sum(plant.D**2, axis=1)
         super().__init__(problem, lag, gate)
 
-    def _begin(self) -> None:
+    def _begin(self, start: Array) -> None:
+        super()._begin(start)
         # Of x^(k-i|k-1): covariance with the error of x^(k|k-1), and its own.
         unknown = [np.full_like(self.start, np.nan)] * self.lag
         self._cross, self._own = [self.start, *unknown], [self.start, *unknown]

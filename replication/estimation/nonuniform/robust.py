@@ -179,11 +179,7 @@ def recover(v: LmiVariables) -> Filter:
 
 
 def design_for_periods(
-    plant: SampledPlant,
-    periods: Sequence[float],
-    *,
-    at: Normalised | None = None,
-    solver: Solver = Solver.CLARABEL,
+    plant: SampledPlant, periods: Sequence[float], *, at: Normalised | None = None, solver: Solver = Solver.CLARABEL
 ) -> FilterDesign:
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 

@@ -1,9 +1,9 @@
 """A note on an epidemic."""
 
 from papers.epidemic import errata, experiments, figures, printed
-from replication.audit.about import about
 from replication.audit.declare import Part, experiment, number, paper
 from replication.audit.numbers import numbers
+from replication.audit.project import about
 
 R, DAYS = (number(printed.DATA[name]) for name in ("reproduction", "days"))
 

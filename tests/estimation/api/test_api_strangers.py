@@ -40,13 +40,7 @@ def test_arrays_give_what_a_statespace_gives() -> None:
             "nonuniform",
         ),
         (dualrate.design(dualrate.make_plant(SERVO.A, SERVO.B, SERVO.C), period=0.02, ratio=10), "dualrate"),
-        (
-            delay.design(
-                delay.delay_system(TANKS.A, PIPE, [0.4], TANKS.B, TANKS.C[1:], TANKS.C[:1]),
-                order=12,
-            ),
-            "delay",
-        ),
+        (delay.design(delay.delay_system(TANKS.A, PIPE, [0.4], TANKS.B, TANKS.C[1:], TANKS.C[:1]), order=12), "delay"),
     ]
     for given, method in pairs:
         assert given.bracket == result_of(method).bracket
@@ -160,10 +154,7 @@ CALLS: dict[str, tuple[Callable[[], Any], str]] = {
         "the schedule has 1 sensors, the plant has 2",
     ),
     "multirate: rate": (lambda: multirate.design(CART, periods=(1, 2.5), noise=[1, 1]), "must be a whole number"),
-    "multirate: offsets": (
-        lambda: multirate.design(CART, periods=(1, 4), offsets=(0, 4), noise=[1, 1]),
-        "from 0 to 3",
-    ),
+    "multirate: offsets": (lambda: multirate.design(CART, periods=(1, 4), offsets=(0, 4), noise=[1, 1]), "from 0 to 3"),
     "multirate: word": (
         lambda: multirate.design(CART, periods=(1, 4), offsets="beste", noise=[1, 1]),
         "offsets must be",

@@ -162,8 +162,9 @@ def test_an_observer_that_switches_with_losses(tmp_path: Path) -> None:
     assert observer.missed == loaded.missed > 0
 
 
-def test_a_filter_with_time_stamps(tmp_path: Path) -> None:
-    observer, rng = observer_of("filter"), np.random.default_rng(2)
+@pytest.mark.parametrize("kind", ["filter", "kalman"])
+def test_a_filter_with_time_stamps(kind: str, tmp_path: Path) -> None:
+    observer, rng = observer_of(kind), np.random.default_rng(2)
     loaded = again(observer, tmp_path)
     for t in np.cumsum(rng.uniform(0.02, 0.4, FEW)):
         y = rng.standard_normal(2)

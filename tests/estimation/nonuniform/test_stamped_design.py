@@ -168,10 +168,7 @@ def test_more_cells_lower_the_level_towards_that_of_no_filter():
 
 
 def test_what_enters_the_hulls_is_what_steps_the_error():
-    for plant, subject in (
-        (MOTOR, some_filter(SWING, 0.05)),
-        (UNSTABLE, StampedFilter(np.arange(4.0)[None, :, None])),
-    ):
+    for plant, subject in ((MOTOR, some_filter(SWING, 0.05)), (UNSTABLE, StampedFilter(np.arange(4.0)[None, :, None]))):
         Phi, Gamma = plant.discretise(0.2)
         state, drive = subject.error_step(plant, Phi, Gamma)
         n = plant.order

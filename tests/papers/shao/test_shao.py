@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from computed import result
 
-from papers.shao import PAPER, printed, problem
-from papers.shao.experiments.readings import SEARCH, block, merged, table_columns
+from papers.shao import PAPER, printed
+from papers.shao import printed as problem
+from papers.shao.experiments.tracking import SEARCH, block, merged, table_columns
 from papers.shao.method.search import BlockResult, search_block
 from papers.shao.plants import PARAMETERS, plants
-from replication.audit.judge.recording import make_record
 from replication.audit.judge.validate import validate_claims
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Verdict
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
 from replication.audit.model import Kind, Verdict
-from replication.audit.report.claim import ClaimView
-from replication.audit.report.consequence import FAILS, Standing, standing
+from replication.audit.report.claim import FAILS, ClaimView, Standing, standing
 from replication.audit.report.paper import PaperView
 
 ORDER = (

@@ -14,15 +14,12 @@ from pathlib import Path
 from replication.audit.brief import Bars, Entries, Pair, Traces
 from replication.audit.judge import numerals
 from replication.audit.model import Verdict
-from replication.audit.report.claim import ClaimView
-from replication.audit.report.consequence import Standing
+from replication.audit.report.claim import ClaimView, Standing
 from replication.audit.report.entries import EntryView
+from replication.audit.report.explore import FRAME, Scale, scale_of, table, ticks
 from replication.audit.report.opening.field import Lane
 from replication.audit.report.opening.told import BriefView, Told
-from replication.audit.report.paper import PaperView
-from replication.audit.report.pictures.axes import FRAME, Scale, scale_of, ticks
-from replication.audit.report.pictures.explore import table
-from replication.audit.report.tables import TableView
+from replication.audit.report.paper import PaperView, TableView
 from replication.errors import AuditError
 
 MOST_ROWS, MOST_COLUMNS = 3, 8

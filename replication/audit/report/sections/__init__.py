@@ -17,8 +17,7 @@ from replication.audit.inspect.controls import controls
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import by_policy
 from replication.audit.report.sections.across import across
-from replication.audit.report.sections.lineage import lineages, proofs
-from replication.audit.report.sections.rounding import allowances, rooms
+from replication.audit.report.sections.lineage import allowances, lineages, proofs, rooms
 from replication.audit.store.records import ResultsFile
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from replication.audit.parts import CommonLevel
-from replication.audit.report.pictures.axes import FRAME, scale_of, spread, ticks
+from replication.audit.report.explore import FRAME, scale_of, spread, ticks
 from replication.audit.store.records import PaperRecord, ResultsFile
 
 

@@ -9,8 +9,7 @@ else:
     from replication.estimation.lazy import lazy
 
     __getattr__ = lazy(
-        __name__,
-        {"facade": "LossResult analyse design simulate", "models": "InARow Independent Markov"},
+        __name__, {"facade": "LossResult analyse design simulate", "models": "InARow Independent Markov"}
     )
 
 __all__ = ["InARow", "Independent", "LossResult", "Markov", "analyse", "design", "simulate"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any
@@ -63,7 +64,80 @@ def as_sample(value: Any, sensors: Sequence[str], *, complete: bool) -> Array:
     return sample
 
 
-class StampedObserver(Portable):
+class StampedEstimator(Portable, ABC):
+    """One sample after the other, each with its time stamp."""
+
+    sensors: Sequence[str]
+    inputs: int
+    """How many inputs are known."""
+
+    def step(self, y: Any, *, t: float, u: Any = None, now: float | None = None) -> Array:
+        """Take a sample, or only a new input.
+
+        Parameters
+        ----------
+        y : mapping of str to float, array (q,), or None
+            What each sensor measured, by name or in order, None for those that did not. `{}` only tells u.
+        t : float
+            When, s.
+        u : array (m,), optional
+            Known input from t on; the one before goes on unless given.
+        now : float, optional
+            The present time, s, if time stamps that lie after it are to be refused.
+
+        Returns
+        -------
+        array (n,)
+            x^(k|k), the estimate of the state at the newest sample.
+
+        Raises
+        ------
+        InvalidInputError
+            A sensor that is not known, a number that is not finite, or a time stamp in the future, or in no order that
+            the estimator can take; nothing has changed.
+        """
+        sample, time = self._sample(y), as_time("t", t)
+        if now is not None and time > as_time("now", now):
+            raise InvalidInputError(
+                f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
+            )
+        self._take(sample, time, None if u is None else as_input(u, self.inputs))
+        return self.estimate
+
+    @abstractmethod
+    def predict(self, t: float) -> Any:
+        """The estimate at a time that is not before the newest sample, if the input goes on.
+
+        Parameters
+        ----------
+        t : float
+            When, s; that of the next sample gives x^(k+1|k).
+
+        Returns
+        -------
+        array (n,) or Estimate
+            x^(t) from all samples until now; of a Kalman filter with its covariance.
+
+        Raises
+        ------
+        InvalidInputError
+            There is no sample yet, or t lies before the newest one.
+        """
+
+    @property
+    @abstractmethod
+    def estimate(self) -> Array:
+        """x^(k|k), (n,); the start before any sample."""
+
+    @abstractmethod
+    def _sample(self, y: Any) -> Array | None:
+        """(q,), or None if there is only an input."""
+
+    @abstractmethod
+    def _take(self, sample: Any, t: float, u: Array | None) -> None: ...
+
+
+class StampedObserver(StampedEstimator):
     """One sample after the other, all sensors at once; `outside` counts the periods for which no level is known.
 
     The level is that of z^ at the time of a sample, from the samples before it: `predict(t)`.
@@ -83,12 +157,7 @@ class StampedObserver(Portable):
     """
 
     def __init__(
-        self,
-        plant: SampledPlant,
-        filter_: StampedFilter,
-        periods: PeriodRange,
-        known: Array,
-        sensors: Sequence[str],
+        self, plant: SampledPlant, filter_: StampedFilter, periods: PeriodRange, known: Array, sensors: Sequence[str]
     ) -> None:
         self.plant, self.filter, self.periods, self.sensors = plant, filter_, periods, tuple(sensors)
         self.inputs = known.shape[1]
@@ -119,38 +188,12 @@ class StampedObserver(Portable):
     _time: float | None
     _since: float | None
 
-    def step(self, y: Any, *, t: float, u: Any = None, now: float | None = None) -> Array:
-        """Take a sample, or between two samples a new input.
-
-        Parameters
-        ----------
-        y : mapping of str to float, array (r,), or None
-            What the sensors measured, by name or in order; all of them. None or `{}` only tells u.
-        t : float
-            When, s; later than the sample before, and not before the newest input.
-        u : array (p,), optional
-            Known input from t on; the one before goes on unless given.
-        now : float, optional
-            The present time, s, if time stamps that lie after it are to be refused.
-
-        Returns
-        -------
-        array (n,)
-            x^(k|k), the estimate of the state at t.
-
-        Raises
-        ------
-        InvalidInputError
-            A sensor is not known or did not measure, a number is not finite, or the time stamp does not increase or
-            lies in the future; the estimate is then as before.
-        """
+    def _sample(self, y: Any) -> Array | None:
         only = y is None or (isinstance(y, Mapping) and not y)
-        sample = None if only else as_sample(y, self.sensors, complete=True)
-        time = as_time("t", t)
-        if now is not None and time > as_time("now", now):
-            raise InvalidInputError(
-                f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
-            )
+        return None if only else as_sample(y, self.sensors, complete=True)
+
+    def _take(self, sample: Any, time: float, u: Array | None) -> None:
+        only = sample is None
         if only and u is None:
             raise InvalidInputError("step needs a sample y, or an input u that changes at t; got neither")
         if self._since is not None and self._time is not None and self._time < self._since and time < self._since:
@@ -162,14 +205,14 @@ class StampedObserver(Portable):
                 f"t = {time:.9g} s is not after the sample before, {self._time:.9g} s: time stamps must increase; "
                 "samples that come late need a `StampedKalman`"
             )
-        given = self._input if u is None else as_input(u, self.inputs)
+        given = self._input if u is None else u
         n = self.plant.order
         before = self._mean[:n] if self._time is None else self.predict(time)
         if sample is None:
             # Before the first sample nothing is known of the time at which the start holds.
             self._input, self._since = given, None if self._time is None else time
             self._mean = np.concatenate([before, self._mean[n:]])
-            return self.estimate
+            return
         h = None if self._time is None else time - self._time
         if h is not None:
             rounding = 4 * np.finfo(float).eps * max(abs(time), abs(time - h))
@@ -177,26 +220,9 @@ class StampedObserver(Portable):
         corrected = self.filter.gain(h) @ (sample - self.plant.C @ before)
         corrected[:n] += before
         self._mean, self._input, self._time, self._since = corrected, given, time, time
-        return self.estimate
 
     def predict(self, t: float) -> Array:
-        """The estimate of the state at a time that is not before the newest sample; L times it is z^.
-
-        Parameters
-        ----------
-        t : float
-            When, s.
-
-        Returns
-        -------
-        array (n,)
-            x^(t) from all samples until now; x^(k+1) at the time of the next sample.
-
-        Raises
-        ------
-        InvalidInputError
-            There is no sample yet, or t lies before the newest one.
-        """
+        """x^(t); L times it is z^, at the time of the next sample that of the level."""
         time = as_time("t", t)
         if self._since is None or time < self._since:
             newest = "there is none yet" if self._since is None else f"{self._since:.9g} s"
@@ -211,25 +237,7 @@ class StampedObserver(Portable):
         return np.array(self._mean[: self.plant.order])
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The filter as one C99 file that compiles by itself.
-
-        Parameters
-        ----------
-        name : str
-            C identifier of at most 31 characters with which every name begins.
-        comment : str
-            What it is, for the top of the file.
-
-        Returns
-        -------
-        str
-            `NAME_init`, `NAME_step` and `NAME_predict`, which do what `reset`, `step` and `predict` do.
-
-        Raises
-        ------
-        InvalidInputError
-            `name` is no C identifier.
-        """
+        """The filter as one C99 file: `NAME_init`, `NAME_step`, `NAME_predict` are `reset`, `step`, `predict`."""
         return c_form(
             name,
             comment,

@@ -11,12 +11,12 @@ import numpy as np
 from replication.errors import InvalidInputError
 from replication.estimation.api.running import gate_of
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, NoisyPlant, Recursion
-from replication.estimation.nonuniform.stamped.observer import as_input, as_sample, as_time
+from replication.estimation.nonuniform.stamped.observer import StampedEstimator, as_sample, as_time
 from replication.estimation.nonuniform.stamped.transition import Transition, c_form
 from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 
-class StampedKalman:
+class StampedKalman(StampedEstimator):
     """The Kalman filter of a plant whose samples carry time stamps, at any distances, of some or all of its sensors.
 
     A sample that comes late changes the estimate exactly as if it had come in time: the filter keeps what it knew at
@@ -52,14 +52,14 @@ class StampedKalman:
     def __init__(self, plant: NoisyPlant, *, horizon: float = 0.0, gate: float | None = None) -> None:
         if not isinstance(plant, NoisyPlant):
             raise InvalidInputError(f"plant must be a NoisyPlant, got {type(plant).__name__}")
-        self.plant = plant
+        self.plant, self.sensors, self.inputs = plant, tuple(plant.sensors), plant.B_u.shape[1]
         self.horizon = positive_scalar("horizon", horizon, unit="s") if horizon else 0.0
         if self.horizon and plant.S is not None:
             raise InvalidInputError("held noise (S) has one value from sample to sample: late samples need white noise")
         self.gate = gate_of(gate)
         if self.gate and plant.S is not None:
             raise InvalidInputError("held noise (S) is told by every sample: a gate needs white noise, without S")
-        self._recursion = Recursion.of(plant, self.gate)
+        self._run = Recursion.of(plant, self.gate)
         self.reset()
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
@@ -87,65 +87,17 @@ class StampedKalman:
         start = Estimate(np.nan if t is None else as_time("t", t), np.array(x), np.array(P))
         self._start = start
         if t is not None:
-            self._instants = (self._recursion.update(start, np.full(len(self.plant.C), np.nan), self._no_input()),)
+            self._instants = (self._run.update(start, np.full(len(self.plant.C), np.nan), np.zeros(self.inputs)),)
 
-    def step(self, y: Any, *, t: float, u: Any = None, now: float | None = None) -> Array:
-        """Take a sample.
-
-        Parameters
-        ----------
-        y : mapping of str to float, or array (q,)
-            What each sensor measured, by name; or all in order, None for those that did not. `{}` only tells u.
-        t : float
-            When it was measured, s.
-        u : array (m,), optional
-            Known input from t on; the one before goes on unless given.
-        now : float, optional
-            The present time, s, if time stamps that lie after it are to be refused.
-
-        Returns
-        -------
-        array (n,)
-            x^(k|k), the estimate at the newest sample.
-
-        Raises
-        ------
-        InvalidInputError
-            A sensor that is not known or has measured at t before, a number that is not finite, a time stamp in the
-            future, before the start, or older than the horizon, or an input with a late sample; nothing has changed.
-        """
-        sample = as_sample(y, self._names, complete=self.plant.S is not None)
-        time = as_time("t", t)
-        if now is not None and time > as_time("now", now):
-            raise InvalidInputError(
-                f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
-            )
-        given = None if u is None else as_input(u, len(self._no_input()))
-        self._instants = self._with(sample, time, given)
-        return self.estimate
+    def _sample(self, y: Any) -> Array:
+        return as_sample(y, self.sensors, complete=self.plant.S is not None)
 
     def predict(self, t: float) -> Estimate:
-        """The estimate at a time that is not before the newest sample, if the input goes on.
-
-        Parameters
-        ----------
-        t : float
-            When, s; that of the next sample gives x^(k+1|k).
-
-        Returns
-        -------
-        Estimate
-            x and the covariance P of its error.
-
-        Raises
-        ------
-        InvalidInputError
-            There is no sample yet, or t lies before the newest one.
-        """
+        """x^(t) and the covariance P of its error."""
         newest, time = self._newest(), as_time("t", t)
         if time < newest.t:
             raise InvalidInputError(f"t = {time:.9g} s lies before the newest sample, {newest.t:.9g} s; see `smoothed`")
-        return self._recursion.predict(newest, time)
+        return self._run.predict(newest, time)
 
     def smoothed(self) -> list[Estimate]:
         """The estimates at the samples of the last `horizon` seconds from all samples until now: fixed-lag smoothing.
@@ -161,8 +113,8 @@ class StampedKalman:
             There is no sample yet.
         """
         newest = self._newest()
-        found = self._recursion.smooth(self._instants)
-        return [one for one in found if one.t >= newest.t - self.horizon]
+        estimates = self._run.smooth(self._instants)
+        return [instant for instant in estimates if instant.t >= newest.t - self.horizon]
 
     @property
     def estimate(self) -> Array:
@@ -187,25 +139,10 @@ class StampedKalman:
         return np.array(newest.innovation), np.array(newest.spread)
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The filter as one C99 file that compiles by itself, for samples in order.
+        """The filter as one C99 file, for samples in order, NAN where a sensor did not measure.
 
-        Parameters
-        ----------
-        name : str
-            C identifier of at most 31 characters with which every name begins.
-        comment : str
-            What it is, for the top of the file.
-
-        Returns
-        -------
-        str
-            `NAME_init`, `NAME_step` and `NAME_predict`, which do what `reset`, `step` and `predict` do; NAN where a
-            sensor did not measure.
-
-        Raises
-        ------
-        InvalidInputError
-            `name` is no C identifier, or noise is held.
+        `NAME_init`, `NAME_step` and `NAME_predict` do what `reset`, `step` and `predict` do. A filter of held noise has
+        none.
         """
         plant = self.plant
         if plant.S is not None:
@@ -214,24 +151,18 @@ class StampedKalman:
         own = {"noise": plant.R, "start": plant.P0, "gate": np.array([self.gate])}
         return c_form(name, comment, transition, plant.C, plant.B_u.shape[1], own)
 
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(self.plant.sensors)
-
-    def _no_input(self) -> Array:
-        return np.zeros(self.plant.B_u.shape[1])
-
     def _newest(self) -> Instant:
         if not self._instants:
             raise InvalidInputError("there is no sample yet: call step, or reset with the time t of the start")
         return self._instants[-1]
 
-    def _with(self, sample: Array, t: float, u: Array | None) -> tuple[Instant, ...]:
-        """What is known after one sample more."""
-        known, run = self._instants, self._recursion
+    def _take(self, sample: Array, t: float, u: Array | None) -> None:
+        known, run = self._instants, self._run
         if not known:
-            return (run.update(replace(self._start, t=t), sample, self._no_input() if u is None else u),)
-        place = bisect_right([one.t for one in known], t)
+            input_ = np.zeros(self.inputs) if u is None else u
+            self._instants = (run.update(replace(self._start, t=t), sample, input_),)
+            return
+        place = bisect_right([instant.t for instant in known], t)
         if place < len(known):
             self._require_in_time(t, place, u)
         before, after = known[:place], known[place:]
@@ -245,11 +176,11 @@ class StampedKalman:
             kept = [*before[:-1], run.update(same.prior, merged, same.u if u is None else u)]
         else:
             kept = [*before, run.update(run.predict(before[-1], t), sample, before[-1].u if u is None else u)]
-        for one in after:
-            kept.append(run.update(run.predict(kept[-1], one.t), one.y, one.u))
+        for instant in after:
+            kept.append(run.update(run.predict(kept[-1], instant.t), instant.y, instant.u))
         while len(kept) > 1 and kept[1].t <= kept[-1].t - self.horizon:
             self._gated += kept.pop(0).gated
-        return tuple(kept)
+        self._instants = tuple(kept)
 
     def _require_in_time(self, t: float, place: int, u: Array | None) -> None:
         newest = self._instants[-1].t

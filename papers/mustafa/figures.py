@@ -1,0 +1,316 @@
+"""Figures: gains over the period, over all sequences of periods, and the responses of Figs. 2 and 3."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Any
+
+from papers.mustafa.claims.preliminaries import down, times, up
+from papers.mustafa.experiments.draws import DRAWS, merged
+from papers.mustafa.printed import EXAMPLES, GAMMA
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
+from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, name_axes, name_end, name_line, new_axes, say
+
+OF_FILTER = {1: "our filter", 2: "printed filter"}
+SHOWN, ZOOMED = 400, 120
+"""Last samples of the worst sequence of Example 1 in its table, and the first of them in its picture."""
+
+
+def curves(results: Results) -> FigureData:
+    """gamma*(h), the norm of the filter at constant periods, its bracket over all sequences, the published level."""
+    columns: dict[str, tuple[float, ...]] = {}
+    for e in EXAMPLES:
+        r = results[f"curve.{e}"]
+        columns |= {f"h_{e}": tuple(r["h"]), f"optimum_{e}": tuple(r["optimum"]), f"filter_{e}": tuple(r["filter"])}
+        columns |= {f"middle_{e}": (r["middle"],), f"published_{e}": (float(GAMMA[e]),)}
+        columns |= {f"{end}_{e}": (results[f"bracket.{e}"][end],) for end in ("lower", "upper")}
+    return FigureData(columns=columns)
+
+
+def plot_curves(figure: FigureData) -> Any:
+    """One panel per example: what happens at constant periods, and the worst case above."""
+    c = figure.columns
+    drawing, axes = new_axes(len(EXAMPLES), row_height=2.3, share_x=False)
+    for e, axis in zip(EXAMPLES, axes, strict=True):
+        h, low, top = c[f"h_{e}"], c[f"lower_{e}"][0], c[f"upper_{e}"][0]
+        axis.axhspan(low, top, color=OURS, linewidth=0.8)
+        say(
+            axis,
+            f"{OF_FILTER[e]}, all sequences: at least {down(low)}",
+            (h[0], top),
+            ha="left",
+            color=OURS,
+        )
+        (own,) = axis.plot(h, c[f"filter_{e}"], **line(0))
+        (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
+        name_end(axis, own, "filter", lift=5)
+        name_end(axis, optimum, "optimum", lift=-5)
+        level = (c[f"middle_{e}"][0], c[f"published_{e}"][0])
+        axis.plot(*level, "o", color=FOREGROUND, markersize=6)
+        axis.annotate(
+            f"printed {level[1]} at {level[0]:.4f} s", level, xytext=(0, 34), textcoords="offset points", ha="center",
+            family="serif", arrowprops={"arrowstyle": "-", "color": FOREGROUND, "linewidth": 0.7},
+        )  # fmt: skip
+        axis.set_ylim(-0.02 * top, 1.2 * top)
+        name_axes(axis, f"Example {e}: gain", "constant period h (s)" if e == EXAMPLES[-1] else "", ticks=3)
+    return drawing
+
+
+def say_curves(figure: FigureData) -> str:
+    """The message: how much larger the gains are than the printed levels."""
+    first, second = (_excess(figure, e) for e in EXAMPLES)
+    return f"Varying periods: our filter has at least {first} times the printed gain, theirs {second}"
+
+
+def _excess(figure: FigureData, e: int) -> Decimal:
+    return times(figure.columns[f"lower_{e}"][0], GAMMA[e])
+
+
+def describe_curves(figure: FigureData) -> str:
+    """Largest gains, and the jump of the first curve."""
+    c = figure.columns
+    steps = [b - a for a, b in zip(c["optimum_1"], c["optimum_1"][1:], strict=False)]
+    jump = steps.index(max(steps))
+    return (
+        "; ".join(
+            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
+            f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
+            f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
+            f"{_excess(figure, e)} times the printed level"
+            for e in EXAMPLES
+        )
+        + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
+    )
+
+
+def brackets(results: Results) -> FigureData:
+    """Lower and upper ends against h_u; for the range of the example the narrower ones of the report."""
+    *rows, (h_u, lower, upper) = results["against-range"]["rows"]
+    best = results["bracket.1"]
+    rows.append([h_u, max(lower, best["lower"]), min(upper, best["upper"])])
+    return FigureData(columns={name: tuple(row[i] for row in rows) for i, name in enumerate(("h_u", "lower", "upper"))})
+
+
+def plot_brackets(figure: FigureData) -> Any:
+    """The bracket as a band."""
+    c = figure.columns
+    drawing, (axis,) = new_axes(1, row_height=2.3)
+    axis.fill_between(c["h_u"], c["lower"], c["upper"], color=SOFT, linewidth=0)
+    (upper,) = axis.plot(c["h_u"], c["upper"], marker="v", **line(0))
+    (lower,) = axis.plot(c["h_u"], c["lower"], marker="^", **line(1))
+    middle = c["h_u"][2]
+    name_line(axis, upper, "no sequence exceeds it", middle, ha="right")
+    name_line(axis, lower, "one sequence attains it", middle, side=-1, ha="left")
+    name_axes(axis, "worst-case gain", "longest period (s)")
+    axis.set_ylim(0, 1.15 * max(c["upper"]))
+    return drawing
+
+
+def say_brackets(figure: FigureData) -> str:
+    """The message: how much the worst case grows at least."""
+    widest = figure.columns["h_u"][-1]
+    return f"Our filter's worst case grows at least {_growth(figure)}-fold as the range widens to {widest:.4f} s"
+
+
+def _growth(figure: FigureData) -> Decimal:
+    return down(figure.columns["lower"][-1] / figure.columns["upper"][0], 1)
+
+
+def describe_brackets(figure: FigureData) -> str:
+    """First and last bracket."""
+    c = figure.columns
+    return (
+        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {down(c['lower'][i])} and {up(c['upper'][i])}" for i in (0, -1))
+        + f". Between these two it grows at least {_growth(figure)}-fold."
+    )
+
+
+def worst(results: Results) -> FigureData:
+    """The last samples of the worst sequence of Example 1, its disturbance and error, scaled to a disturbance of
+    one."""
+    r = results["bracket.1"]
+    size = max(map(abs, r["w"][-SHOWN:]))
+    return FigureData(
+        columns={
+            "k": tuple(float(k) for k in range(SHOWN)),
+            "h": tuple(r["periods"][-SHOWN:]),
+            "w": tuple(value / size for value in r["w"][-SHOWN:]),
+            "e": tuple(value / size for value in r["e"][1:][-SHOWN:]),
+        }
+    )
+
+
+def plot_worst(figure: FigureData) -> Any:
+    """The first samples against time: periods, disturbance, error; each value is held over its period."""
+    c = figure.columns
+    drawing, axes = new_axes(3, row_height=1.15)
+    instants = [sum(c["h"][:k]) for k in range(ZOOMED)]
+    for axis, (name, label, colour) in zip(
+        axes,
+        (("h", "period h (s)", GREY), ("w", "disturbance w", FOREGROUND), ("e", "error e", OURS)),
+        strict=True,
+    ):
+        axis.step(instants, c[name][:ZOOMED], where="post", linewidth=1.3, color=colour)
+        name_axes(axis, label, ticks=3)
+    for axis in axes[1:]:
+        axis.axhline(0.0, color=GREY, linewidth=0.6)
+    axes[-1].set_xlabel("time (s)")
+    return drawing
+
+
+def say_worst(figure: FigureData) -> str:
+    """The message: how few of the periods are long."""
+    return f"A bad sequence: {_long(figure)} of its last {len(figure.columns['h'])} periods are long, the others short"
+
+
+def _long(figure: FigureData) -> int:
+    h = figure.columns["h"]
+    return sum(period > (min(h) + max(h)) / 2 for period in h)
+
+
+def describe_worst(figure: FigureData) -> str:
+    """Share of long periods and the peak of the error."""
+    c = figure.columns
+    return (
+        f"{_long(figure)} of the last {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
+        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}."
+    )
+
+
+_GAINS = (
+    Figure(
+        name="levels", place="Beyond Sec. VI", title=say_curves,
+        caption="Gains at constant periods, of our filter in Example 1, where none is printed, and of the printed one "
+        "in Example 2. The printed level belongs to one period, as the paper says. When the period varies the gain is "
+        "larger: the line at the top is as thick as its bracket. Norms count samples. In Example 1 the optimum is "
+        "zero where Φ − ΓC/D is Schur; for other filters than ours less is proved.",
+        published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
+        data=curves, plot=plot_curves, alt=describe_curves,
+    ),
+    Figure(
+        name="range", place="Beyond Sec. VI-A", title=say_brackets,
+        caption="Our filter of Example 1, designed for the middle of the whole range, on shorter ranges with the same "
+        "shortest period; norms count samples. The worst case lies in the band, the gap between guarantee and attack, "
+        "both computed; the last point, the range of the paper, has more effort and certificates.",
+        published=False, uses=("against-range", "bracket.1"), data=brackets, plot=plot_brackets, alt=describe_brackets,
+    ),
+    Figure(
+        name="worst", place="Beyond Sec. VI-A", title=say_worst,
+        caption="Our filter of Example 1: some of the last samples of the sequence, with the disturbance that suits "
+        "it, scaled to a peak of one. The long periods come in bursts; there the disturbance is largest.",
+        published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
+    ),
+)  # fmt: skip
+
+
+# Figures 2 and 3 over many draws of the sampling periods
+
+
+FIRST = 60
+"""The first samples of Fig. 3, as many as can be told apart."""
+
+
+def responses(results: Results) -> FigureData:
+    """One draw of the error, the band of all and how many they are, and the disturbance."""
+    r = merged(results)
+    columns = {name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")}
+    return FigureData(columns=columns | {"draws": (float(len(r["ratios"])),)})
+
+
+def plot_responses(figure: FigureData) -> Any:
+    """Disturbance, band and one draw on one axis."""
+    c = figure.columns
+    drawing, (axis,) = new_axes(1, row_height=2.4)
+    axis.fill_between(c["k"], c["band_low"], c["band_high"], color=SOFT, linewidth=0)
+    (disturbance,) = axis.plot(c["k"], c["w"], linewidth=1.1, color=FOREGROUND, linestyle="--")
+    (error,) = axis.plot(c["k"], c["e"], linewidth=1.1, color=OURS)
+    name_line(axis, disturbance, "disturbance w", 27, ha="left")
+    text = f"error e, one draw (line)\nand {_draws(figure)} draws (band)"
+    axis.annotate(
+        text, (150, max(c["band_high"][140:160])), xytext=(6, 22), textcoords="offset points",
+        color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
+    )  # fmt: skip
+    axis.set_ylim(1.2 * min(c["w"]), 1.2 * max(c["w"]))
+    name_axes(axis, "error e, disturbance w", "sample k")
+    return drawing
+
+
+def say_responses(figure: FigureData) -> str:
+    """The message of Fig. 2: the largest error of these draws, which is no bound for others."""
+    error, disturbance = _peaks(figure)
+    return f"In our uniform draws the error peaks at {up(error, 2)} at most, the disturbance at {disturbance:.2f}"
+
+
+def _draws(figure: FigureData) -> str:
+    return f"{figure.columns['draws'][0]:.0f}"
+
+
+def _peaks(figure: FigureData) -> tuple[float, float]:
+    c = figure.columns
+    return max(map(abs, c["band_low"] + c["band_high"])), max(map(abs, c["w"]))
+
+
+def describe_responses(figure: FigureData) -> str:
+    """Peaks of disturbance and error."""
+    c, (error, disturbance) = figure.columns, _peaks(figure)
+    return (
+        f"Over {len(c['k'])} samples the disturbance peaks at {disturbance:.2f}, the error of one draw at "
+        f"{max(map(abs, c['e'])):.2f}, that of {_draws(figure)} draws of uniform periods at {up(error, 2)} at most."
+    )
+
+
+def intervals(results: Results) -> FigureData:
+    """The sampling periods of the same draw."""
+    r = merged(results)
+    return FigureData(columns={"k": tuple(r["k"]), "h": tuple(r["periods"])})
+
+
+def plot_intervals(figure: FigureData) -> Any:
+    """The first periods as steps; beside them how often each length occurs among all."""
+    h = figure.columns["h"]
+    drawing, (axis, counts) = new_axes(
+        1, 2, row_height=1.9, share_x=False, sharey=True, gridspec_kw={"width_ratios": (3, 1)}
+    )
+    axis.step(figure.columns["k"][:FIRST], h[:FIRST], where="post", linewidth=1.1, color=OURS)
+    for end, side in ((min(h), -1), (max(h), 1)):
+        axis.axhline(end, color=GREY, linestyle="--", linewidth=1.1)
+        say(axis, f"{'shortest' if side < 0 else 'longest'} {end:.4f} s", (FIRST / 2, end), side=side, color=GREY)
+    counts.hist(h, bins=10, orientation="horizontal", facecolor=SOFT, edgecolor=OURS, linewidth=0.7)
+    axis.set_ylim(-0.02, 0.12)
+    name_axes(axis, "period h (s)", f"sample k, first {FIRST}")
+    name_axes(counts, "", f"of {len(h)}")
+    return drawing
+
+
+def say_intervals(figure: FigureData) -> str:
+    """The message of Fig. 3."""
+    h = figure.columns["h"]
+    return f"One draw of independent uniform periods spans {min(h):.3f} to {max(h):.3f} s"
+
+
+def describe_intervals(figure: FigureData) -> str:
+    """Range and mean of the periods."""
+    h = figure.columns["h"]
+    return (
+        f"One draw of {len(h)} sampling periods from {min(h):.3f} to {max(h):.3f} s, {sum(h) / len(h):.4f} s on "
+        f"average; the first {FIRST} are shown, and how often each length occurs among all."
+    )
+
+
+_RESPONSES = (
+    Figure(
+        name="fig2", place="Fig. 2", title=say_responses,
+        caption="Example 2, the printed filter, uniform random periods. The published figure is one unknown draw under "
+        "a law that is not stated; the band holds our uniform draws, and another draw or law may leave it.",
+        published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
+    ),
+    Figure(
+        name="fig3", place="Fig. 3", title=say_intervals,
+        caption="The periods of the draw in Fig. 2, independent and uniform between the ends of the range; the law of "
+        "the published draw is not stated. Right: how often each length occurs.",
+        published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
+    ),
+)  # fmt: skip
+
+FIGURES = (*_RESPONSES, *_GAINS)

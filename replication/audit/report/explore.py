@@ -1,0 +1,261 @@
+"""Pictures that a reader can move, from the tables of the figures: curves as SVG, their names and values as text.
+
+The frame is 1000 by 1000 and stretched to its place, so that the text beside it keeps its size. Without a script each
+picture stands where its slider begins.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from replication.audit.brief import Curve, Explorer, Picture
+from replication.audit.judge import numerals
+from replication.audit.judge.numerals import require_title
+from replication.audit.report.claim import ClaimView
+from replication.audit.store.records import PaperRecord
+from replication.errors import AuditError
+
+# The axes of a picture: from numbers to a frame of 1000 by 1000, round ticks, and names that do not meet
+
+
+FRAME = 1000
+STEPS = (1.0, 2.0, 5.0, 10.0)
+MOST_TICKS = 5
+
+Scale = Callable[[float], float]
+
+
+def scale_of(numbers: Sequence[float], log: bool, margin: float) -> Scale:
+    """From a number to the frame, with some units left free at both ends."""
+    moved = [math.log10(number) if log else number for number in numbers]
+    low, span = min(moved), (max(moved) - min(moved)) or 1.0
+    return lambda number: margin + (FRAME - 2 * margin) * ((math.log10(number) if log else number) - low) / span
+
+
+def ticks(numbers: Sequence[float], log: bool, scale: Scale) -> tuple[tuple[float, float], ...]:
+    """A few round numbers in the range, and where they stand."""
+    low, high = min(numbers), max(numbers)
+    if log:
+        first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
+        step = max(1, math.ceil((last - first + 1) / MOST_TICKS))
+        round_ones = [10.0**power for power in range(first, last + 1, step)]
+        if len(round_ones) < 2:
+            round_ones = [low, high]
+    else:
+        size = (high - low) / MOST_TICKS or 1.0
+        power = 10 ** math.floor(math.log10(size))
+        step = next(step * power for step in STEPS if step * power >= size)
+        round_ones = [n * step for n in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+    return tuple((float(f"{number:.3g}"), round(scale(number), 1)) for number in round_ones)
+
+
+def spread(heights: Sequence[float], sizes: Sequence[float]) -> list[float]:
+    """The heights of names moved apart as little as keeps them from meeting, and all in the frame."""
+    order = sorted(range(len(heights)), key=heights.__getitem__)
+    placed = list(heights)
+    for before, after in itertools.pairwise(order):
+        placed[after] = max(placed[after], placed[before] + (sizes[before] + sizes[after]) / 2)
+    limit = float(FRAME)
+    for index in reversed(order):
+        placed[index] = min(placed[index], limit - sizes[index] / 2)
+        limit = placed[index] - sizes[index] / 2
+    return [round(height) for height in placed]
+
+
+LINE, LETTERS = 72, 18
+"""Height of a line of a name in units of the frame, and how many letters it has; the value stands below."""
+
+Values = tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveView:
+    """One curve. path: its line or area. value: what is shown where the slider begins, if anything. height: of its
+    name, spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
+    """
+
+    label: str
+    quiet: bool
+    band: bool
+    path: str
+    value: tuple[float, ...]
+    at: float | None
+    height: float
+    values: str
+    heights: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureView:
+    """A picture ready to be drawn. ticks: numbers on the axes with their places. share: of the claim's level in the
+    largest one among the pictures, in per cent. marks: the instants of each sensor, as a path.
+    """
+
+    picture: Picture
+    curves: tuple[CurveView, ...]
+    x_ticks: tuple[tuple[float, float], ...]
+    y_ticks: tuple[tuple[float, float], ...]
+    begin: int
+    places: str
+    names: str
+    x: float
+    x_at: float
+    steps: int
+    limit: float | None
+    claim: ClaimView | None
+    share: float
+    marks: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExplorerView:
+    """An explorer with its pictures; those whose figure could not be drawn are left out."""
+
+    explorer: Explorer
+    pictures: tuple[PictureView, ...]
+
+
+def explorers(
+    paper: PaperRecord, drawn: Sequence[str], figures: Path, claims: Sequence[ClaimView]
+) -> tuple[ExplorerView, ...]:
+    """The explorers of a paper; drawn: names of its figures that could be drawn, whose tables lie in `figures`.
+
+    Raises AuditError where one names a figure, column or claim that the paper does not have.
+    """
+    known = {view.record.id: view for view in claims}
+    made = []
+    for explorer in paper.brief.explorers if paper.brief else ():
+        require_title(explorer.title)
+        own = [picture for picture in explorer.pictures if picture.figure in drawn]
+        pictures = [_view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known) for picture in own]
+        largest = max((_level(view) for view in pictures), default=0.0)
+        if pictures:
+            made.append(ExplorerView(explorer=explorer, pictures=tuple(_shared(v, largest) for v in pictures)))
+    return tuple(made)
+
+
+def table(path: Path) -> dict[str, Values]:
+    """The columns of a table: one with a single number holds it throughout, one that is short ends in no number."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    columns = {name: [float(row[name]) for row in rows if row[name]] for name in rows[0]}
+    return {
+        name: tuple(numbers * len(rows) if len(numbers) == 1 else numbers + [math.nan] * (len(rows) - len(numbers)))
+        for name, numbers in columns.items()
+    }
+
+
+def _column(table: Mapping[str, Values], name: str, picture: Picture) -> Values:
+    if name not in table:
+        raise AuditError(f"an explorer shows {name!r} of {picture.figure}, which has the columns {', '.join(table)}")
+    return table[name]
+
+
+def _view(key: str, picture: Picture, table: Mapping[str, Values], known: Mapping[str, ClaimView]) -> PictureView:
+    if picture.claim and f"{key}.{picture.claim}" not in known:
+        raise AuditError(f"an explorer of {key} names {picture.claim!r}, which is no claim of it; correct the name")
+    end = math.inf if picture.last is None else picture.last
+    across = tuple(x for x in _column(table, picture.across, picture) if x <= end)
+    drawn = [_numbers(curve, table, picture, len(across)) for curve in picture.curves]
+    shown = [y for lines in drawn for line in lines for y in line if math.isfinite(y)]
+    shown += [picture.limit[0]] if picture.limit else []
+    if not across or not shown or (picture.log_y and min(shown) <= 0) or (picture.log_x and min(across) <= 0):
+        raise AuditError(f"the explorer {picture.label!r} of {picture.figure} has nothing to draw on such axes")
+    x_scale, y_scale = scale_of(across, picture.log_x, 0), scale_of(shown, picture.log_y, 60)
+    begin = _nearest(across, picture.begin)
+    pairs = list(zip(picture.curves, drawn, strict=True))
+    heights = spread([_name_height(lines, y_scale) for _, lines in pairs], [_lines(curve) for curve in picture.curves])
+    return PictureView(
+        picture=picture,
+        curves=tuple(
+            _curve(curve, lines, [x_scale(x) for x in across], y_scale, begin, height)
+            for (curve, lines), height in zip(pairs, heights, strict=True)
+        ),
+        x_ticks=ticks(across, picture.log_x, x_scale),
+        y_ticks=tuple((y, FRAME - at) for y, at in ticks(shown, picture.log_y, y_scale)),
+        begin=begin,
+        places=" ".join(f"{x_scale(x):.0f}" for x in across),
+        names=" ".join(numerals.short(x, 3) for x in across),
+        x=across[begin],
+        x_at=round(x_scale(across[begin])),
+        steps=len(across) - 1,
+        limit=round(FRAME - y_scale(picture.limit[0])) if picture.limit else None,
+        claim=known[f"{key}.{picture.claim}"] if picture.claim else None,
+        share=0.0,
+        marks=tuple((one.label, _instants(across, one.period, one.offset, x_scale)) for one in picture.sensors),
+    )
+
+
+def _nearest(across: Values, begin: float | None) -> int:
+    return 0 if begin is None else min(range(len(across)), key=lambda i: abs(across[i] - begin))
+
+
+def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture, count: int) -> tuple[Values, ...]:
+    """The lines of a curve: one, or both edges of a band."""
+    columns = [_column(table, name, picture)[:count] for name in curve.columns]
+    line = columns[0] if len(columns) == 1 else tuple(math.hypot(*row) for row in zip(*columns, strict=True))
+    return (line, _column(table, curve.upper, picture)[:count]) if curve.upper else (line,)
+
+
+def _curve(
+    curve: Curve, lines: tuple[Values, ...], across: Sequence[float], scale: Scale, begin: int, height: float
+) -> CurveView:
+    def at(i: int) -> float | None:
+        ends = [line[i] for line in lines]
+        return round(FRAME - sum(map(scale, ends)) / len(ends)) if all(map(math.isfinite, ends)) else None
+
+    points = [
+        [f"{x:.0f} {FRAME - scale(y):.0f}" for x, y in zip(across, line, strict=True) if math.isfinite(y)]
+        for line in lines
+    ]
+    places = range(len(across))
+    return CurveView(
+        label=curve.label,
+        quiet=curve.quiet,
+        band=len(lines) > 1,
+        path=f"M{'L'.join(points[0])}" if len(points) == 1 else f"M{'L'.join([*points[0], *reversed(points[1])])}Z",
+        at=at(begin),
+        height=height,
+        value=_shown([line[begin] for line in lines]),
+        values="|".join(_named([line[i] for line in lines]) for i in places),
+        heights=" ".join("" if (y := at(i)) is None else f"{y:.0f}" for i in places).rstrip(),
+    )
+
+
+def _shown(ends: Sequence[float]) -> tuple[float, ...]:
+    """A number, or both ends of a band, rounded outwards; nothing where a curve has ended."""
+    if not all(map(math.isfinite, ends)):
+        return ()
+    return numerals.outward(ends[0], ends[-1]) if len(ends) > 1 else tuple(ends)
+
+
+def _named(ends: Sequence[float]) -> str:
+    return " to ".join(numerals.short(end, 4) for end in _shown(ends)) or "none"
+
+
+def _name_height(lines: tuple[Values, ...], scale: Scale) -> float:
+    """Where the name stands if it is alone: at the end of the curve."""
+    last = [[y for y in line if math.isfinite(y)][-1] for line in lines]
+    return FRAME - sum(map(scale, last)) / len(last)
+
+
+def _lines(curve: Curve) -> float:
+    return LINE * (2 + (len(curve.label) > LETTERS))
+
+
+def _instants(across: Sequence[float], period: int, offset: int, scale: Scale) -> str:
+    return "".join(f"M{scale(x):.0f} 0v10" for x in across if x >= offset and (x - offset) % period == 0)
+
+
+def _level(view: PictureView) -> float:
+    value = view.claim.record.evidence.value if view.claim else None
+    return float(value) if isinstance(value, int | float) else 0.0
+
+
+def _shared(view: PictureView, largest: float) -> PictureView:
+    return replace(view, share=round(100 * _level(view) / largest)) if largest else view

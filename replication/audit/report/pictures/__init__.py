@@ -1,1 +1,0 @@
-"""Drawings of numbers against their prints, and of the tables of figures, for the pages of the papers."""

@@ -1,0 +1,686 @@
+"""The sentences on observers of systems with delays against numerics from their definitions.
+
+Gains of disturbances that y does not show are swept over the frequency. A storage is differentiated along polynomial
+histories that y does not show: there no injection acts, and an observer with the level exists only if the dissipation
+holds (and, for matrices, if it does). Roots are found by collocation, identities tried at seeded operators.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from itertools import product
+from math import factorial
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+from definition import (
+    Altered,
+    Check,
+    Data,
+    Matrix,
+    altered,
+    array,
+    certificates,
+    largest,
+    number,
+    sentence,
+    smallest,
+    within,
+)
+from numpy.polynomial import legendre
+
+PAPER = "peet2019"
+FACTORS = {"(3)": 1.0, "Theorem 3": 1.0, "Theorem 4": 1.0, "Lemma 5": 1.0}
+"""Of one term of an equation that has no data of its own: one, unless a test alters it."""
+SPOKEN = ("delay.gain-lower", "delay.near-optimal", "delay.not-unstable", "delay.pade-lower", "delay.unstable")
+SLACK = 1e-3
+"""By how much, relative, a level is missed for a Riccati equation to have a solution in floats."""
+ORDER = 9
+"""Degree of the histories along which a storage is differentiated."""
+Lag = Callable[[complex], complex]
+RULES: dict[str, Callable[[int, int, int], bool]] = {
+    "each": lambda a, b, degree: True,
+    "total": lambda a, b, degree: a + b <= degree,
+    "outer": lambda a, b, degree: a == 0,
+    "inner": lambda a, b, degree: b == 0,
+}
+
+
+def spoken(told: Data) -> str:
+    return sentence(PAPER, SPOKEN, told["name"])
+
+
+class Delayed:
+    """x' = A0 x + sum A_i x(t - tau_i) + B w, z = C10 x + sum C1_i x(t - tau_i), y = C2 x."""
+
+    def __init__(self, plant: Data) -> None:
+        self.A0, self.A, self.B, self.C10, self.C1, self.C2 = (
+            array(plant[name]) for name in ("A0", "A", "B", "C10", "C1", "C2")
+        )
+        self.delays, self.n = array(plant["delays"]), len(self.A0)
+
+    def characteristic(self, s: complex, lag: Lag = lambda a: np.exp(-a)) -> Any:
+        return s * np.eye(self.n) - self.A0 - sum(lag(s * t) * A for t, A in zip(self.delays, self.A, strict=True))
+
+    def hidden(self, frequency: float, lag: Lag = lambda a: np.exp(-a)) -> float:
+        """The largest |z|/|w| of motions at a frequency with C2 x = 0, under the w that solves the equation."""
+        s, unseen = 1j * frequency, scipy.linalg.null_space(self.C2)
+        w = np.linalg.solve(self.B, self.characteristic(s, lag) @ unseen)
+        z = (self.C10 + sum(lag(s * t) * C for t, C in zip(self.delays, self.C1, strict=True))) @ unseen
+        return float(np.linalg.norm(z @ np.linalg.inv(np.linalg.qr(w)[1]), 2))
+
+    def unbeaten(self, lag: Lag = lambda a: np.exp(-a)) -> float:
+        return largest(lambda frequency: self.hidden(frequency, lag), np.linspace(0, 30, 301))
+
+    def roots(self, points: int = 40) -> Any:
+        """Characteristic roots by collocation of the history at Chebyshev points of [-tau_K, 0]."""
+        k = np.arange(points + 1)
+        nodes = np.cos(np.pi * k / points)
+        c = np.where((k == 0) | (k == points), 2.0, 1.0) * (-1.0) ** k
+        D = np.outer(c, 1 / c) / (nodes[:, None] - nodes + np.eye(points + 1))
+        D -= np.diag(D.sum(axis=1))
+        last = self.delays[-1]
+        whole = np.kron(D * 2 / last, np.eye(self.n))
+        whole[: self.n] = 0
+        whole[: self.n, : self.n] = self.A0
+        for delay, A in zip(self.delays, self.A, strict=True):
+            basis = np.polynomial.chebyshev.chebvander(nodes, points)
+            at = np.polynomial.chebyshev.chebvander([1 - 2 * delay / last], points)
+            row = np.linalg.solve(basis.T, at[0])
+            whole[: self.n] += np.kron(row, A)
+        return np.linalg.eigvals(whole)
+
+
+def near(told: Data) -> float:
+    (frequency,) = re.findall(r"near (\S+) rad/s", spoken(told))
+    return float(frequency)
+
+
+def gain_lower(told: Data) -> None:
+    plant, lower = Delayed(told["plant"]), number(told["bound"]["lower"])
+    assert plant.unbeaten() >= lower
+    assert plant.hidden(near(told)) >= lower * (1 - 1e-6)
+
+
+def pade(order: int) -> Lag:
+    """The Pade approximant q(-s)/q(s) of e^-s."""
+    q = np.array([factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order + 1)])
+    return lambda a: complex(np.polynomial.polynomial.polyval(-a, q) / np.polynomial.polynomial.polyval(a, q))
+
+
+def pade_lower(told: Data) -> None:
+    plant, lower, lag = Delayed(told["plant"]), number(told["bound"]["lower"]), pade(told["parameters"]["order"])
+    assert plant.unbeaten(lag) >= lower
+    assert plant.hidden(near(told), lag) >= lower * (1 - 1e-6)
+
+
+def approximant(order: int) -> tuple[Matrix, Matrix, Matrix, float]:
+    """A realisation of q(-s)/q(s): a chain of all-pass sections, for each pair of poles and each real one."""
+    poles = np.polynomial.polynomial.polyroots(
+        [factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order + 1)]
+    )
+    a, b, c = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))
+    for pole in poles[poles.imag >= 0]:
+        damping, stiff = -pole.real * (2 if pole.imag else 1), abs(pole)
+        own = np.array([[-damping, -stiff], [stiff, 0]]) if pole.imag else np.array([[-damping]])
+        enter = np.eye(len(own))[:, :1] * np.sqrt(2 * damping)
+        a = np.block([[a, np.zeros((len(a), len(own)))], [enter @ c, own]])
+        b, c = np.vstack([b, enter]), np.hstack([c, -enter.T])
+    return a, b, c * (-1) ** order, (-1.0) ** order
+
+
+def approximated(plant: Delayed, order: int) -> tuple[Matrix, Matrix, Matrix]:
+    """A, B, C of the plant whose delayed states that have an effect pass through approximants."""
+    a, b, c, d = approximant(order)
+    n, A, C = plant.n, plant.A0.copy(), plant.C10.copy()
+    lines, columns, sections = [], [], []
+    for delay, late, output in zip(plant.delays, plant.A, plant.C1, strict=True):
+        for j in np.flatnonzero(np.any(np.vstack([late, output]) != 0, axis=0)):
+            A[:, j] += d * late[:, j]
+            C[:, j] += d * output[:, j]
+            columns.append(np.vstack([late[:, [j]], output[:, [j]]]) @ c)
+            lines.append(b @ np.eye(n)[[j]] / delay)
+            sections.append(a / delay)
+    beside = np.hstack(columns)
+    whole = np.block([[A, beside[:n]], [np.vstack(lines), scipy.linalg.block_diag(*sections)]])
+    return whole, np.vstack([plant.B, np.zeros((len(whole) - n, plant.B.shape[1]))]), np.hstack([C, beside[n:]])
+
+
+def lmi_3(A: Matrix, B: Matrix, C: Matrix, C2: Matrix, D: Matrix, P: Matrix, Z: Matrix, level: float) -> Matrix:
+    """The matrix of (3)."""
+    drift, driven = P @ A + Z @ C2, -(P @ B + Z @ D) * FACTORS["(3)"]
+    r, p = B.shape[1], len(C)
+    return np.block(
+        [
+            [drift + drift.T, driven, C.T],
+            [driven.T, -level * np.eye(r), np.zeros((r, p))],
+            [C, np.zeros((p, r)), -level * np.eye(p)],
+        ]
+    )
+
+
+def pade_upper(told: Data) -> None:
+    """P is gamma/Y, of the Riccati equation of a filter that sees y with little noise."""
+    plant, upper = Delayed(told["plant"]), number(told["bound"]["upper"])
+    assert plant.unbeaten(pade(told["parameters"]["order"])) <= upper
+    A, B, C = approximated(plant, told["parameters"]["order"])
+    seen = np.hstack([plant.C2, np.zeros((len(plant.C2), len(A) - plant.n))])
+    level, noise, extra = upper * (1 + SLACK), 1e-5, 1e-6
+    weights = scipy.linalg.block_diag(noise * np.eye(len(seen)), -(level**2) * np.eye(len(C)))
+    try:
+        Y = scipy.linalg.solve_continuous_are(A.T, np.vstack([seen, C]).T, B @ B.T + extra * np.eye(len(A)), weights)
+    except np.linalg.LinAlgError as failure:
+        raise AssertionError("the Riccati equation has no solution") from failure
+    assert smallest(Y) > 0
+    P, Z = level * np.linalg.inv(Y), -level / (2 * noise) * seen.T
+    none = np.zeros((len(seen), B.shape[1]))
+    T = scipy.linalg.block_diag(np.linalg.inv(np.linalg.cholesky(P)).T, np.eye(B.shape[1] + len(C)))
+    assert smallest(-T.T @ lmi_3(A, B, C, seen, none, P, Z, level) @ T) > 0
+
+
+# A storage along histories that y does not show.
+
+
+def storage_form(grams: Sequence[Any], states: int, functions: int, degree: int, rule: str) -> Matrix:
+    """The quadratic form of the storage on e and the Legendre coefficients of the histories f(s), s in [-1, 0].
+
+    The sum over the weights 1 and -s(s + 1) of the integrals of zeta'M zeta, zeta = [e; s^a f; s^a int t^b f dt].
+    """
+    x, weights = legendre.leggauss(2 * ORDER + 6)
+    s, weights = (x - 1) / 2, weights / 2
+    values = legendre.legvander(x, ORDER)
+    moments = np.array([weights * s**b @ values for b in range(degree + 1)])
+    total = np.zeros((states + functions * (ORDER + 1),) * 2)
+    for gram, bump in zip(map(array, grams), (False, True), strict=True):
+        order = degree - bump
+        several = range((degree if rule == "outer" else order) + 1)
+        powers = [(a, b) for a, b in product(several, several) if RULES[rule](a, b, several[-1])]
+        for point, weight, at in zip(s, weights, values, strict=True):
+            rows = [point**a * at for a in range(order + 1)] + [point**a * moments[b] for a, b in powers]
+            zeta = scipy.linalg.block_diag(np.eye(states), np.kron(np.array(rows), np.eye(functions)))
+            total += weight * (-point * (point + 1) if bump else 1.0) * zeta.T @ gram @ zeta
+    return total
+
+
+def dissipates(plant: Delayed, proof: Data, degree: int, rule: str, level: float) -> None:
+    """V > 0, and V' <= level |w|^2 - |z|^2/level along all histories of the sample, whatever w."""
+    T, count, n = array(proof["change"]), len(plant.delays), plant.n
+    back, q = np.linalg.inv(T), len(plant.C2)
+    V = storage_form(proof["storage"], n, n * count, degree, rule)
+    # Unmeasured coordinates of the coefficients, with f_i(0) = e for every delay: each Legendre polynomial is 1 there.
+    coefficients = np.kron(np.eye(ORDER + 1), np.kron(np.eye(count), np.eye(n)[:, : n - q]))
+    now = np.kron(np.ones((1, ORDER + 1)), np.eye(n * count))
+    differ = np.kron(np.eye(count)[1:] - np.eye(count)[:1], np.eye(n)) @ now @ coefficients
+    free = coefficients @ (scipy.linalg.null_space(differ) if count > 1 else np.eye(coefficients.shape[1]))
+    e = (now @ free)[:n]
+    late = np.kron((-1.0) ** np.arange(ORDER + 1), np.eye(n * count)) @ free
+    slopes = np.array([[*legendre.legder(row, scl=2), 0] for row in np.eye(ORDER + 1)]).T
+    rates = np.kron(np.diag(1 / plant.delays), np.eye(n))
+    delayed = [np.hstack([M @ back for M in matrices]) for matrices in (plant.A, plant.C1)]
+    drift = T @ (plant.A0 @ back @ e + delayed[0] @ late)
+    moved = np.vstack([drift, np.kron(slopes, rates) @ free])
+    driven = np.vstack([-T @ plant.B, np.zeros((len(free), plant.B.shape[1]))])
+    x, z = np.vstack([e, free]), plant.C10 @ back @ e + delayed[1] @ late
+    assert smallest(x.T @ V @ x) > 0
+    cross = x.T @ V @ moved
+    corner = -cross - cross.T - z.T @ z / level
+    supply = np.block([[corner, -x.T @ V @ driven], [-driven.T @ V @ x, level * np.eye(plant.B.shape[1])]])
+    assert smallest(supply) >= -1e-9 * np.abs(supply).max(), "the storage grows by more than what is supplied"
+
+
+def stored(rule: str) -> Check:
+    def check(told: Data) -> None:
+        plant, chosen, upper = Delayed(told["plant"]), told["parameters"], number(told["bound"]["upper"])
+        dissipates(plant, told["named"], chosen["degree"], chosen.get("rule", rule), upper)
+        if plant.B.shape[1] == plant.n:
+            assert plant.unbeaten() <= upper
+
+    return check
+
+
+def near_optimal(told: Data) -> None:
+    plant, chosen, level = Delayed(told["plant"]), told["parameters"], number(told["named"]["level"])
+    dissipates(plant, told["named"]["sos"], chosen["degree"], "each", level)
+    assert plant.unbeaten() <= level <= number(chosen["factor"]) * plant.unbeaten()
+    (printed,) = re.findall(r"L2 gain below (\S+),", spoken(told))
+    within(float(printed) - 1e-8, level, float(printed))
+
+
+# Characteristic roots.
+
+
+def unstable(told: Data) -> None:
+    plant, ends = Delayed(told["plant"]), [number(told["named"][name]) for name in ("left", "right")]
+    root = max(value.real for value in plant.roots() if abs(value.imag) < 1e-9)
+    assert 0 < ends[0] < root < ends[1]
+    assert abs(np.linalg.det(plant.characteristic(root))) < 1e-6
+    printed = re.findall(r"between (\S+) and (\S+) per", spoken(told))[0]
+    assert float(printed[0]) < root < float(printed[1])
+
+
+def not_unstable(told: Data) -> None:
+    """Example 4 with Jordan blocks of one to three states and one to four delays."""
+    listed = told["parameters"]["eigenvalues"]
+    assert f"has none but {', '.join(listed)}, Example 4" in spoken(told)
+    for value, n, count in product(map(number, listed), (1, 2, 3), (1, 2, 4)):
+        J = value * np.eye(n) + np.eye(n, k=1)
+        late = [(-J / count).tolist()] * count
+        delays = [(i + 1) / count for i in range(count)]
+        empty = {name: np.ones((1, n)).tolist() for name in ("C10", "C2")}
+        zero, outputs = np.zeros((n, n)).tolist(), [np.zeros((1, n)).tolist()] * count
+        plant = Delayed(empty | {"A0": zero, "A": late, "delays": delays, "B": zero, "C1": outputs})
+        assert plant.roots(20).real.max() < 0
+
+
+# Theorems 1, 3 and 4 and Lemma 5 at seeded systems and operators.
+
+
+def observer_bound(_: Data) -> None:
+    met = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        n, r, p, q = rng.integers(1, 4, 4)
+        A, B, C, C2, D, L = (rng.normal(size=shape) for shape in ((n, n), (n, r), (p, n), (q, n), (q, r), (n, q)))
+        closed, driven = A + L @ C2, B + L @ D
+        closed -= (margin := max(np.linalg.eigvals(closed).real.max() + 0.3, 0)) * np.eye(n)
+        A = A - margin * np.eye(n)
+        gain = largest(
+            lambda w, a=closed, b=driven, c=C: np.linalg.norm(c @ np.linalg.solve(1j * w * np.eye(len(a)) - a, b), 2),
+            np.linspace(0, 20, 201),
+        )
+        for factor in (0.85, 0.95, 1.1, 1.5):
+            level = factor * gain
+            weight = FACTORS["(3)"] * driven
+            try:
+                P = scipy.linalg.solve_continuous_are(
+                    closed, weight, C.T @ C / level + 1e-4 * np.eye(n), -level * np.eye(r)
+                )
+            except np.linalg.LinAlgError:
+                continue
+            if smallest(P) > 0 and smallest(-lmi_3(A, B, C, C2, D, P, P @ L, level)) > 0:
+                assert gain < level
+                assert np.linalg.eigvals(closed).real.max() < 0
+                met += 1
+    assert met >= 12
+    J, one = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2)
+    P = one + J
+    A = np.linalg.solve(P, 2 * J - one)
+    M = np.block([[P @ A + (P @ A).T, -P, one], [-P.T, -2 * one, 0 * one], [one, 0 * one, -2 * one]])
+    assert smallest(P + P.T) > 0 and smallest(-M) > 0
+    assert np.linalg.eigvals(A).real.max() > 0
+
+
+class Drawn:
+    """Seeded operators (8) and (10) on histories over K = 2 delays, by their values at Gauss points.
+
+    Q_i = H_i Z and R_ij = Z' Gamma_ij Z with Z = [I; sI; s^2 I]; Z_4i = Z'W_4i and so on.
+    """
+
+    def __init__(self, seed: int = 3, n: int = 2, q: int = 1) -> None:
+        rng = np.random.default_rng(seed)
+        self.n, self.q, self.delays = n, q, (0.7, 2.0)
+        x, weights = legendre.leggauss(12)
+        self.s = [(x - 1) / 2 * t for t in self.delays]
+        self.w = [weights / 2 * t for t in self.delays]
+        self.tau, m = self.delays[-1], 3 * n
+        self.H, root = 0.3 * rng.normal(size=(2, n, m)), 0.1 * rng.normal(size=(2 * m, 2 * m))
+        self.G = (root + root.T).reshape(2, m, 2, m).transpose(0, 2, 1, 3)
+        self.P = 4 * np.eye(n) + 0.3 * (lambda M: M + M.T)(rng.normal(size=(n, n)))
+        self.S_0, self.S_1 = 3 * np.eye(n), 0.2 * (lambda M: M + M.transpose(0, 2, 1))(rng.normal(size=(2, n, n)))
+        self.Z_0, self.Z_2, self.W_3 = rng.normal(size=(n, q)), rng.normal(size=(2, n, q)), rng.normal(size=(2, n, q))
+        self.W_4, self.W_6 = rng.normal(size=(2, m, q)), rng.normal(size=(2, m, q))
+        self.W_5, self.W_7 = rng.normal(size=(2, 2, m, q)), rng.normal(size=(2, 2, m, 3 * q))
+
+    def Z(self, s: float, size: int | None = None, slope: int = 0) -> Matrix:
+        """Z(s), or its derivative."""
+        powers = [1.0, s, s * s] if not slope else [0.0, 1.0, 2 * s]
+        return np.kron(np.array(powers)[:, None], np.eye(size or self.n))
+
+    def S(self, i: int, s: float) -> Matrix:
+        return np.asarray(self.S_0 + s * self.S_1[i])
+
+    def Z_3(self, i: int, s: float) -> Matrix:
+        return np.asarray(self.W_3[i] * (1 + s))
+
+    def history(self, seed: int) -> tuple[Matrix, list[Callable[[float, int], Matrix]]]:
+        """e_0, and e_i(s), or its derivative, with e_i(0) = e_0."""
+        c = np.random.default_rng(seed).normal(size=(2, 4, self.n))
+        c[1, 0] = c[0, 0]
+        return c[0, 0], [
+            (
+                lambda s, k=0, one=one: np.polynomial.polynomial.polyval(
+                    s, np.polynomial.polynomial.polyder(one, k) if k else one
+                )
+            )
+            for one in c
+        ]
+
+
+def both_sides(drawn: Drawn, misprint: str) -> tuple[float, float]:
+    """2<e, (P A + Z C_2) e - P B w> - gamma |w|^2 + 2 v'z - gamma |v|^2, and <h, P_(D,E,F,G) h> of Theorem 3."""
+    o, n, q, tau = drawn, drawn.n, drawn.q, drawn.tau
+    rng, level = np.random.default_rng(11), 1.3
+    A_0, A, B = rng.normal(size=(n, n)), rng.normal(size=(2, n, n)), rng.normal(size=(n, 1))
+    C_2, C_10, C_1 = rng.normal(size=(q, n)), rng.normal(size=(1, n)), rng.normal(size=(2, 1, n))
+    w, v = rng.normal(size=1), rng.normal(size=1)
+    e_0, e = o.history(7)
+    late = [e[i](-t, 0) for i, t in enumerate(o.delays)]
+    drift = A_0 @ e_0 + sum(A[i] @ late[i] for i in (0, 1))
+    z = C_10 @ e_0 + sum(C_1[i] @ late[i] for i in (0, 1))
+    each = [[(s, weight) for s, weight in zip(o.s[i], o.w[i], strict=True)] for i in (0, 1)]
+
+    def Q(i: int, s: float, slope: int = 0) -> Matrix:
+        return o.H[i] @ o.Z(s, slope=slope)
+
+    def R(i: int, j: int, s: float, t: float, slopes: tuple[int, int] = (0, 0)) -> Matrix:
+        return o.Z(s, slope=slopes[0]).T @ o.G[i, j] @ o.Z(t, slope=slopes[1])
+
+    def integral(i: int, f: Callable[[float], Any]) -> Any:
+        return sum(weight * f(s) for s, weight in each[i])
+
+    def Z_7(i: int, j: int, s: float, t: float) -> Matrix:
+        return o.Z(s).T @ o.W_7[i, j] @ o.Z(t, q)
+
+    def moved(head: Matrix, slopes: list[Callable[[float], Matrix]]) -> float:
+        """<e, P (head, slopes)>."""
+        first = o.P @ head + sum(integral(i, lambda s, i=i: Q(i, s) @ slopes[i](s)) for i in (0, 1))
+        total = tau * e_0 @ first
+        for i in (0, 1):
+            total += integral(
+                i,
+                lambda s, i=i: (
+                    e[i](s, 0)
+                    @ (
+                        tau * Q(i, s).T @ head
+                        + tau * o.S(i, s) @ slopes[i](s)
+                        + sum(integral(j, lambda t, j=j: R(i, j, s, t) @ slopes[j](t)) for j in (0, 1))
+                    )
+                ),
+            )
+        return float(total)
+
+    y_0, y_late = C_2 @ e_0, [C_2 @ one for one in late]
+    injected = o.Z_0 @ y_0 + sum(
+        o.Z_2[i] @ y_late[i] + integral(i, lambda s, i=i: o.Z_3(i, s) @ C_2 @ e[i](s, 0)) for i in (0, 1)
+    )
+    left = 2 * moved(drift - B @ w, [lambda s, i=i: e[i](s, 1) for i in (0, 1)]) + 2 * tau * e_0 @ injected
+    row = 1.0 if misprint == "eq10-factor" else tau
+    for i in (0, 1):
+        left += (
+            2
+            * row
+            * integral(
+                i,
+                lambda s, i=i: (
+                    e[i](s, 0)
+                    @ (
+                        o.Z(s).T
+                        @ (o.W_4[i] @ y_0 + sum(o.W_5[i, j] @ y_late[j] for j in (0, 1)) + o.W_6[i] @ C_2 @ e[i](s, 0))
+                        + sum(integral(j, lambda t, j=j: Z_7(i, j, s, t) @ C_2 @ e[j](t, 0)) for j in (0, 1))
+                    )
+                ),
+            )
+        )
+    left += -level * w @ w + (z @ z / level if misprint == "theorem-1-sign" else 2 * v @ z - level * v @ v)
+
+    T_00 = o.P @ A_0 + o.Z_0 @ C_2 + sum(Q(i, 0) + o.S(i, 0) / 2 for i in (0, 1))
+    right = -level * (w @ w + v @ v) + 2 * v @ z + tau * (2 * e_0 @ T_00 @ e_0 - 2 * e_0 @ o.P @ B @ w)
+    for i, delay in enumerate(o.delays):
+        right += 2 * tau * e_0 @ (o.P @ A[i] - Q(i, -delay) + o.Z_2[i] @ C_2) @ late[i]
+        right -= (-1 if misprint == "d-sign" else 1) * tau * late[i] @ o.S(i, -delay) @ late[i]
+
+        def E(s: float, i: int = i) -> Matrix:
+            """The row (w, e_0, late) E_i(s)."""
+            Z_4, Z_6 = o.Z(s).T @ o.W_4[i] @ C_2, o.Z_3(i, s) @ C_2
+            block = A_0.T @ Q(i, s) + sum(R(i, k, s, 0).T for k in (0, 1)) / tau - Q(i, s, 1)
+            whole = (block + Z_4 + Z_6.T).T if misprint == "e-transposes" else block + Z_4.T + Z_6
+            total = e_0 @ whole - w @ B.T @ Q(i, s)
+            for j, end in enumerate(o.delays):
+                block = A[j].T @ Q(i, s) - R(i, j, s, -end).T / tau
+                Z_5 = o.Z(s).T @ o.W_5[i, j] @ C_2
+                total = total + late[j] @ ((block + Z_5).T if misprint == "e-transposes" else block + Z_5.T)
+            return np.asarray(total)
+
+        def F(s: float, i: int = i) -> Matrix:
+            Z_6 = o.Z(s).T @ o.W_6[i] @ C_2
+            return np.asarray((1 if misprint == "f-sign" else -1) * FACTORS["Theorem 3"] * o.S_1[i] + Z_6 + Z_6.T)
+
+        def G(j: int, s: float, t: float, i: int = i) -> Matrix:
+            injected = Z_7(i, j, s, t) @ C_2 + (Z_7(j, i, t, s) @ C_2).T
+            return np.asarray(tau * injected - R(i, j, s, t, (1, 0)) - R(i, j, s, t, (0, 1)))
+
+        right += tau * integral(i, lambda s, i=i, E=E, F=F: 2 * E(s) @ e[i](s, 0) + e[i](s, 0) @ F(s) @ e[i](s, 0))
+        for j in (0, 1):
+            right += integral(i, lambda s, i=i, j=j, G=G: e[i](s, 0) @ integral(j, lambda t: G(j, s, t) @ e[j](t, 0)))
+    return float(left), float(right)
+
+
+def dissipation_identity(told: Data) -> None:
+    left, right = both_sides(Drawn(), "")
+    assert abs(left - right) < 1e-9 * abs(left)
+    for misprint in told["parameters"]["misprints"]:
+        left, right = both_sides(Drawn(), misprint)
+        assert abs(left - right) > 1e-3 * abs(left), f"{misprint} as printed"
+
+
+def operator(o: Drawn, P: Matrix, Q: Any, S: Any, R: Any) -> Matrix:
+    """(8) as a matrix on x and the values of the histories at the Gauss points."""
+    points = [(i, s, weight) for i in (0, 1) for s, weight in zip(o.s[i], o.w[i], strict=True)]
+    top = np.hstack([P, *(weight * Q(i, s) for i, s, weight in points)])
+    rows = [
+        np.hstack(
+            [
+                o.tau * Q(i, s).T,
+                *(R(i, j, s, t) * weight + (o.tau * S(i, s) if (i, s) == (j, t) else 0) for j, t, weight in points),
+            ]
+        )
+        for i, s, _ in points
+    ]
+    return np.vstack([top, *rows])
+
+
+def hats(o: Drawn, *, printed: bool = False) -> dict[str, Any]:
+    """P^, H^_i and Gamma^_ij of Theorem 4, T_i, and S^ of the inverse."""
+    m = 3 * o.n
+    H, G = np.hstack(list(o.H)), np.block([[o.G[i, j] for j in (0, 1)] for i in (0, 1)])
+    G = G if printed else G / o.tau * FACTORS["Theorem 4"]
+    T = [
+        sum(w * o.Z(s) @ np.linalg.solve(o.S(i, s), o.Z(s).T) for s, w in zip(o.s[i], o.w[i], strict=True))
+        for i in (0, 1)
+    ]
+    K, one, back = scipy.linalg.block_diag(*T), np.eye(2 * m), np.linalg.inv(o.P)
+    H_hat = back @ H @ np.linalg.inv(K @ H.T @ back @ H - one - K @ G)
+    G_hat = -(H_hat.T @ H + G) @ np.linalg.inv(one + K @ G)
+    parts = G_hat.reshape(2, m, 2, m).transpose(0, 2, 1, 3)
+    P_hat = (np.eye(o.n) - H_hat @ K @ H.T) @ back
+    return {"P": P_hat, "H": H_hat.reshape(o.n, 2, m).transpose(1, 0, 2), "G": parts, "T": T}
+
+
+def inverse(o: Drawn, *, printed: bool = False) -> Matrix:
+    """The operator of Theorem 4: {P^, Q^/tau_K, S^-1/tau_K^2, R^/tau_K}; printed: S^-1/tau_K, and Gamma for G."""
+    hat, power = hats(o, printed=printed), 1 if printed else 2
+
+    def X(i: int, s: float) -> Matrix:
+        return np.asarray(np.linalg.solve(o.S(i, s), o.Z(s).T))
+
+    return operator(
+        o,
+        hat["P"],
+        lambda i, s: hat["H"][i] @ X(i, s).T / o.tau,
+        lambda i, s: np.linalg.inv(o.S(i, s)) / o.tau**power,
+        lambda i, j, s, t: X(i, s) @ hat["G"][i, j] @ X(j, t).T / o.tau,
+    )
+
+
+def forward(o: Drawn) -> Matrix:
+    return operator(o, o.P, lambda i, s: o.H[i] @ o.Z(s), o.S, lambda i, j, s, t: o.Z(s).T @ o.G[i, j] @ o.Z(t))
+
+
+def injection(o: Drawn, gains: dict[str, Any], factor: float) -> Matrix:
+    """(9) or (10), its second row times a factor: a matrix on y_0, y_i(-tau_i) and the values of y_i."""
+    points = [(i, s, weight) for i in (0, 1) for s, weight in zip(o.s[i], o.w[i], strict=True)]
+    top = np.hstack([gains["0"], *gains["2"], *(weight * gains["3"](i, s) for i, s, weight in points)])
+    rows = [
+        factor
+        * np.hstack(
+            [
+                gains["4"](i, s),
+                *(gains["5"](i, j, s) for j in (0, 1)),
+                *(
+                    gains["7"](i, j, s, t) * weight + (gains["6"](i, s) if (i, s) == (j, t) else 0)
+                    for j, t, weight in points
+                ),
+            ]
+        )
+        for i, s, _ in points
+    ]
+    return np.vstack([top, *rows])
+
+
+def of_10(o: Drawn) -> dict[str, Any]:
+    return {
+        "0": o.Z_0,
+        "2": o.Z_2,
+        "3": o.Z_3,
+        "4": lambda i, s: o.Z(s).T @ o.W_4[i],
+        "5": lambda i, j, s: o.Z(s).T @ o.W_5[i, j],
+        "6": lambda i, s: o.Z(s).T @ o.W_6[i],
+        "7": lambda i, j, s, t: o.Z(s).T @ o.W_7[i, j] @ o.Z(t, o.q),
+    }
+
+
+def of_lemma_5(o: Drawn, *, printed: bool = False) -> dict[str, Any]:
+    hat = hats(o, printed=printed)
+    P, H, G, T = (hat[name] for name in "PHGT")
+
+    def X(i: int, s: float) -> Matrix:
+        return np.asarray(np.linalg.solve(o.S(i, s), o.Z(s).T))
+
+    def V(i: int, s: float) -> Matrix:
+        return np.asarray(o.Z(s) @ X(i, s))
+
+    def W_7(i: int, j: int, t: float) -> Matrix:
+        return np.asarray(o.W_7[i, j] @ o.Z(t, o.q))
+
+    return {
+        "0": P @ o.Z_0 * FACTORS["Lemma 5"] + sum(H[i] @ T[i] @ o.W_4[i] for i in (0, 1)),
+        "2": [P @ o.Z_2[i] + sum(H[j] @ T[j] @ o.W_5[j, i] for j in (0, 1)) for i in (0, 1)],
+        "3": lambda i, t: P @ o.Z_3(i, t) + H[i] @ V(i, t) @ o.W_6[i] + sum(H[j] @ T[j] @ W_7(j, i, t) for j in (0, 1)),
+        "4": lambda i, s: X(i, s) @ (H[i].T @ o.Z_0 + o.W_4[i] + sum(G[i, j] @ T[j] @ o.W_4[j] for j in (0, 1))),
+        "5": lambda i, j, s: (
+            X(i, s) @ (H[i].T @ o.Z_2[j] + o.W_5[i, j] + sum(G[i, k] @ T[k] @ o.W_5[k, j] for k in (0, 1)))
+        ),
+        "6": lambda i, s: X(i, s) @ o.W_6[i],
+        "7": lambda i, j, s, t: (
+            X(i, s)
+            @ (
+                H[i].T @ o.Z_3(j, t)
+                + W_7(i, j, t)
+                + G[i, j] @ V(j, t) @ o.W_6[j]
+                + sum(G[i, k] @ T[k] @ W_7(k, j, t) for k in (0, 1))
+            )
+        ),
+    }
+
+
+def operator_identity(told: Data) -> None:
+    o = Drawn()
+    P = forward(o)
+    for printed in (False, True):
+        if told["parameters"]["part"] == "theorem-4":
+            whole, expected = inverse(o, printed=printed) @ P, np.eye(len(P))
+        else:
+            factor = 1.0 if printed else o.tau
+            whole = inverse(o, printed=printed) @ injection(o, of_10(o), factor)
+            expected = injection(o, of_lemma_5(o, printed=printed), 1.0)
+        assert np.allclose(whole, expected, rtol=1e-8, atol=1e-9) is not printed
+
+
+def present_only(_: Data) -> None:
+    """L = P^-1 Z solved for at the Gauss points, with P as it is where Q_i = 0."""
+    o = Drawn()
+    o.H, o.W_3, o.W_4, o.W_5, o.W_6, o.W_7 = (0 * one for one in (o.H, o.W_3, o.W_4, o.W_5, o.W_6, o.W_7))
+    gains = np.linalg.solve(forward(o), injection(o, of_10(o), o.tau))
+    back = np.linalg.inv(o.P) * FACTORS["Lemma 5"]
+    expected = np.hstack([back @ o.Z_0, *(back @ one for one in o.Z_2)])
+    assert np.allclose(gains[: o.n, : expected.shape[1]], expected)
+    gains[: o.n, : expected.shape[1]] = 0
+    assert np.abs(gains).max() < 1e-12
+
+
+CHECKS: dict[str, Check] = {
+    "delay.dissipation-identity": dissipation_identity,
+    "delay.gain-lower": gain_lower,
+    "delay.gain-upper": stored("each"),
+    "delay.narrow-upper": stored("each"),
+    "delay.near-optimal": near_optimal,
+    "delay.not-unstable": not_unstable,
+    "delay.observer-bound": observer_bound,
+    "delay.operator-identity": operator_identity,
+    "delay.pade-lower": pade_lower,
+    "delay.pade-upper": pade_upper,
+    "delay.present-only": present_only,
+    "delay.total-upper": stored("total"),
+    "delay.unstable": unstable,
+}
+COVERED = [name for name, told in certificates(PAPER).items() if told["statement"] in CHECKS]
+
+
+@pytest.mark.parametrize("name", COVERED)
+def test_sentence_agrees_with_its_definition(name: str) -> None:
+    told = certificates(PAPER)[name]
+    CHECKS[told["statement"]](told)
+
+
+FALSE = (
+    Altered("ex1-inner-upper", ("bound", "upper"), by=0.999),
+    Altered("ex1-lower", ("bound", "lower"), by=1.001),
+    Altered("ex1-near-optimal", ("parameters", "factor"), to="9999999/10000000"),
+    Altered("ex1-one-disturbance", ("bound", "upper"), by=0.1),
+    Altered("ex1-outer-upper", ("named", "storage", 0, 0, 0), by=1.01),
+    Altered("ex1-total-upper", ("bound", "upper"), by=0.999),
+    Altered("ex1-unstable", ("named", "left"), by=1.00001),
+    Altered("ex1-upper", ("plant", "A", 0, 1, 0), by=1.05),
+    Altered("ex2-d1-upper", ("bound", "upper"), by=0.999),
+    Altered("ex2-d3-upper", ("bound", "upper"), by=0.999),
+    Altered("ex2-lower", ("plant", "delays", 0), by=0.99),
+    Altered("ex2-near-optimal", ("parameters", "factor"), to="10005/10000"),
+    Altered("ex2-not-conservative", ("named", "level"), by=1.00001),
+    Altered("ex2-outer-upper", ("named", "storage", 0, 0, 0), by=0.99),
+    Altered("ex2-pade-lower", ("bound", "lower"), by=1.001),
+    Altered("ex2-pade-upper", ("bound", "upper"), by=0.99),
+    Altered("ex2-unstable", ("plant", "A0", 1, 1), by=0.99),
+    Altered("ex3-d2-upper", ("bound", "upper"), by=0.999),
+    Altered("ex3-pade-lower", ("plant", "delays", 0), by=0.9),
+    Altered("ex3-pade-upper", ("bound", "upper"), by=0.99),
+    Altered("ex4-not-unstable", ("parameters", "eigenvalues"), to=["2"]),
+    Altered("own-1-near-optimal", ("named", "sos", "change", 1, 0), by=1.1),
+    Altered("own-2-near-optimal", ("named", "level"), by=0.999),
+    Altered("own-3-near-optimal", ("plant", "delays", 2), by=1.1),
+    Altered("theorem-3-identity", ("parameters", "misprints"), to=["none"]),
+)
+
+
+@pytest.mark.parametrize("change", FALSE, ids=str)
+def test_false_sentence_is_told(change: Altered) -> None:
+    told = altered(PAPER, change)
+    with pytest.raises(AssertionError):
+        CHECKS[told["statement"]](told)
+
+
+@pytest.mark.parametrize(
+    ("name", "equation", "factor"),
+    [
+        ("lemma-5", "Lemma 5", 1.001),
+        ("observer-bound", "(3)", 0.7),
+        ("present-only", "Lemma 5", 1.001),
+        ("theorem-3-identity", "Theorem 3", 1.001),
+        ("theorem-4", "Theorem 4", 1.001),
+    ],
+)
+def test_false_equation_is_told(name: str, equation: str, factor: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(FACTORS, equation, factor)
+    told = certificates(PAPER)[name]
+    with pytest.raises(AssertionError):
+        CHECKS[told["statement"]](told)
