@@ -1,4 +1,4 @@
-"""What holds for all tests: the longest files first, so that no core waits at the end, and none writes into the tree."""
+"""For all tests: the longest files first, so that no core waits at the end; and none writes into the tree."""
 
 from __future__ import annotations
 
