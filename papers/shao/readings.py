@@ -134,7 +134,6 @@ READINGS = (
         "Sec. IV, above eq. (15)",
         "The virtual output starts each period at the output of the estimate, as (6) has it. The proof integrates the "
         "rate from an error of zero, and here the error of the estimate is there to begin with.",
-        Policy.RULED_OUT,
     ),
     _reading(
         "surface-magnets",

@@ -159,15 +159,14 @@ def alterations() -> list[tuple[str, Alteration]]:
         ("scaling.desktop", at("measured/cells/0/cpu_seconds", to(1e5))),
     ]
     for name in LOOPS:
-        claimed = name in ("loop.ex1", "loop.ex2")
+        claimed = name in ("loop.ex1", "loop.ex2", "loop.ex3")
         found += [
             *([(name, at(f"{name}/norms/-1", by(1.2))), (name, at(f"{name}/abscissa", to(1e-9)))] if claimed else []),
             ("theory.theorem-1", at(f"{name}/norms/-1", by(1.2))),
             ("theory.theorem-3", at(f"{name}/norms/-1", by(1.2))),
             ("theory.vanishing-error", at(f"{name}/abscissa", to(1e-9))),
         ]
-    for misprint in ("eq10-factor", "d-sign", "e-transposes", "f-sign", "theorem-1-sign"):
-        found.append((f"theory.{misprint}", at("identities/theorem_3/none", to(WRONG))))
+    found.append(("theory.identity", at("identities/theorem_3/none", to(WRONG))))
     for example in EXAMPLES:
         for degree in DEGREES:
             found.append((f"ex{example}.gamma-d{degree}", everywhere(example, degree)))
@@ -253,10 +252,7 @@ def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_al
     altered = [(n, k, str(float(text) * (2.5 if (n, k) == (1, 10) else 1.0))) for n, k, text in published()]
     monkeypatch.setattr(cost, "published", lambda: altered)
     evidence = claim.answer(agreeing())
-    assert evidence.holds is False
-    assert {outcome.reading: outcome.holds for outcome in evidence.outcomes} == {
-        "cost-factor-2": False, "cost-10-percent": False,
-    }  # fmt: skip
+    assert evidence.holds is False and evidence.outcomes == ()
 
 
 def test_whether_example_4_is_unstable_follows_the_roots() -> None:

@@ -142,12 +142,14 @@ class PaperView:
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
         failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
+        scanned = sum(erratum.scan for erratum in self.errata)
+        at_hand = f"; {scanned} may be slips of the text at hand" if scanned else ""
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
             "ladder": "How close our proved values lie to the printed ones",
-            "errata": f"We are certain of {certain} of {len(self.errata)} corrections",
+            "errata": f"We are certain of {certain} of {len(self.errata)} corrections{at_hand}",
             "findings": "What we found",
             "claims": f"{failing or 'None'} of {self.total} claims fail{'s' * (failing < 2)}",
             "figures": "The paper's figures, recomputed",
