@@ -361,7 +361,7 @@ def test_a_claim_shows_its_reading_and_the_outcome_under_each(
     for record in made.claims:
         text = text_of(drawn[anchor("claim", record.id)])
         said = record.claim.reading in readings
-        assert (f", under the reading {record.claim.reading}" in text_of(column(tree, record, "st"))) is said
+        assert (f", assuming {record.claim.reading}" in text_of(column(tree, record, "st"))) is said
         named = [record.claim.reading] if record.claim.reading in readings else []
         named += [outcome.reading for outcome in record.evidence.outcomes]
         for reading in (readings[name] for name in named):
