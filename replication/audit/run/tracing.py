@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import importlib.metadata
 import json
 import os
 import re
@@ -29,7 +28,7 @@ import msgspec
 
 import replication
 from replication.audit.project import CONFIGURATION
-from replication.audit.store.provenance import OWN, kernel, listing, owners, run_record
+from replication.audit.store.provenance import OWN, installed, kernel, listing, owners, run_record
 from replication.audit.store.sources import KEPT, SourceTree, default_packages
 from replication.files import write_atomically
 
@@ -138,16 +137,15 @@ def state(label: str, tree: SourceTree) -> str:
         value = os.environ.get(name)
         return ABSENT if value is None else _sha256(value.encode(errors="surrogateescape"))
     if kind == "package":
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            return importlib.metadata.version(name)
-        return ABSENT
+        found = installed(name)
+        return ABSENT if found is None else found.version
     if kind == "version":
         return _said(tuple(json.loads(name)))
     if kind == "program":
-        found = shutil.which(name)
-        if found is None:
+        program = shutil.which(name)
+        if program is None:
             return ABSENT
-        path = Path(found).resolve()
+        path = Path(program).resolve()
         return f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}"
     path = Path(label) if label.startswith("/") else tree.path(label)
     with contextlib.suppress(OSError, ValueError):

@@ -11,30 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.operators import Operator, injection_operator, resized, storage_operator
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_integer
 
 
 @dataclass(frozen=True)
 class GalerkinCheck:
-    """Eigenvalues of the two inequalities of Theorem 1 on polynomial histories.
+    """Eigenvalues of the two inequalities of Theorem 1 on polynomial histories."""
 
-    Attributes
-    ----------
-    storage : float
-        Least eigenvalue of 𝒫, which must be positive.
-    dissipation : float
-        Largest eigenvalue of the form, which must not be positive.
-    scale : float
-        Largest coefficient in size, against which rounding is to be seen.
-    """
-
-    storage: float
-    dissipation: float
-    scale: float
+    storage: float  # Least eigenvalue of 𝒫, which must be positive
+    dissipation: float  # Largest eigenvalue of the form, which must not be positive
+    scale: float  # Largest coefficient in size, against which rounding is to be seen
 
 
 def matrix(operator: Operator, count: int) -> Array:
@@ -55,7 +45,7 @@ def matrix(operator: Operator, count: int) -> Array:
     )
 
 
-def generator(system: DelaySystem, count: int) -> Array:
+def generator(system: DelayPlant, count: int) -> Array:
     """𝒜 on polynomial histories: (x, φ) ↦ (A_0x + ΣA_iφ_i(-1), φ_i'/τ_i), in the order of `matrix`."""
     n, k = system.states, system.delay_count
     size = n + k * n * count
@@ -71,7 +61,7 @@ def generator(system: DelaySystem, count: int) -> Array:
     return result
 
 
-def end_values(system: DelaySystem, count: int, point: float) -> Array:
+def end_values(system: DelayPlant, count: int, point: float) -> Array:
     """Rows that evaluate φ_i at `point`: shape (K, n, size)."""
     n, k = system.states, system.delay_count
     values = legendre.evaluate(count, point)
@@ -82,7 +72,7 @@ def end_values(system: DelaySystem, count: int, point: float) -> Array:
     return rows
 
 
-def measured_histories(system: DelaySystem, count: int) -> Array:
+def measured_histories(system: DelayPlant, count: int) -> Array:
     """𝒞_2 with end values: (x, φ) ↦ (y_0, y_1(-1), .., y_K(-1); y_i), in the order of `matrix`."""
     n, k = system.states, system.delay_count
     size = n + k * n * count
@@ -94,25 +84,7 @@ def measured_histories(system: DelaySystem, count: int) -> Array:
 
 
 def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
-    """Evaluate both inequalities of a certificate on histories of polynomials.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        What `certificate_at` gave.
-    degree : int
-        Highest degree of the histories.
-
-    Returns
-    -------
-    GalerkinCheck
-        Both eigenvalues; on this space they decide.
-
-    Raises
-    ------
-    InvalidInputError
-        `degree` is below one.
-    """
+    """Both inequalities of a certificate on polynomial histories up to `degree`: there the eigenvalues decide."""
     count = positive_integer("degree", degree) + 1
     system = certificate.system
     n, r, p = system.states, system.inputs, system.outputs

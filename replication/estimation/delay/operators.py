@@ -155,78 +155,30 @@ def invert(operator: Operator, quadrature: int = QUADRATURE) -> Inverse:
 
 @dataclass(frozen=True)
 class GainValues:
-    """Gains of eq. (9) at M points of [-1, 0], in 1/s; [s, i, j] names point, delay and delay of y.
+    """Gains of eq. (9) at M points of [-1, 0], in 1/s; [s, i, j] names point, delay and delay of y."""
 
-    Attributes
-    ----------
-    l0 : array (n, q)
-        L_0.
-    l2 : array (K, n, q)
-        L_2.
-    l3 : array (M, K, n, q)
-        L_3.
-    l4 : array (M, K, n, q)
-        L_4.
-    l5 : array (M, K, K, n, q)
-        L_5, [s, i, j].
-    l6 : array (M, K, n, q)
-        L_6.
-    l7 : array (M, K, M', K, n, q)
-        L_7, [s, i, θ, j].
-    """
-
-    l0: Array
-    l2: Array
-    l3: Array
-    l4: Array
-    l5: Array
-    l6: Array
-    l7: Array
+    l0: Array  # (n, q) L_0
+    l2: Array  # (K, n, q) L_2
+    l3: Array  # (M, K, n, q) L_3
+    l4: Array  # (M, K, n, q) L_4
+    l5: Array  # (M, K, K, n, q) L_5, [s, i, j]
+    l6: Array  # (M, K, n, q) L_6
+    l7: Array  # (M, K, M', K, n, q) L_7, [s, i, θ, j]
 
 
 @dataclass(frozen=True)
 class ObserverGains:
-    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units.
+    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units."""
 
-    Attributes
-    ----------
-    inverse : Inverse
-        𝒫⁻¹ (Theorem 4).
-    injection : Operator
-        𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5).
-    change : array (n, n)
-        Coordinates of the program in those of the plant.
-    gamma : float
-        The level that they prove.
-    time : float
-        Unit of time of the program, s.
-    """
-
-    inverse: Inverse
-    injection: Operator
-    change: Array
-    gamma: float
-    time: float = 1.0
+    inverse: Inverse  # 𝒫⁻¹ (Theorem 4)
+    injection: Operator  # 𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5)
+    change: Array  # (n, n) Coordinates of the program in those of the plant
+    gamma: float  # The level that they prove
+    time: float = 1.0  # Unit of time of the program, s
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
-    """The operators 𝒫⁻¹ and 𝒵 of a certificate, by Theorem 4.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        A feasible point of Theorem 3.
-
-    Returns
-    -------
-    ObserverGains
-        `evaluate` gives the gains at points.
-
-    Raises
-    ------
-    InvalidInputError
-        𝒫 is not coercive; solve with epsilon > 0.
-    """
+    """The operators 𝒫⁻¹ and 𝒵 of a certificate, by Theorem 4; raises InvalidInputError if 𝒫 is not coercive."""
     return ObserverGains(
         invert(storage_operator(certificate)),
         injection_operator(certificate),
@@ -281,25 +233,7 @@ def _measured_weight(n: int, q: int) -> Array:
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
-    """All gains of eq. (9) at points, in the plant's own coordinates and time (Lemma 5).
-
-    Parameters
-    ----------
-    gains : ObserverGains
-        What `observer_gains` gave.
-    points : array (M,)
-        Points η of [-1, 0], the scaled histories.
-
-    Returns
-    -------
-    GainValues
-        L_0 ... L_7, in 1/s.
-
-    Raises
-    ------
-    InvalidInputError
-        The multiplier S is not positive definite at a point.
-    """
+    """All gains of eq. (9) at points η (M,) of [-1, 0], in the plant's own coordinates and time, 1/s (Lemma 5)."""
     inverse, z = gains.inverse, gains.injection
     n, k, q = inverse.h.shape[0], inverse.h.shape[1], z.row.shape[2]
     basis = legendre.evaluate(inverse.operator.count, points)

@@ -7,22 +7,15 @@ import pytest
 
 from papers.peet2019.experiments.scaling import lifted
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.delay import (
-    DegreeRule,
-    DelaySystem,
-    SdpaOptions,
-    certificate_at,
-    chebyshev_model,
-    check,
-    error_system,
-    hinf_gain,
-    hinf_norm,
-    minimum_gain,
-    observer_gains,
-    riccati_gain,
-)
+from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, minimum_gain
+from replication.estimation.delay.galerkin import check
+from replication.estimation.delay.models import chebyshev_model, riccati_gain
+from replication.estimation.delay.observer import error_system, hinf_norm
+from replication.estimation.delay.operators import observer_gains
 from replication.estimation.delay.sos import cone as bessel
+from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.sos.cone import FormSpace, cone_blocks, cone_map, required_count
+from replication.estimation.delay.spectrum import hinf_gain
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import blind_two_delays, one_delay, scalar, three_delays, two_delays, unstable_pair
 
@@ -59,7 +52,7 @@ def test_its_forms_lie_in_the_cone_of_corollary_2(moments: int, rule: DegreeRule
         (one_delay(), riccati_gain(chebyshev_model(one_delay(), 14))),
     ],
 )
-def test_five_moments_reach_the_optimum(system: DelaySystem, exact: float) -> None:
+def test_five_moments_reach_the_optimum(system: DelayPlant, exact: float) -> None:
     assert minimum_gain(system, 5, DegreeRule.BESSEL).gamma == pytest.approx(exact, rel=SIX_DIGITS)
 
 
@@ -71,7 +64,7 @@ def test_gain_falls_with_the_moments_and_is_never_below_that_of_the_larger_cone(
 
 
 @pytest.mark.parametrize("system", [two_delays(), three_delays()])
-def test_closed_loop_keeps_the_level(system: DelaySystem) -> None:
+def test_closed_loop_keeps_the_level(system: DelayPlant) -> None:
     level = 1.05 * riccati_gain(chebyshev_model(system, 12))
     certificate = certificate_at(system, level, 3, DegreeRule.BESSEL, epsilon=1e-4)
     verified = check(certificate)

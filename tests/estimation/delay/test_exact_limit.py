@@ -14,14 +14,14 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay import DelaySystem, pade_model, riccati_gain
+from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.exact import limit as filtering
 from replication.estimation.delay.exact import limit as module
 from replication.estimation.delay.exact.central import FilterModel, ladder_model, shift
 from replication.estimation.delay.exact.limit import filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_gains
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.models import pade_model, riccati_gain
 from tests.estimation.delay import plants
 from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
 
@@ -82,7 +82,7 @@ def test_the_public_examples() -> None:
 
 @pytest.mark.parametrize("make", [plants.one_delay, plants.two_delays, plants.unstable_pair, plants.blind_pair])
 def test_the_plant_of_the_paper(make: Any) -> None:
-    system: DelaySystem = make()
+    system: DelayPlant = make()
     assert limit(system).level == pytest.approx(riccati_gain(pade_model(system, 14)), rel=1e-7)
 
 

@@ -1,4 +1,4 @@
-"""Padé in lossless and companion form, Chebyshev collocation, and the exchange with python-control."""
+"""Padé in lossless form, Chebyshev collocation."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import chebyshev_model, from_control, pade_model, to_control
-from replication.estimation.delay.models import AllPass, companion_delay, lossless_delay
+from replication.estimation.delay.models import (
+    AllPass,
+    chebyshev_model,
+    lossless_delay,
+    pade_model,
+)
 from replication.estimation.delay.spectrum import Scheme, frequency_response, grid
 from tests.estimation.delay.plants import one_delay, scalar, two_delays
 
@@ -21,13 +25,12 @@ def response(part: AllPass, s: complex) -> complex:
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 7, 10])
-def test_both_forms_are_the_approximant_of_python_control(order: int) -> None:
+def test_it_is_the_approximant_of_python_control(order: int) -> None:
     numerator, denominator = control.pade(0.7, order)
-    for build in (lossless_delay, companion_delay):
-        part = build(order, 0.7)
-        for omega in OMEGA:
-            expected = np.polyval(numerator, 1j * omega) / np.polyval(denominator, 1j * omega)
-            assert response(part, 1j * omega) == pytest.approx(expected, abs=1e-9)
+    part = lossless_delay(order, 0.7)
+    for omega in OMEGA:
+        expected = np.polyval(numerator, 1j * omega) / np.polyval(denominator, 1j * omega)
+        assert response(part, 1j * omega) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2, 5, 10, 30])
@@ -54,31 +57,6 @@ def test_models_approach_the_exact_response(build: object) -> None:
 def test_only_the_row_space_is_delayed() -> None:
     assert pade_model(two_delays(), 5).a.shape[0] == 2 + 2 * 5 * 2
     assert pade_model(scalar([-1.0, 0.0], [0.5, 1.0]), 5).a.shape[0] == 1 + 5
-
-
-def test_to_control_has_the_outputs_z_then_y() -> None:
-    plant = to_control(two_delays(), 8)
-    assert (plant.ninputs, plant.noutputs) == (2, 3)
-    assert plant(1j)[:2] == pytest.approx(frequency_response(two_delays(), 1.0)[0], abs=1e-8)
-
-
-def test_from_control() -> None:
-    plant = control.ss([[-1.0]], [[1.0]], [[2.0], [1.0]], [[0.0], [0.0]])
-    system = from_control(plant, 1, [np.array([[0.5]])], [0.3])
-    assert system.c10.item() == 2.0 and system.c2.item() == 1.0 and system.delays == (0.3,)
-
-
-@pytest.mark.parametrize(
-    ("plant", "measurements", "message"),
-    [
-        (control.ss([[0.5]], [[1]], [[1], [1]], [[0], [0]], 0.1), 1, "continuous"),
-        (control.ss([[0.5]], [[1]], [[1], [1]], [[1], [0]]), 1, "feedthrough"),
-        (control.ss([[0.5]], [[1]], [[1]], [[0]]), 1, "at least one"),
-    ],
-)
-def test_plants_that_do_not_fit(plant: control.StateSpace, measurements: int, message: str) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        from_control(plant, measurements, [np.array([[0.1]])], [1.0])
 
 
 def test_grids_differentiate_and_integrate() -> None:

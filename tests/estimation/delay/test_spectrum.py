@@ -7,8 +7,14 @@ import pytest
 from scipy.special import lambertw
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay import delay_system, frequency_response, hinf_gain, minimum_gain, rightmost_roots
-from replication.estimation.delay.spectrum import _output, undetectable_root
+from replication.estimation.delay import delay_system, minimum_gain
+from replication.estimation.delay.spectrum import (
+    _output,
+    frequency_response,
+    hinf_gain,
+    rightmost_roots,
+    undetectable_root,
+)
 from replication.estimation.delay.system import natural_units, time_scaled
 from tests.estimation.delay.plants import one_delay, scalar, two_delays, unstable_pair
 

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import certificate_at, delay_system, minimum_gain
+from replication.estimation.delay import delay_system, minimum_gain
+from replication.estimation.delay.general.plant import checked_delays
 from replication.estimation.delay.observer import error_system
-from replication.estimation.delay.system import checked_delays, measured_last, transformed
+from replication.estimation.delay.sos.certificate import certificate_at
+from replication.estimation.delay.system import measured_last, transformed
 from tests.estimation.delay.plants import one_delay, scalar, two_delays
 
 GOOD: dict[str, Any] = {
@@ -42,8 +44,8 @@ GOOD: dict[str, Any] = {
         ({"a0": [[np.nan, 0], [0, 0]]}, "a0 must be finite"),
         ({"delays": 0.5}, "delays must be a list"),
         ({"a": None}, "a must be a list"),
-        ({"b": np.zeros((2, 0))}, "b a column"),
-        ({"c10": np.zeros((0, 2))}, "c10 must have a row"),
+        ({"b": np.zeros((2, 0))}, "b must have a column"),
+        ({"c10": np.zeros((0, 2))}, "c10 and c2 a row"),
     ],
 )
 def test_bad_systems(change: dict[str, Any], message: str) -> None:
@@ -91,7 +93,7 @@ def test_bad_levels(gamma: float) -> None:
 
 def test_bad_order() -> None:
     certificate = certificate_at(two_delays(), 5.0, 1)
-    from replication.estimation.delay import observer_gains
+    from replication.estimation.delay.operators import observer_gains
 
     with pytest.raises(InvalidInputError, match="order"):
         error_system(two_delays(), observer_gains(certificate), 0)

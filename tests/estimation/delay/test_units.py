@@ -6,17 +6,11 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import (
-    DegreeRule,
-    DelaySystem,
-    certificate_at,
-    delay_system,
-    error_system,
-    hinf_norm,
-    minimum_gain,
-    observer_gains,
-    rightmost_roots,
-)
+from replication.estimation.delay import DegreeRule, DelayPlant, delay_system, minimum_gain
+from replication.estimation.delay.observer import error_system, hinf_norm
+from replication.estimation.delay.operators import observer_gains
+from replication.estimation.delay.sos.certificate import certificate_at
+from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.system import STEP, natural_units, reach, time_scaled, transformed
 from tests.estimation.delay.plants import one_delay, three_delays, two_delays, unstable_pair
 
@@ -25,7 +19,7 @@ SIZES = np.diag([3e5, 2e-4])
 
 
 @pytest.mark.parametrize("system", [one_delay(), two_delays(), three_delays(), unstable_pair()])
-def test_moderate_plants_keep_their_units(system: DelaySystem) -> None:
+def test_moderate_plants_keep_their_units(system: DelayPlant) -> None:
     units = natural_units(system)
     assert units.system is system and units.time == 1.0 and np.array_equal(units.change, np.eye(2))
 

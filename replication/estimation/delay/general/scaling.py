@@ -16,7 +16,7 @@ from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.terms import PlantTerms, axis
 from replication.estimation.delay.general.lines import Line, LineForm
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.system import DelaySystem, natural_units
+from replication.estimation.delay.system import natural_units
 from replication.estimation.validation import Array
 
 MOMENTS = 3
@@ -84,7 +84,7 @@ def scaling_of(plant: DelayPlant) -> Scaling:
     b = np.hstack([plant.b, *plant.b_delayed])
     c1 = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.c1, plant.c1_spread, strict=True))
     seen = np.eye(1, plant.states)  # no unit hangs on what is measured
-    units = natural_units(DelaySystem(plant.a0, a, plant.delays, b, plant.c10, c1, seen))
+    units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, seen, a, c1))
     noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
     sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
     natural = Scaling(np.diag(units.change).copy(), sensors, min(units.time, _power(plant.delays[-1])), 1.0)

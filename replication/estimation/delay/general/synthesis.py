@@ -32,33 +32,15 @@ ROUGH = 0.1
 
 @dataclass(frozen=True)
 class GeneralLevel:
-    """A level that a storage function proves, and the least of its degree up to the gap of the program.
+    """A level that a storage function proves, and the least of its degree up to the gap of the program."""
 
-    Attributes
-    ----------
-    degree : int
-        Moments of each line.
-    level : float
-        What `storage` proves.
-    scaling : Scaling
-        The units of the program.
-    storage : Storage
-        In those units, the level included.
-    steps : int
-        Of the interior-point method.
-    slack : float
-        The smallest eigenvalue of all inequalities at `storage`, in those units: positive.
-    rounding : float
-        What rounding may add to it, at most about.
-    """
-
-    degree: int
-    level: float
-    scaling: Scaling
-    storage: Storage
-    steps: int
-    slack: float
-    rounding: float
+    degree: int  # Moments of each line
+    level: float  # What `storage` proves
+    scaling: Scaling  # The units of the program
+    storage: Storage  # In those units, the level included
+    steps: int  # Of the interior-point method
+    slack: float  # The smallest eigenvalue of all inequalities at `storage`, in those units: positive
+    rounding: float  # What rounding may add to it, at most about
 
 
 @dataclass(frozen=True)
@@ -90,28 +72,10 @@ def degree_of(plant: DelayPlant) -> int:
 
 
 def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
-    """The least level that `degree` moments of each line prove.
+    """The least level that `degree` moments of each line prove, with the storage function that proves it.
 
-    The level of a smoother, below which no observer comes, gives w and z their units.
-
-    Parameters
-    ----------
-    plant : DelayPlant
-        The plant.
-    degree : int
-        Moments of each line.
-
-    Returns
-    -------
-    GeneralLevel
-        The level, and the storage function that proves it.
-
-    Raises
-    ------
-    InvalidInputError
-        A combination of measurements has no noise, or the averages need a higher degree.
-    SolverError
-        No point is found.
+    The level of a smoother, below which no observer comes, gives w and z their units. Raises InvalidInputError if a
+    combination of measurements has no noise or the averages need a higher degree, SolverError if no point is found.
     """
     degree = positive_integer("degree", degree)
     bound = smoother_bound(plant_terms(plant)).level
@@ -137,28 +101,8 @@ def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
 def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) -> tuple[GeneralLevel, DelayObserver]:
     """An observer that keeps `level`: its storage function is far inside all inequalities, which keeps gains moderate.
 
-    Parameters
-    ----------
-    plant : DelayPlant
-        The plant.
-    level : float
-        Above the least of this degree.
-    degree : int
-        Moments of each line.
-    scaling : Scaling
-        Units of the program, as `least_level` gives them.
-
-    Returns
-    -------
-    GeneralLevel, DelayObserver
-        The proof, and the gains in the units of the plant.
-
-    Raises
-    ------
-    InfeasibleError
-        The level is not above the least of this degree.
-    SolverError
-        No point is found.
+    scaling: as `least_level` gives it. Raises InfeasibleError unless the level is above the least of this degree,
+    SolverError if no point is found.
     """
     target = positive_scalar("level", level) / scaling.gain
     program = _program(plant, scaling, degree)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from benchmarks.delay_plants import random_plant
 from replication.errors import InvalidInputError
-from replication.estimation.delay import DelayPlant, delay_system, plant_of
+from replication.estimation.delay import DelayPlant, analyse, delay_system
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.general.lines import Line, LineForm, line_form
 from replication.estimation.delay.general.scaling import Scaling, scaling_of
@@ -55,16 +56,18 @@ def test_bad_fields_are_named(change: dict[str, Any], message: str) -> None:
 
 def test_the_plant_of_the_paper_is_the_special_case() -> None:
     plain = delay_system([[-1.0]], [[[-0.3]]], [0.4], [[1.0]], [[1.0]], [[1.0]], [[[0.2]]])
-    plant = plant_of(plain)
-    assert plant.noiseless
-    back = plant.system()
-    for name in ("a0", "b", "c10", "c2"):
-        assert np.array_equal(getattr(back, name), getattr(plain, name))
-    assert back.delays == plain.delays
-    assert np.array_equal(back.c1[0], plain.c1[0])
-    noisy = DelayPlant(plain.a0, plain.delays, plain.b, plain.c10, plain.c2, plain.a, d21=[[0.1]])  # type: ignore[arg-type]
-    with pytest.raises(InvalidInputError, match="has noise"):
-        noisy.system()
+    assert isinstance(plain, DelayPlant) and plain.noiseless
+    noisy = replace(plain, d21=np.array([[0.1]]))
+    assert not noisy.noiseless
+    with pytest.raises(InvalidInputError, match="with noise"):
+        analyse(noisy)
+
+
+@pytest.mark.parametrize("name", ["a", "c1"])
+def test_a_system_names_the_matrices_that_it_lacks(name: str) -> None:
+    terms: dict[str, Any] = {"a0": [[-1.0]], "a": [[[1.0]]], "delays": [0.4], "b": [[1.0]], "c10": [[1.0]]}
+    with pytest.raises(InvalidInputError, match=f"{name} must hold one matrix per delay"):
+        delay_system(**{**terms, "c2": [[1.0]], name: []})
 
 
 def values(form: LineForm, s: complex) -> np.ndarray:
