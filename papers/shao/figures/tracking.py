@@ -91,11 +91,7 @@ def late(drawn: FigureData, short: str, key: str = "error") -> float:
 def say_responses(drawn: FigureData) -> str:
     """The message: both errors in the second half."""
     apo, pmi = (late(drawn, short) for short in ("apo", "pmi"))
-    end = drawn.columns["time_s"][-1]
-    return (
-        f"From ζ(0) = 0, after {end / 2:.0f} s the RMS tracking error is {apo:.3f} rad with DRC-APO, {pmi:.3f} rad "
-        "with slow-observer DRC-PMI"
-    )
+    return f"From a zero estimate DRC-APO's late RMS error is {apo:.3f} rad, slow-observer DRC-PMI's {pmi:.3f} rad"
 
 
 def describe_responses(drawn: FigureData) -> str:
@@ -123,7 +119,7 @@ _RESPONSES = tuple(
         title=say_responses,
         caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, "
         "DRC-PMI with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean square of "
-        "the second half. The text at hand holds no image of the figure: the axes are ours.",
+        "the tracking error over the second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
         published=True,
         uses=("transients",),
         data=partial(responses, sigma),
@@ -233,10 +229,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 def say_lag_curves(drawn: FigureData) -> str:
     """The message: the lag of the virtual measurement beside that of the restarted one."""
     printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
-    ratio = drawn.columns["ratio"][-1]
-    return (
-        f"At M = {ratio:.0f} DRC-APO's estimate is {printed:.3f} s late, with a restarted predictor {restarted:.3f} s"
-    )
+    return f"At the largest M DRC-APO's estimate is {printed:.3f} s late, the restarted predictor's {restarted:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:
@@ -300,7 +293,7 @@ def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
 def say_robustness_curves(drawn: FigureData) -> str:
     """The message: what the flux does to DRC-APO and to a loop with a fast sensor."""
     apo, fast = (_largest(drawn, "flux", loop) for loop in (APO, FAST))
-    return f"With a wrong flux DRC-APO errs by up to {apo:.0f} %, a loop with a true fast sensor by up to {fast:.0f} %"
+    return f"A wrong flux raises DRC-APO's error to {apo:.0f} %, a fast-sensor loop's to {fast:.0f} %"
 
 
 def describe_robustness_curves(drawn: FigureData) -> str:
