@@ -79,8 +79,8 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
 
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
-    card="Do not choose the sampling ratio M by [condition (18)](-theory.stability): M does not occur in it. "
-    "[None of the simulation settings](-table.any-reading) that we tried gives the numbers of Table I.",
+    card="Do not choose the ratio M by [condition (18)](-theory.stability), which lacks it. "
+    "[No simulation setting](-table.any-reading) that we tried gives Table I.",
     holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
     "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
     correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
@@ -160,8 +160,8 @@ def findings(results: Results) -> tuple[str, ...]:
     return (
         "The stability result of Sec. IV is false: a scalar loop that meets (18) for every T below "
         f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s is unstable at each.",
-        "(18) does not contain M and cannot suffice: the same loop is unstable at every M tried from "
-        f"{min(unstable)} to {max(unstable)}, and stable with a sensor at every instant.",
+        "(18) does not contain M and cannot suffice: the same loop is unstable at every M tried, from "
+        f"{min(unstable)} to {max(unstable)}.",
         "Nor does (18) suffice with our restarted predictor: the loop is stable at "
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
         f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "

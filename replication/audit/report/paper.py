@@ -143,7 +143,7 @@ class PaperView:
         failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
         scanned = sum(erratum.scan for erratum in self.errata)
-        at_hand = f"; {scanned} may be slips of the text at hand" if scanned else ""
+        at_hand = f"; {scanned} may be {'a slip' if scanned == 1 else 'slips'} of the text at hand" if scanned else ""
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
