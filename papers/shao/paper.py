@@ -84,7 +84,7 @@ BRIEF = Brief(
     holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
     "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
     correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
-    "breaks at [eq. (15)](theory.prediction-bound). We do not obtain [the numbers of Table I](table.apo-1).",
+    "breaks at [eq. (15)](theory.prediction-bound). We do not obtain [Table I](table.apo-1).",
     guess="Whether DRC-APO [tracks better](order.apo-below-pmi) than DRC-PMI, and [settles better](order.transient), "
     "depends on which DRC-PMI is meant and where the observers start.",
     verdict="false stability result",

@@ -117,9 +117,9 @@ _RESPONSES = tuple(
         name=f"fig{number}",
         place=f"Fig. {number}",
         title=say_responses,
-        caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI with "
-        "a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the second half "
-        "of the time shown. The text at hand holds no image of the figure: the axes are ours.",
+        caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
+        "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the second "
+        "half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
         published=True,
         uses=("transients",),
         data=partial(responses, sigma),
