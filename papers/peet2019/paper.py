@@ -48,8 +48,8 @@ BRIEF = Brief(
     "[Example 1](ex1.gamma-d3) once Theorem 3 is corrected.",
     correct="[Theorem 1](theory.theorem-1) needs the hypothesis 𝒫 = 𝒫*, [Theorem 3](theory.theorem-3) other signs and "
     "transposes, and [Theorem 4](theory.theorem-4) other factors.",
-    guess="The text does not say what [a degree counts](ex2.gamma-d3), which [ε](ex2.gamma-d1) and which eigenvalue in "
-    "[Example 4](ex4.unstable) it takes, or how exact [twenty lumped states](observer.lumped-states) are.",
+    guess="The text leaves open what [a degree counts](ex2.gamma-d3), which [ε](ex2.gamma-d1) and which eigenvalue in "
+    "[Example 4](ex4.unstable) it takes, or how accurate [twenty lumped states](observer.lumped-states) are.",
     verdict="holds once corrected",
     headline="Do not code Theorems [1](-theory.theorem-1), [3](-theory.theorem-3) and [4](-theory.theorem-4) as "
     "printed: they lack a hypothesis, or have wrong signs and factors",

@@ -118,8 +118,8 @@ _RESPONSES = tuple(
         place=f"Fig. {number}",
         title=say_responses,
         caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
-        "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the second "
-        "half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
+        "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the "
+        "second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
         published=True,
         uses=("transients",),
         data=partial(responses, sigma),
