@@ -99,7 +99,7 @@ def _table(example: str) -> None:
         EXAMPLES_1_TO_3.value(
             f"{name}.gamma-d{degree}",
             gamma[f"d{degree}"],
-            statement=f"Example {example}: least gain of Theorem 3, as ε → 0, with polynomials of degree {degree}.",
+            statement=f"Example {example}: least gain of Theorem 3 with polynomials of degree {degree}.",
             pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
             erratum=SIGNS,
             uses=(f"sos.{name}.d{degree}", reference, "rules", "printed-signs", *(["readings"] if off else [])),
