@@ -14,7 +14,9 @@ from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant
 
-IRREGULAR = "irregular: 1 to m instants apart, our robust design"
+IRREGULAR = (
+    "irregular: 1 to m steps between measurements, our robust design by (10), neither Algorithm 1 nor an optimum"
+)
 
 
 def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: int) -> list[list[float]]:

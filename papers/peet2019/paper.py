@@ -168,7 +168,7 @@ FORMULAS = (
 def _at_hand() -> str:
     """How many of the slips in the identity may be of the text at hand."""
     scanned = sum(one.scan for one in OF_THE_IDENTITY)
-    return f", {scanned} perhaps of the text at hand" if scanned else ""
+    return f", {scanned} perhaps of a slip of our copy" if scanned else ""
 
 
 def findings(results: Results) -> tuple[str, ...]:

@@ -6,7 +6,9 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import msgspec
@@ -145,6 +147,12 @@ def test_the_report_says_which_verifier_has_checked(tmp_path: Path) -> None:
 PATH = "certificates/okajima2023/optimum-2-1.json"
 
 
+@cache
+def invented() -> ResultsFile:
+    with TemporaryDirectory() as figures:
+        return results(Path(figures))
+
+
 def certified(path: str = PATH, root: Path = ROOT, **changes: Any) -> ResultsFile:
     """Results whose run verified a certificate."""
     content = (root / path).read_bytes()
@@ -154,7 +162,7 @@ def certified(path: str = PATH, root: Path = ROOT, **changes: Any) -> ResultsFil
         paper=written["paper"], name=written["name"], path=path, claims=(), reason="", sentence="",
         lower=None, upper=None, holds=None, items=(), **{**fields, **changes},
     )  # fmt: skip
-    return msgspec.structs.replace(results(ROOT / "figures"), certificates=(record,))
+    return msgspec.structs.replace(invented(), certificates=(record,))
 
 
 def test_a_page_holds_the_file_that_the_run_verified_and_what_the_paper_wants() -> None:

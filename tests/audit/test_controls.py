@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from msgspec.structs import replace
 from sample import claim, paper_record
 from sample import results as sample
 
+from replication.audit.data import read_printed
+from replication.audit.declare import Part, paper
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
 from replication.audit.judge.printed import parse, sensitivities, spread
@@ -20,7 +23,9 @@ from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms
+from replication.audit.run.assemble import assemble
 from replication.audit.store.records import ResultsFile
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, InfeasibleError
 
 
@@ -192,3 +197,53 @@ def test_records_come_from_the_spread() -> None:
     assert len(found) == 4
     assert {move.claim for move in found} == {"toy.sum"}
     assert Fraction(found[0].base) == Fraction(8.5)
+
+
+PRINTED = """
+[patients]
+place = "Sec. 2"
+value = "0.75"
+[doses]
+place = "Table 1, {key}"
+value = { low = "1.20", high = "9.99" }
+[size]
+place = "Sec. 1"
+value = "0.75"
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "moved"),
+    [
+        ("patients", lambda data: Evidence(method="copied", value=float(data["patients"])), "0.76"),
+        ("patients", lambda data: Evidence(method="scaled", value=0.999 * float(data["patients"])), "0.76"),
+        ("patients", lambda data: bracket(float(data["patients"])), "0.76"),
+        ("high", lambda data: Evidence(method="copied", value=float(data["doses"]["high"])), "9.98"),
+        ("high", lambda data: Evidence(method="copied", value=float(dict(data["doses"].items())["high"])), "9.98"),
+        ("patients", lambda data: Evidence(method="another number", value=float(data["size"])), ""),
+        ("patients", lambda data: Evidence(method="a bit of it", value=0.75 + 1e-3 * float(data["patients"])), ""),
+        ("patients", lambda data: Evidence(method="compared", value=0.751, note=f"Not {data['patients']}."), ""),
+        ("patients", lambda data: Evidence(method="computed", value=0.751), ""),
+    ],
+)
+def test_a_claim_does_not_answer_itself(
+    tmp_path: Path, name: str, answer: Callable[[Any], Evidence], moved: str
+) -> None:
+    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
+    data = read_printed(tmp_path / "printed.toml")
+    part = Part("Sec. 2", reading="none")
+
+    @part.value("it", data["doses"]["high"] if name == "high" else data["patients"])
+    def it(results: Any) -> Evidence:
+        """It is computed."""
+        return answer(data)
+
+    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
+    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(), **about)
+    file, _, _ = assemble([whole], {}, results_file().run, SourceTree({}), (), {})
+    error = file.claims[0].judgement.reason if file.claims[0].verdict is Verdict.ERROR else ""
+    assert ("claim toy.it answers itself: with " + moved in error) if moved else not error, error
+
+
+def bracket(end: float) -> Evidence:
+    return Evidence(method="bracketed by itself", value=0.75, lower=0.74, upper=end)

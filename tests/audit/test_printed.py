@@ -335,7 +335,6 @@ def test_no_other_room_calls_the_reader_of_prints() -> None:
         for path in root.glob("*/**/*.py")
         if "printed import" in (text := path.read_text(encoding="utf-8")) and "parse" in _taken(text)
     }
-    # `perturb` reads printed parameters while an experiment runs, and no claim.
     assert importers == {"judge/agreement.py"}
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
-from replication.estimation.delay.galerkin import check
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
 from replication.estimation.delay.observer import (
@@ -22,7 +21,7 @@ from replication.estimation.delay.observer import (
     simulate,
     spectral_abscissa,
 )
-from replication.estimation.delay.operators import GainValues, evaluate, observer_gains
+from replication.estimation.delay.operators import GainValues, check, evaluate, observer_gains
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule

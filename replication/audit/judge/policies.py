@@ -32,7 +32,8 @@ RULES: Mapping[Policy, str] = {
     Policy.OWN: "What rests on a plant, a filter or draws of ours is never reproduced: a statement is consistent at "
     "best, and a number, or what needs a correction too, compatible.",
     Policy.ERRATUM: "A correction never improves a verdict: what agrees only once corrected says so, whether it is a "
-    "number or a statement; a correction that is an inference makes it compatible.",
+    "number or a statement; a correction that is an inference makes it compatible. It must leave the step valid: what "
+    "would fit the print and break a condition that the text asks for is told, and does not count.",
     Policy.SCAN: "A slip that the conversion of the text may have made is corrected and named, and not charged to the "
     "authors: the verdict is that of the corrected text, if the correction is certain.",
     Policy.INPUTS: "Results that a text prints, and from which another is computed, were rounded for the print: what "

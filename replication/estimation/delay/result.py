@@ -18,10 +18,9 @@ from replication.estimation.api.running import RunningObserver, require_small, s
 from replication.estimation.api.shown import Shown
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import worth
-from replication.estimation.delay.galerkin import check
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.observer import ErrorSystem, Trajectory, assembled, error_system, hinf_norm, simulate
-from replication.estimation.delay.operators import GainValues, ObserverGains, evaluate, observer_gains
+from replication.estimation.delay.operators import GainValues, ObserverGains, check, evaluate, observer_gains
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.spectrum import Grid, frequency_response, grid
 from replication.estimation.validation import Array, frozen, positive_scalar

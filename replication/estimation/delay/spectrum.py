@@ -118,12 +118,6 @@ def characteristic(system: DelayPlant, s: complex | Complex) -> Complex:
     return np.asarray(matrix, dtype=complex)
 
 
-def _slope(system: DelayPlant, s: complex) -> Complex:
-    """dM/ds."""
-    terms = (delay * np.exp(-s * delay) * a for delay, a in zip(system.delays, system.a, strict=True))
-    return np.asarray(np.eye(system.states) + sum(terms), dtype=complex)
-
-
 def rightmost_roots(system: DelayPlant, count: int = 5, order: int = ORDER) -> Complex:
     """The `count` characteristic roots of largest real part (1/s), refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
 
@@ -149,7 +143,9 @@ def _refined(system: DelayPlant, start: complex) -> complex:
         values = np.linalg.svd(matrix, compute_uv=False)
         if values[-1] <= 1e-14 * (1.0 + values[0]):
             break
-        jacobian = np.block([[matrix, (_slope(system, s) @ vector)[:, None]], [normal[None, :], np.zeros((1, 1))]])
+        terms = (delay * np.exp(-s * delay) * a for delay, a in zip(system.delays, system.a, strict=True))
+        slope = np.eye(n) + sum(terms)  # dM/ds
+        jacobian = np.block([[matrix, (slope @ vector)[:, None]], [normal[None, :], np.zeros((1, 1))]])
         residual = np.concatenate([matrix @ vector, [normal @ vector - 1.0]])
         # A multiple root makes the Jacobian singular; the least-squares step still converges, linearly.
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]

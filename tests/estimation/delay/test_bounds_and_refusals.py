@@ -15,10 +15,9 @@ from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.exact.limit import _angle, _hamiltonian, filter_level
 from replication.estimation.delay.exact.loop import error_response, injection_terms, plant_terms
 from replication.estimation.delay.exact.response import Cells
-from replication.estimation.delay.galerkin import check, generator
-from replication.estimation.delay.general.scaling import require_noise
-from replication.estimation.delay.general.synthesis import _Program
+from replication.estimation.delay.general.synthesis import _Program, require_noise
 from replication.estimation.delay.models import pade_model
+from replication.estimation.delay.operators import check, generator
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import _found, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule

@@ -9,11 +9,11 @@ import pytest
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelayPlant
-from replication.estimation.delay.galerkin import check
 from replication.estimation.delay.models import chebyshev_model, riccati_gain
 from replication.estimation.delay.observer import ErrorSystem, error_system, hinf_norm, simulate
 from replication.estimation.delay.operators import (
     GainValues,
+    check,
     evaluate,
     injection_operator,
     observer_gains,
@@ -23,7 +23,7 @@ from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at
 from replication.estimation.delay.spectrum import Scheme
 from tests.estimation.delay import algebra
-from tests.estimation.delay.inverses import as_operator
+from tests.estimation.delay.algebra import as_operator
 from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
 
 MARGIN = 1e-4

@@ -24,8 +24,7 @@ from replication.estimation.delay import (
     simulate,
 )
 from replication.estimation.delay.general.result import moment_model
-from replication.estimation.delay.general.scaling import Scaling
-from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
+from replication.estimation.delay.general.synthesis import Scaling, degree_of, least_level, observer_at
 from replication.estimation.delay.observer import hinf_norm
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
