@@ -250,9 +250,6 @@ def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
 
 
-# A results file held against what the kept results of its experiments give: all of it, not the verdicts alone
-
-
 PARTS = {"papers": "key", "claims": "id", "errata": "id", "figures": "name", "experiments": "name"}
 """Parts of a file whose records belong to a paper, with what names a record."""
 

@@ -1,4 +1,4 @@
-"""The parts of the README that come from a run, between markers: a line for each paper, and an example."""
+"""The parts of the README that come from a run, between markers, and its picture of the answer."""
 
 from __future__ import annotations
 
@@ -99,9 +99,6 @@ def _line(paper: PaperRecord, told: BriefView | None) -> str:
     if told is None:
         return paper.findings[0] if paper.findings else ""
     return f"{told.headline.text}." if told.headline.text else told.card.text
-
-
-# The picture of the README: the answer as the report draws it, of a run whose sources were committed
 
 
 WIDTH, HEIGHT = 1240, 2000

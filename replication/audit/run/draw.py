@@ -1,4 +1,4 @@
-"""The regenerated figures: from results to data, from data to a CSV and an SVG file, each the same bytes every time.
+"""The regenerated figures: from results to data in the digits that are certain, to CSV and SVG, the same bytes always.
 
 A figure is drawn again only if something that it depends on has changed, or a file is not as it was left.
 """

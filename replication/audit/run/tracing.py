@@ -295,9 +295,6 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-# A run of which nothing has changed since is not repeated: its words are said again, and its files are left alone
-
-
 NAME = "last-run"
 LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV")
 """How variables begin that may matter though nobody asks for them by name."""
