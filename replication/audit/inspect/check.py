@@ -250,6 +250,12 @@ def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
 
 
+# A results file held against what the kept results of its experiments give: all of it, not the verdicts alone.
+#
+# Nothing is computed but what turns results into records. Where the cache holds no longer what the file was made from,
+# this is said, and the numbers are taken as they stand.
+
+
 PARTS = {"papers": "key", "claims": "id", "errata": "id", "figures": "name", "experiments": "name"}
 """Parts of a file whose records belong to a paper, with what names a record."""
 

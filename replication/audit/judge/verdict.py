@@ -1,4 +1,4 @@
-"""Verdicts: the one place where a claim and its evidence become a verdict, and the record that stores all three."""
+"""Verdicts: the one place where a claim and its evidence become a verdict, and are stored with it."""
 
 from __future__ import annotations
 
@@ -339,6 +339,11 @@ def require_finite(path: str, value: Any) -> None:
     elif isinstance(value, list | tuple):
         for index, entry in enumerate(value):
             require_finite(f"{path.rstrip('.')}[{index}].", entry)
+
+
+# Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored.
+#
+# `rejudge` judges a stored record anew. Both go through `judge`, so a verdict set by hand is found out.
 
 
 OUTCOMES = (

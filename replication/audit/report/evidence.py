@@ -53,6 +53,13 @@ def unpacked(text: str) -> dict[str, str]:
     return found
 
 
+# Proofs that the reader's browser checks: the certificates that `html/check.js` knows, and what each must be about.
+#
+# The page holds a certificate byte for byte, if it is the file that the run verified; beside it stands what the paper's
+# own data say that it must be about, made here from `printed.toml` and `theorems.json`. Both are packed, as the
+# evidence is; the script compares them, and checks the rest from the definitions, in exact fractions.
+
+
 MOST_BYTES = 11_000
 """Of one certificate in the page, which is to stay light enough to be mailed; larger ones are files beside it."""
 COUNTEREXAMPLE = "dualrate.counterexample"
