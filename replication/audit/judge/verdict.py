@@ -1,4 +1,4 @@
-"""Verdicts: the one place where a claim and its evidence become a verdict; `recording` stores both."""
+"""Verdicts: the one place where a claim and its evidence become a verdict, and are stored with it."""
 
 from __future__ import annotations
 
@@ -350,7 +350,9 @@ def require_finite(path: str, value: Any) -> None:
             require_finite(f"{path.rstrip('.')}[{index}].", entry)
 
 
-# Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored
+# Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored.
+#
+# `rejudge` judges a stored record anew. Both go through `judge`, so a verdict set by hand is found out.
 
 
 OUTCOMES = (
