@@ -73,7 +73,7 @@ BRIEF = Brief(
     correct="Eq. (41) repeats the matrix of the stable plant; with it the error [grows](unstable.stabilised) under "
     "gains (42).",
     guess="Which noises enter [eq. (34)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use? Does "
-    "the blog mean [shorter periods](order.shorter-in-general) beyond Table 1?",
+    "the blog claim that [shorter periods](order.shorter-in-general) help beyond Table 1?",
     verdict="levels hold",
     headline="Table 1 gives the rounded optima, except for periods (2, 1): there the optimum rounds to "
     "[{table1.n21:not}](table1.n21), a valid level just above it",

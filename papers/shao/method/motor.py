@@ -196,7 +196,10 @@ def _held_energy(plant: Plant, time: float) -> Array:
     return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
 
 
-# Brute-force simulation of the printed algorithm, as a second opinion on the lifted form
+# Brute-force simulation of the printed algorithm, as a second opinion on the lifted form.
+#
+# The plant and the observer's differential equation are integrated by series over sub-steps of T, and the observer acts
+# as the text says, instant by instant. No matrix is shared with `dualrate.loop` or `dualrate.response`.
 
 
 SIMULATED = (

@@ -1,11 +1,11 @@
-"""How the report writes numbers: every digit that it shows of a computed number is made here."""
+"""How the report writes numbers, and that its sentences have few: every digit that it shows is made here."""
 
 from __future__ import annotations
 
 import re
 import sys
 from collections.abc import Callable, Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, localcontext
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 
 from replication.audit.model import Numbers
@@ -16,6 +16,9 @@ SHOWN = 6
 BEYOND = 4
 CROWDED = 1
 """Digits shown beyond the last printed place; the second where several numbers stand in a line."""
+
+MORE = 3
+"""Digits more that keep a number in its bracket at most."""
 
 NEGLIGIBLE = 1e-6
 """Units of the last printed place below which a deviation is shown as zero."""
@@ -72,24 +75,29 @@ def at_print(
 ) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number; and
-    further still where that would leave its bracket from `low` to `high`.
+    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number. It
+    stays in its bracket from `low` to `high`, with up to `MORE` digits more; where the bracket is narrower than these,
+    it is just rounded.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:
         return short(number), ""
     if not decimals and float(number).is_integer():
         return _typeset(f"{number:.0f}"), ""
-    while not _between(float(f"{number:.{decimals + beyond}f}"), low, high):
-        beyond += 1
-    text = _typeset(f"{number:.{decimals + beyond}f}")
+    text = next(filter(None, (_inside(number, decimals + n, low, high) for n in range(beyond, beyond + MORE + 1))), "")
+    text = text or f"{number:.{decimals + beyond}f}"
     # Beyond a whole last place the point belongs to the muted part.
-    cut = len(text) - beyond - (0 if decimals else 1)
-    return text[:cut], text[cut:]
+    cut = text.index(".") + (1 + decimals if decimals else 0)
+    return _typeset(text[:cut]), text[cut:]
 
 
-def _between(number: float, low: Fraction | None, high: Fraction | None) -> bool:
-    return (low is None or number >= low) and (high is None or number <= high)
+def _inside(number: float, places: int, low: Fraction | None, high: Fraction | None) -> str:
+    """`number` rounded to so many places, else down, else up, whichever lies between both ends; empty if none does."""
+    for rounding in (ROUND_HALF_EVEN, ROUND_FLOOR, ROUND_CEILING):
+        shown = Decimal(number).quantize(Decimal(1).scaleb(-places), rounding, Context(prec=MOST_DIGITS))
+        if (low is None or Fraction(shown) >= low) and (high is None or Fraction(shown) <= high):
+            return f"{shown:f}"
+    return ""
 
 
 def agreement(printed: str, computed: str) -> int:
@@ -205,9 +213,6 @@ def _typeset(text: str) -> str:
         power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
         mantissa = power if mantissa == "1" else f"{mantissa}×{power}"
     return mantissa.replace("-", MINUS)
-
-
-# Sentences that a reader can take in: few words and few numbers; names that hold a number do not count as one
 
 
 MOST_WORDS, MOST_WORDS_OF_TITLE, MOST_NUMBERS = 25, 15, 2
