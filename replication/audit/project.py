@@ -1,4 +1,4 @@
-"""A project: the folder that holds `replication.toml`, which says what is audited there, by whom, and where it lies.
+"""A project, the folder that holds `replication.toml`, and its papers: what `paper.toml` says of each.
 
 title = "Replication of three papers on epidemics"
 subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
@@ -164,9 +164,6 @@ def _settings(path: Path, content: bytes) -> Settings:
     if not found.title.strip():
         raise AuditError(f"{path}: the title is empty; say what is audited here")
     return found
-
-
-# What a paper is called, by whom it is and where it was published: paper.toml beside its module
 
 
 NAME = "paper.toml"

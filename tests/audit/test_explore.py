@@ -19,8 +19,8 @@ from replication.audit.brief import Curve
 from replication.audit.model import Verdict
 from replication.audit.report import explore
 from replication.audit.report.claim import targets, views
+from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import PictureView, explorers, scale_of, ticks
-from replication.audit.report.ladder import Ladder, ladders
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

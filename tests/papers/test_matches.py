@@ -69,7 +69,7 @@ def test_an_entry_of_the_table_differs_only_if_it_does_under_each_reading() -> N
         ("peet2019.ex1.gamma-d2", ["ex1-upper"], "do not decide"),
         ("peet2019.ex1.unstable", ["ex2-unstable"], "another plant: ex2, not ex1"),
         ("peet2019.theory.theorem-4", ["lemma-5"], "part lemma-5, not theorem-4"),
-        ("peet2019.theory.d-sign", ["observer-bound"], "bound (7)"),
+        ("peet2019.theory.identity", ["observer-bound"], "bound (7)"),
     ],
 )
 def test_another_theorem_proves_nothing_and_the_difference_is_told(claim: str, names: list[str], told: str) -> None:

@@ -1,4 +1,4 @@
-"""How the report writes numbers: every digit that it shows of a computed number is made here."""
+"""How the report writes numbers, and that its sentences have few: every digit that it shows is made here."""
 
 from __future__ import annotations
 
@@ -213,9 +213,6 @@ def _typeset(text: str) -> str:
         power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
         mantissa = power if mantissa == "1" else f"{mantissa}×{power}"
     return mantissa.replace("-", MINUS)
-
-
-# Sentences that a reader can take in: few words and few numbers; names that hold a number do not count as one
 
 
 MOST_WORDS, MOST_WORDS_OF_TITLE, MOST_NUMBERS = 25, 15, 2

@@ -14,7 +14,10 @@ from replication.audit.judge.agreement import Measured, Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.model import Evidence
 
-# A computed number and its bracket, drawn to scale against the interval that rounds to the printed value
+# A computed number and its bracket, drawn to scale against the interval that rounds to the printed value.
+#
+# All lengths are in units of the last printed place, measured from the printed value. Drawings hold numbers of ours
+# only, so they are markup without escapes; colours come from the style sheet of the report by class.
 
 
 WIDTH, HEIGHT = 132, 18

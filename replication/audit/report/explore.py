@@ -1,4 +1,4 @@
-"""Pictures that a reader can move, from the tables of the figures: curves as SVG, their names and values as text.
+"""Pictures that a reader can move: curves as SVG on round axes, their names and values as text.
 
 The frame is 1000 by 1000 and stretched to its place, so that the text beside it keeps its size. Without a script each
 picture stands where its slider begins.

@@ -1,4 +1,4 @@
-"""The report: one HTML file that loads nothing, made from a results file and the figures beside it.
+"""Pages: the report, the difference of two runs, and the register of several projects; each loads nothing.
 
 Everything that the page says of a paper comes from the results file; the templates hold words only. The same results
 and figures give the same bytes. The page is the opening, one page per paper (`paper`), then what stands behind the
@@ -166,9 +166,6 @@ def _require_known(results: ResultsFile) -> None:
         )
 
 
-# The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs
-
-
 def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
     """Write the page of `changes` between two results files at `output`, whole or not at all, and return `output`."""
     write_atomically(output, render_page(old, new, changes).encode())
@@ -222,9 +219,6 @@ def _text(value: Any) -> str:
     if value is None or value == "":
         return "—"
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()
-
-
-# Several projects side by side on a page: what each has audited, and with what outcome, from their results alone
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,14 +19,14 @@ from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Policy, Reading, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import MEANING, ClaimView, views
+from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import ExplorerView, explorers
-from replication.audit.report.ladder import Ladder, ladders
 from replication.audit.report.templates import CLAIM_CELL, claim_of, mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
 
-# The tables of a paper: which cells are claims, how many of them agree, what a cell is called where it stands alone
+# The tables of a paper: cells that are claims, how many of them agree, and the name of a cell by itself
 
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")

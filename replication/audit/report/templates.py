@@ -1,4 +1,4 @@
-"""The templates of the report: one file `html/<name>.html.j2` for each section, with the words and no number."""
+"""The templates of the report: one file `html/<name>.html.j2` for each section, with the words; formulas as MathML."""
 
 from __future__ import annotations
 

@@ -190,7 +190,7 @@ class Portable:
         return to_mat(arrays_in(encoded(self, args, kwargs)))
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The observer as one C99 file that compiles by itself; see `c_code`.
+        """The observer as one C99 file that compiles by itself; see `export.c_source`.
 
         Parameters
         ----------
@@ -212,7 +212,7 @@ class Portable:
         return c_source(name, comment, self._recursion())
 
     def to_matlab(self, name: str = "observer", comment: str = "") -> str:
-        """The observer as a MATLAB function with a memory; see `matlab`.
+        """The observer as a MATLAB function with a memory; see `export.matlab_source`.
 
         Parameters
         ----------
