@@ -5,11 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from papers.shao.experiments.readings import table_columns
+from papers.shao.experiments.tracking import table_columns
+from papers.shao.method.motor import simulate
 from papers.shao.method.search import search_block
-from papers.shao.method.simulation import simulate
-from papers.shao.printed import table_1
-from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
+from papers.shao.printed import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop, table_1
 from replication.estimation.dualrate.loop import DualRateLoop, stability_radius
 from replication.estimation.dualrate.response import output_rows, reference, start_state, tracking_error_ratio
 

@@ -19,8 +19,7 @@ import pytest
 from cvxpy.error import SolverError as Unsolved
 from joblib import Parallel, delayed
 
-from papers.okajima2023.method.lmi import cyclic_lmi_design, cyclic_size, lmi_design, theorem2_size
-from papers.okajima2023.method.reduced_lmi import reduced_lmi_design
+from papers.okajima2023.method.lmi import cyclic_lmi_design, cyclic_size, lmi_design, reduced_lmi_design, theorem2_size
 from papers.okajima2023.printed import PLANT as PRINTED
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic import program as solvers

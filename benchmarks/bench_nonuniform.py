@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.clock import processor_seconds
-from papers.mustafa.method.comparisons import dense_design
+from papers.mustafa.method import dense_design
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
 

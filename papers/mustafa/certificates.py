@@ -12,8 +12,7 @@ import numpy as np
 
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.levels import Json
-from papers.mustafa.method.algorithm1 import build_grid, gaps
-from papers.mustafa.method.stability import covered_interval, delta_block
+from papers.mustafa.method import build_grid, covered_interval, delta_block, gaps
 from replication.certify import nonuniform
 from replication.certify.multirate import lyapunov_matrices
 from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up

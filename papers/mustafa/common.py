@@ -1,15 +1,22 @@
-"""An irregular sensor on the common plant: what a filter guarantees that does not know the next sampling period."""
+"""The common plant under irregular sampling, and how far levels move with the rounding of printed inputs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from replication.audit.judge.printed import Parameters, spread
 from replication.audit.parts import CommonLevel
 from replication.estimation import nonuniform
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.nominal import closed_form
+from replication.estimation.nonuniform.plant import SampledPlant
 
-IRREGULAR = "irregular: 1 to m instants apart"
+IRREGULAR = (
+    "irregular: 1 to m steps between measurements, our robust design by (10), neither Algorithm 1 nor an optimum"
+)
 
 
 def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: int) -> list[list[float]]:
@@ -35,3 +42,27 @@ def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLev
         CommonLevel(sensor=IRREGULAR, multiple=m, lower=low, upper=high, measure="l2 gain to the position's error")
         for m, (low, high) in zip(multiples, brackets, strict=True)
     )
+
+
+# Sensitivity of the nominal levels to printed parameters within their rounding
+
+
+def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> dict[str, Any]:
+    """The nominal optimum at the middle of [h_l, h_u]; prints: A, B, C, D, L and h_l."""
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        plant = SampledPlant(*(np.atleast_2d(numbers[name]) for name in "ABCDL"))
+        return {claim: closed_form(plant, (numbers["h_l"] + h_u) / 2)}
+
+    return spread(prints, compute)
+
+
+def filter_norm(prints: Mapping[str, str], plant: dict[str, Any], claim: str) -> dict[str, Any]:
+    """The norm of the printed filter at the printed period; prints: A_f, B_f, C_f and h."""
+    sampled = SampledPlant(*(np.array(plant[name]) for name in "ABCDL"))
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        printed = Filter(*(np.array(numbers[name]) for name in ("A_f", "B_f", "C_f")))
+        return {claim: periodic_gain(sampled, printed, [numbers["h"]]).value}
+
+    return spread(prints, compute)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from papers.mustafa.claims.preliminaries import MISNAMED
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, example, middle, printed_filter, sizes
 from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results

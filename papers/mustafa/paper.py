@@ -2,24 +2,169 @@
 
 from __future__ import annotations
 
+from papers._common import curve, dots, label, signal, ticks
 from papers.mustafa import common
-from papers.mustafa.brief import BRIEF
-from papers.mustafa.claims.algorithm import ALGORITHM_1
+from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
-from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
 from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
-from papers.mustafa.claims.preliminaries import LEMMAS
+from papers.mustafa.claims.preliminaries import LEMMAS, down, times, up
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
-from papers.mustafa.figures import gains, responses
-from papers.mustafa.findings import findings
-from papers.mustafa.printed import EXAMPLES
+from papers.mustafa.figures import FIGURES
+from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, upper_end
 from papers.mustafa.readings import READINGS
+from replication.audit.brief import Bars, Brief, Curve, Draws, Explorer, Pair, Picture, Sketch
 from replication.audit.declare import Part, paper
 from replication.audit.judge.printed import sensitivities
+from replication.audit.model import Results
 from replication.audit.parts import Formula, Table
 from replication.audit.project import about
+
+SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
+DESIGNED = [14 + 19.2 * step for step in range(16)]
+
+
+def _higher(x: float) -> float:
+    """The signal, with room for two rows of ticks below."""
+    return signal(x) - 14
+
+
+def _example(number: int, begin: float, whose: str) -> Picture:
+    """Gains at one constant period, and over all sequences of periods; whose: whose filter it is."""
+    return Picture(
+        label=f"Example {number}, {whose} filter",
+        figure="mustafa-levels",
+        across=f"h_{number}",
+        x="constant period h (s)",
+        y="gain",
+        begin=begin,
+        curves=(
+            Curve(label="all sequences, bounds", columns=(f"lower_{number}",), upper=f"upper_{number}"),
+            Curve(label=f"{whose} filter, this period", columns=(f"filter_{number}",)),
+            Curve(label="least, this period", columns=(f"optimum_{number}",), quiet=True),
+            Curve(label="printed level", columns=(f"published_{number}",), quiet=True),
+        ),
+    )
+
+
+BRIEF = Brief(
+    topic="Samples at irregular instants",
+    card="[Both](+gamma.1) are [right](+gamma.2) at the middle period. If the period varies, no filter of form (4) "
+    "keeps Example 1 below [{valid.1:over:gamma.1}](?valid.1) times its gain.",
+    holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](gamma.2)); stability for every sequence "
+    "of periods, in [both](stable.1) [examples](stable.2).",
+    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Case U3](u3) and "
+    "[two](map) [maps](map-12) are misprinted.",
+    guess="Does the abstract promise [the printed gain](robust-level.1) of Example 1 for every sequence of periods? "
+    "What does [step 4](algorithm) of Algorithm 1 compute?",
+    verdict="nominal levels",
+    headline="If the sampling period varies, do not count on the printed worst-case gains: they are nominal, for one "
+    "constant period, as the paper says",
+    picture=Bars(
+        printed="at the middle period, as printed",
+        bound="if the period varies over the range",
+        pairs=(
+            Pair(
+                label="Example 1: worst-case gain of our filter, since the paper prints none",
+                printed="gamma.1",
+                bound="robust-level.1",
+            ),
+            Pair(label="Example 2: worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
+        ),
+    ),
+    sketch=Sketch(
+        alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
+        strokes=(
+            curve(Draws.TRUTH, _higher),
+            dots(Draws.MEASURED, SAMPLED, _higher),
+            ticks(Draws.TICK, DESIGNED, 118),
+            ticks(Draws.TICK_OURS, SAMPLED, 147),
+            label("designed for", 8, 106),
+            label("sampled at", 8, 131, Draws.LABEL_OURS),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="A filter designed for one period does worse when the period varies",
+            moves="Move the constant period.",
+            text="Each filter has the printed gain at the period for which it was designed. If the period varies, its "
+            "worst-case gain lies in the band above. Example 1 prints no filter; ours takes its place. In the last "
+            "picture the range of periods widens.",
+            pictures=(
+                _example(1, 0.0678, "our"),
+                _example(2, 0.05, "printed"),
+                Picture(
+                    label="Example 1, our filter, wider range",
+                    figure="mustafa-range",
+                    across="h_u",
+                    x="longest period h_u (s)",
+                    y="gain over all sequences",
+                    begin=0.1,
+                    curves=(Curve(label="gain, bounds", columns=("lower",), upper="upper"),),
+                ),
+            ),
+        ),
+    ),
+)
+
+
+def findings(results: Results) -> tuple[str, ...]:
+    """The levels, stability, what varying periods cost, what can be guaranteed, the grids."""
+    worst = [times(results[f"bracket.{e}"]["lower"], GAMMA[e]) for e in EXAMPLES]
+    kept = all(results[f"bracket.{e}"]["nominal"] <= upper_end(GAMMA[e]) for e in EXAMPLES)
+    in_seconds = [down(results[f"bracket-duration.{e}"]["lower"]) for e in EXAMPLES]
+    sizes = [results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"] for e in EXAMPLES]
+    by_modal = results["condition.1"]["modal_elements"]
+    by_root = all(results[f"grids.{e}"]["intervals"]["corrected, root"]["covers"] for e in EXAMPLES)
+    by_condition = [results[f"condition.{e}"]["elements"] for e in EXAMPLES]
+    as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
+    ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
+    floor = times(results["curve.1"]["floor"], GAMMA[1])
+    robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
+    own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
+    return (
+        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; the paper itself "
+        "calls them nominal.",
+        f"If the period varies, the printed filter of Example 2 has at least {worst[1]} times the gain, and our "
+        f"filter of Example 1 {worst[0]} times.",
+        f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed gain for every "
+        "sequence of periods.",
+        f"In Example 1 the raw measurement, which form (4) cannot use at once, guarantees {DATA['example-1']['D']} for "
+        "every sequence: less than the printed gain.",
+        "The error stays stable for every sequence of periods: a stable plant and (6) at one period suffice, without "
+        "grid or condition (8).",
+        "With the middle as its one grid element, Example 1 does not satisfy (8) over the range, whatever the "
+        "coordinates.",
+        f"One element does not cover the range of Example 1: corrected, Algorithm 1 ends with {sizes[0]} by (9), with "
+        f"{by_modal} by (8) in modal coordinates.",
+        *(
+            (
+                "If step 3 took the root of α as step 4 does, with U3 corrected, one element would do; but (8) fails "
+                "in Example 1.",
+            )
+            if by_root
+            else ()
+        ),
+        f"In Example 2 the corrected algorithm ends with {sizes[1]} elements by (9), and with {by_condition[1]:g} by "
+        "condition (8) itself.",
+        f"One Lyapunov function guarantees a gain for every sequence of periods: {robust[0]} in Example 1 and "
+        f"{robust[1]} in Example 2, counting samples.",
+        f"With the corrected grids, along some sequence the gain is still {own[0]} times the level in Example 1 and "
+        f"{own[1]} times in Example 2.",
+        *(
+            (
+                "As printed, Algorithm 1 covers the range in neither example, with or without the missing set-minus "
+                "sign.",
+            )
+            if ends == {"STALLED"}
+            else ()
+        ),
+        f"Counted in seconds instead of samples, the gains for varying periods are at least {in_seconds[0]} and "
+        f"{in_seconds[1]}, still above both levels.",
+    )
+
 
 FORMULAS = (
     Formula(
@@ -38,7 +183,11 @@ FORMULAS = (
 PARTS = (
     ABSTRACT,
     Part("Sec. I, related work", reason="Statements about other papers; their texts are not at hand."),
-    Part("Sec. II", reason="Definitions, by which gains are computed here."),
+    Part(
+        "Sec. II",
+        reason="Definitions, by which gains are computed here. (3) gives x at the sampling instants if w is constant "
+        "between them, which the text leaves unsaid; the levels are those of (3).",
+    ),
     LEMMAS,
     Part("Fig. 1, block diagram", reason="A drawing without data; Lemma 2 is audited."),
     THEOREM_1,
@@ -49,9 +198,16 @@ PARTS = (
     THEOREM_2,
     Part("Theorem 2, proof", reason="Its conclusion is proved in another way, without the condition (8)."),
     THEOREM_3,
+    Part("Theorem 3, “for all h_i > 0”", reason="Read as for each period of its grid, i = 1 to N."),
     ALGORITHM_1,
+    Part(
+        "Algorithm 1, M ≤ #G + 1",
+        reason="With the set-minus an interval falls into at most one part more than open intervals are taken from it: "
+        "true, and nothing to compute.",
+    ),
     ROBUST_PERFORMANCE,
     Part("Eq. (13)", reason="Announced but missing in the text at hand; a reconstruction of ours is used."),
+    Part("Sec. V-A, trade-off by two performance measures", reason="A remark on (13), which is missing."),
     Part("Sec. V-B, continuous-time performance", reason="A remark without a computation."),
     LEVELS,
     RESPONSE,
@@ -59,9 +215,9 @@ PARTS = (
 
 LEVELS_TABLE = Table(
     place="Sec. VI",
-    caption="Printed levels, whether each holds for every sampling sequence (norms count samples), and how many "
+    caption="Printed levels, whether there is a level for every sampling sequence (norms count samples), and how many "
     "elements the grids have.",
-    header=("Example", "level at one period", "for every sequence", "elements of the grid"),
+    header=("Example", "level at one period", "with a level for every sequence", "elements of the grid"),
     rows=tuple((str(e), *(f"claim:{name}.{e}" for name in ("gamma", "robust-level", "grid"))) for e in EXAMPLES),
 )
 
@@ -70,7 +226,7 @@ PAPER = paper(
     parts=PARTS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=(*responses.FIGURES, *gains.FIGURES),
+    figures=FIGURES,
     tables=(LEVELS_TABLE,),
     formulas=FORMULAS,
     readings=READINGS,

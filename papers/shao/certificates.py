@@ -10,7 +10,7 @@ from typing import Any
 from papers.shao.method.motor import Feedforward
 from papers.shao.method.readings import Structure
 from papers.shao.plants import LONGER
-from papers.shao.problem import COUNTEREXAMPLE, DESIGN, READINGS, literal_loop
+from papers.shao.printed import COUNTEREXAMPLE, DESIGN, READINGS, literal_loop
 from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS

@@ -1,15 +1,20 @@
-"""A slow sensor in a loop around the common plant: from sensor noise to position, by the exact dual-rate analysis."""
+"""The common plant with a slow sensor in a loop, and how far Table I moves with the rounding of inputs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from papers._common import MULTIPLES
-from papers.shao.problem import APO, RESTARTED
+from papers.shao.method.motor import Motor
+from papers.shao.printed import APO, DATA, PARAMETERS, RESTARTED, literal_loop
+from replication.audit.judge.printed import Parameters, spread
 from replication.audit.model import Results
 from replication.audit.parts import CommonLevel
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
+from replication.estimation.dualrate.problem import dual_rate_design
+from replication.estimation.dualrate.response import tracking_error_ratio
 
 COLUMNS = {
     APO: "in a loop, every m-th instant, predictor as printed",
@@ -41,3 +46,29 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
         for m, value in zip(MULTIPLES, results["common"][name], strict=True)
         if value is not None
     )
+
+
+# Sensitivity of Table I, under its literal reading, to printed parameters within their rounding
+
+
+PRINTS = {
+    **{name: DATA[name] for name in PARAMETERS},
+    "K": f"[{' '.join(DATA['feedback'])}]",
+    "L": f"[{'; '.join(DATA['injection'])}]",
+}
+"""What Table I was computed from, as printed; T and M are settings, exact as printed."""
+
+
+def table(
+    prints: Mapping[str, str], pole_pairs: int, period: float, ratio: int, cells: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Percent errors of `cells` (observer, frequency, claim); prints: the motor's parameters, K and L."""
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        motor = Motor(pole_pairs=pole_pairs, **{name: numbers[name] for name in PARAMETERS})
+        gains = {"feedback": numbers["K"], "injection": numbers["L"]}
+        design = dual_rate_design(motor.system(), **gains, period=period, ratio=ratio)
+        loops = {cell["claim"]: literal_loop(cell["observer"], cell["frequency"], design, motor) for cell in cells}
+        return {claim: 100 * tracking_error_ratio(loop) for claim, loop in loops.items()}
+
+    return spread(prints, compute)

@@ -1,10 +1,17 @@
-"""What the manuscript prints, from the file beside: motor, gains, rates, references and Table I."""
+"""What the manuscript prints, and the printed problem as objects: motor, design, reading space."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from papers.shao.method.motor import Motor
+from papers.shao.method.readings import ReadingSpace, Structure
 from replication.audit.data import PrintedValue, read_printed
+from replication.estimation.dualrate.loop import DualRateLoop
+from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 
 DATA = read_printed(Path(__file__).with_suffix(".toml"))
 
@@ -22,3 +29,54 @@ def frequency(reference: str) -> float:
     """σ of a reference as Table I writes it, such as sin(3t/2), rad/s."""
     times, _, over = reference.removeprefix("sin(").removesuffix(")").partition("/")
     return float(times.removesuffix("t") or 1) / float(over or 1)
+
+
+# The printed problem as objects: motor, design, reading space, and which observers may stand for which column
+
+
+MOTOR = Motor(pole_pairs=int(DATA["pole_pairs"]), **{name: float(DATA[name]) for name in PARAMETERS})
+DESIGN = dual_rate_design(
+    MOTOR.system(),
+    feedback=[[float(k) for k in DATA["feedback"]]],
+    injection=[[float(gain)] for gain in DATA["injection"]],
+    period=float(DATA["period"]),
+    ratio=int(DATA["ratio"]),
+)
+START = np.array([float(x) for x in DATA["start"]])
+FREQUENCIES = tuple(frequency(reference) for reference in REFERENCES)
+READINGS = ReadingSpace(MOTOR, DESIGN, tuple(START.tolist()), FREQUENCIES)
+
+SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
+"""The literal readings of SRC, DRC-PMI (observer (2) at M T, the model alone between) and DRC-APO."""
+COLUMNS = {"pmi": PMI, "apo": APO}
+"""The columns of Table I that hold numbers, under the names that claims and figures give them."""
+HELD, SINGLE, SLOW_INPUT = "held_measurement", "single_correction", "slow_input_interpolation"
+"""Other readings of DRC-PMI: (2) read at every T with y held; (7) corrected once in M T; (2) with u frozen over M T."""
+PMI_READINGS = (PMI, HELD, SINGLE, SLOW_INPUT)
+APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
+RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
+
+LABELS = {
+    SRC: "SRC",
+    PMI: "DRC-PMI, slow observer and model",
+    HELD: "DRC-PMI, y held",
+    SINGLE: "DRC-PMI, one correction and model",
+    SLOW_INPUT: "DRC-PMI, slow observer with slow input",
+    APO: "DRC-APO as printed",
+    "open_loop_prediction": "DRC-APO, open-loop prediction",
+    RESTARTED: "APO, restarted predictor",
+    FAST: "true fast sensor",
+    STATE: "state feedback",
+}
+
+COUNTEREXAMPLE = dual_rate_design(
+    make_plant([[1.0]], [[1.0]], [[1.0]]), feedback=[[-2.0]], injection=[[2.0]], period=1e-3, ratio=5
+)
+"""A = B = C = 1, K = −2, L = 2, M = 5: ours, not the manuscript's."""
+
+
+def literal_loop(
+    observer: str, frequency: float, design: DualRateDesign = DESIGN, motor: Motor = MOTOR
+) -> DualRateLoop:
+    """The loop as printed: printed feedforward, references held over T, L as a continuous gain."""
+    return replace(READINGS, design=design, motor=motor).loop(observer, Structure(), frequency)

@@ -12,9 +12,10 @@ import pytest
 from tables import read_csv
 
 import papers
-from papers.mustafa.figures import responses as draws
-from papers.okajima2023.figures import periods, responses
-from papers.peet2019.figures import observer
+from papers.mustafa import figures as draws
+from papers.okajima2023 import figures as periods
+from papers.okajima2023 import figures as responses
+from papers.peet2019 import figures as observer
 from papers.shao.figures import readings, stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.draw import write_figures

@@ -12,7 +12,7 @@ from papers.mustafa.errata import dimension
 from papers.mustafa.experiments.covering import _modal, condition
 from papers.mustafa.experiments.identities import identities
 from papers.mustafa.experiments.levels import grids, level_curve, nominal, problem, subject
-from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
 from replication.audit.data import PrintedValue
 from replication.audit.run.runner import Outcome

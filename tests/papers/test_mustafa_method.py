@@ -10,10 +10,22 @@ from hypothesis import strategies as st
 from papers.mustafa import certificates
 from papers.mustafa.experiments.identities import random_case
 from papers.mustafa.experiments.levels import problem
-from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, End, Reading, build_grid
-from papers.mustafa.method.printed_lmi import printed_design
-from papers.mustafa.method.robust_lmi import lmi13, modal_transform, robust_lmi_design
-from papers.mustafa.method.stability import UpperEnd, covered_interval, delta_block, small_gain_alpha, stability
+from papers.mustafa.method import (
+    AS_PRINTED,
+    CORRECT,
+    End,
+    Reading,
+    UpperEnd,
+    build_grid,
+    covered_interval,
+    delta_block,
+    lmi13,
+    modal_transform,
+    printed_design,
+    robust_lmi_design,
+    small_gain_alpha,
+    stability,
+)
 from papers.mustafa.printed import example
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain

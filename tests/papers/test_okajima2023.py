@@ -13,9 +13,8 @@ from papers.okajima2023 import PAPER
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.experiments.declared import SEED, both, pair
-from papers.okajima2023.experiments.designs import constant_matrix, design, norm_of_gains, of_filters
+from papers.okajima2023.experiments.designs import build, constant_matrix, design, norm_of_gains, of_filters
 from papers.okajima2023.experiments.identities import summation
-from papers.okajima2023.experiments.problem import build
 from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability, timing_draws
 from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
 from replication.audit.model import Verdict
@@ -32,7 +31,7 @@ AGREEMENT = 1e-8
 NORM_OF_GAINS = 1e-7
 
 
-SUPPORTED = {"unstable.error-poles": "unrounded-gains"}
+SUPPORTED = {"unstable.error-poles": "gains before rounding"}
 """Claims that rest on several readings, under one of which there is no theorem."""
 
 

@@ -12,7 +12,6 @@ import pytest
 from papers.peet2019 import PAPER
 from papers.peet2019.claims.cost import exponent, largest_ratio, printed_seconds
 from papers.peet2019.errata import WRONG
-from papers.peet2019.experiments import timed
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, EXPERIMENTS, OFF_THE_PRINT, SMALL_CONE_CELLS
 from papers.peet2019.experiments.examples import (
     as_printed,
@@ -25,7 +24,7 @@ from papers.peet2019.experiments.examples import (
 from papers.peet2019.experiments.finite import lmi_3, matrix_3
 from papers.peet2019.experiments.identities import MISPRINTS, identities
 from papers.peet2019.experiments.inversion import inverse_identities
-from papers.peet2019.experiments.measured import RECORD, recorded
+from papers.peet2019.experiments.measured import RECORD, recorded, recorded_seconds
 from papers.peet2019.experiments.readings import (
     HOUSE,
     READINGS,
@@ -50,8 +49,9 @@ from papers.peet2019.experiments.scaling import (
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Kind, Verdict
-from replication.estimation.delay import delay_system, rightmost_roots
+from replication.estimation.delay import delay_system
 from replication.estimation.delay.sos.synthesis import assemble, program
+from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.validation import Array
 from replication.verify.delay import dual, levels
 from replication.verify.delay.sos import bases, kernels
@@ -79,7 +79,6 @@ def test_cited_claims_are_never_counted_as_reproduced() -> None:
         for name in (
             "ex4.unstable",
             "observer.lumped-states",
-            "table1.function-of-product",
         )
     }
     for claim in PAPER.claims:
@@ -239,7 +238,7 @@ def test_with_eigenvalue_zero_two_states_grow() -> None:
 
 
 def test_seconds_are_recorded_for_every_published_cell() -> None:
-    cells = {cell.cell: cell for cell in timed.recorded()}
+    cells = {cell.cell: cell for cell in recorded_seconds()}
     assert set(cells) == {f"ex{e}.{c}" for e in EXAMPLES for c in COLUMNS} | {f"n{n}k{k}" for n, k, _ in published()}
     assert all(cell.solver is not None for name, cell in cells.items() if name.startswith("ex"))
     assert all(cell.assembly > 0.0 for cell in cells.values())

@@ -17,7 +17,7 @@ import papers
 from papers.mustafa.experiments.draws import DRAWS as SEQUENCES
 from papers.okajima2023.experiments.declared import DRAWS, PERIOD_TABLE
 from papers.peet2019.experiments.declared import DEFAULT_CELLS
-from papers.shao.experiments.readings import SEARCH
+from papers.shao.experiments.tracking import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
 from replication.audit.run.pool import Action, Processes, Silent, Step

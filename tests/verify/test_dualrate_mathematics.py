@@ -12,7 +12,7 @@ import scipy.linalg
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from papers.shao.method.lyapunov import prediction_gap, theorem_constants
-from papers.shao.problem import COUNTEREXAMPLE, DESIGN
+from papers.shao.printed import COUNTEREXAMPLE, DESIGN
 from replication.certify.dualrate import lyapunov_solution
 from replication.estimation.dualrate.loop import close_loop, monodromy
 from replication.estimation.dualrate.observers import OBSERVERS

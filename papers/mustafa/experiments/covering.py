@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem
-from papers.mustafa.method.algorithm1 import build_grid, gaps
-from papers.mustafa.method.printed_lmi import printed_design
-from papers.mustafa.method.stability import (
+from papers.mustafa.method import (
     Interval,
     UpperEnd,
+    build_grid,
     covered_interval,
     delta_block,
+    gaps,
     logarithmic_norm,
+    printed_design,
     small_gain_alpha,
 )
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.filters import periodic_gain
+from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
 from replication.estimation.nonuniform.worst_case import worst_case_gain
@@ -129,6 +131,17 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
             "size": alpha * float(np.linalg.norm(delta_block(plant, sign * reach), 2)),
         }
     return found
+
+
+def loosest(plant: Matrices, periods: list[float], level: float, horizon: int, final_horizon: int, leaves: int) -> Json:
+    """The gain over all sequences of the central filter at a level for the middle of the range: a bracket."""
+    system, span = problem(plant, periods)
+    design = riccati_filter(system, span.middle, level)
+    assert design is not None
+    found = worst_case_gain(
+        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
+    )
+    return {"lower": found.lower, "upper": found.upper}
 
 
 def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, final_horizon: int, leaves: int) -> Json:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa.method.stability import delta_block
+from papers.mustafa.method import delta_block
 from replication.estimation.linear.periodic import block_diagonal
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import SampledPlant

@@ -8,11 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa.method.algorithm1 import Reading, build_grid
-from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
-from papers.mustafa.method.printed_lmi import printed_design
-from papers.mustafa.method.robust_lmi import delta_radius, modal_transform, robust_lmi_design
-from papers.mustafa.method.stability import UpperEnd, covered_interval, logarithmic_norm, small_gain_alpha, stability
+from papers.mustafa.method import (
+    Reading,
+    UpperEnd,
+    build_grid,
+    covered_interval,
+    delta_radius,
+    dense_design,
+    floor_for_any_filter,
+    lmi_size,
+    logarithmic_norm,
+    modal_transform,
+    printed_design,
+    robust_lmi_design,
+    small_gain_alpha,
+    stability,
+)
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level

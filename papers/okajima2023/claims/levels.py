@@ -1,15 +1,17 @@
-"""Sec. IV-A: the optimal levels of the example and of Table 1, the gains (33), the size of the inequality."""
+"""Secs. IV-A and IV-B: optimal levels of the example, of Table 1 and of three timings; the printed gains."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from itertools import combinations, pairwise
 from typing import Any
 
 from papers.okajima2023.experiments.declared import (
     CASES,
     DESIGNS,
     GAIN_SETS,
+    TIMINGS,
     both,
     case,
     gain_set,
@@ -18,9 +20,9 @@ from papers.okajima2023.experiments.declared import (
     times,
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
-from papers.okajima2023.readings import ON_TABLE_1, PREDICTORS, TABLE_ALONE
+from papers.okajima2023.readings import ANY_PERIODS, OWN_PERIODS, PREDICTORS
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Outcome, Results, SolverRecord
 from replication.verify.predicate import Predicate, Term, term
 
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
@@ -228,6 +230,27 @@ def proposed_best(results: Results) -> Evidence:
     return positive(margin, method="Distance between brackets of exact optima.")
 
 
+@LEVELS.order(
+    "order.more-outputs",
+    place="Sec. IV-A, on Figs. 2-5",
+    uses=map(case, CASES),
+    reading=OWN_PERIODS,
+    pinned="undetermined",
+)
+def more_outputs_are_better(results: Results) -> Evidence:
+    """Observers that use more output signals estimate better, here by their optimal levels."""
+    proposed, both = (min(separation(results, case(more), case(one)) for one in "AB") for more in ("proposed", "C"))
+    return Evidence(
+        method="Distance between brackets of exact optima: of observers that use both outputs and one.",
+        outcomes=(
+            Outcome(reading=OWN_PERIODS, holds=proposed > 0, margin=proposed),
+            Outcome(reading=ANY_PERIODS, holds=min(proposed, both) > 0, margin=min(proposed, both)),
+        ),
+        note="The text says it of Figs. 2-5, one draw each. Of the ratios that it prints, that of Case C, with both "
+        "outputs, exceeds that of Case B, with one; its level exceeds those of Cases A and B.",
+    )
+
+
 for _periods, _printed in TABLE_1.items():
     level(
         TABLE,
@@ -245,13 +268,13 @@ COMPARABLE = [(a, b) for a in TABLE_1 for b in TABLE_1 if a != b and a[0] <= b[0
 
 @TABLE.order(
     "order.shorter-in-table",
-    place=ON_TABLE_1,
+    place="Sec. IV-A, on Table 1",
     uses=map(pair, TABLE_1),
-    reading=TABLE_ALONE,
+    reading=NO_READING,
     says=[said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))],
 )
 def shorter_is_better_in_table(results: Results) -> Evidence:
-    """Of two columns of Table 1, that with shorter periods, or one shorter and one equal, has the smaller optimum."""
+    """In Table 1 shortening a period, or both, always lowers the optimal level."""
     return positive(
         least_step(results),
         method="Distance between brackets of exact optima for every comparable pair of columns.",
@@ -273,3 +296,68 @@ def counterexamples(table: list[dict[str, Any]], timing: str) -> list[tuple[floa
             if longer in cells and cells[longer]["upper"] < cell["lower"]:
                 found.append((cell["lower"] - cells[longer]["upper"], [first, second], list(longer)))
     return sorted(found, reverse=True)
+
+
+# Sec. IV-B: two sensors of the same period at three mutual timings, and the gains (38)-(40)
+
+
+TIMING = Part("Sec. IV-B, timing, gains (38)-(40)", reading=NO_READING, figures="timing")
+
+for _theta, (_case_of_timing, _printed_of_timing) in enumerate(DATA["level-of-timing"].items()):
+    level(
+        TIMING,
+        f"timing.case-{_case_of_timing}",
+        _printed_of_timing,
+        TIMINGS[_theta],
+        f"The smallest level for N₁ = N₂ = 3 and θ₁ = 0, θ₂ = {_theta}.",
+    )
+    achieved(TIMING, str(38 + _theta), _printed_of_timing)
+
+
+@TIMING.order(
+    "order.timing-matters",
+    place="Sec. IV-B",
+    uses=TIMINGS,
+    says=[Predicate(of=optimum(a), relation="is not", to=optimum(b)) for a, b in combinations(TIMINGS, 2)],
+)
+def timing_matters(results: Results) -> Evidence:
+    """For N₁ = N₂ = 3 the three timings have three different optimal levels."""
+    levels = sorted((results[name] for name in TIMINGS), key=lambda result: result["optimum"])
+    return positive(
+        min(following["lower"] - before["upper"] for before, following in pairwise(levels)),
+        method="Distance between brackets of exact optima.",
+        quantities={"relative spread of the optimum": levels[-1]["optimum"] / levels[0]["optimum"] - 1},
+    )
+
+
+@TIMING.order(
+    "order.timing-best",
+    place="Sec. IV-B; blog",
+    uses=TIMINGS,
+    says=below_others(TIMINGS[1], TIMINGS[0], TIMINGS[2]),
+)
+def second_timing_best(results: Results) -> Evidence:
+    """Of the three timings for N₁ = N₂ = 3, Case 2 has the smallest optimal level."""
+    margin = min(separation(results, TIMINGS[1], TIMINGS[theta]) for theta in (0, 2))
+    return positive(margin, method="Distance between brackets of exact optima.")
+
+
+@TIMING.order("gains.depend-on-timing", place="Sec. IV-B", uses=TIMINGS)
+def gains_depend_on_timing(results: Results) -> Evidence:
+    """The three timings have different gains of the first sensor at instant 0: those printed, and our central ones."""
+    # The first sensor is measured at instant 0 in all three cases.
+    ours = _least_difference([[row[0] for row in results[name]["gains"][0]] for name in TIMINGS])
+    printed = _least_difference([[row[0] for row in GAINS[str(38 + theta)][0]] for theta in range(3)])
+    return positive(
+        min(ours, printed),
+        method="Largest difference of the three entries for each pair of timings, the least of all pairs.",
+        quantities={"printed gains": printed, "central optimal gains": ours},
+        note="Several gains may have the optimal level, so this says that the designs differ, not that they must.",
+    )
+
+
+def _least_difference(columns: list[list[float]]) -> float:
+    """The least over all pairs of columns of the largest difference of their entries."""
+    return min(
+        max(abs(a - b) for a, b in zip(first, second, strict=True)) for first, second in combinations(columns, 2)
+    )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments.problem import Json, Matrix, build
+from papers.okajima2023.experiments.designs import Json, Matrix, build
 from papers.okajima2023.method.lmi import lmi_analysis, theorem1_matrix, theorem2_matrix
 from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate.plant import MultiratePlant

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments.problem import Json, Matrix, build
+from papers.okajima2023.experiments.designs import Json, Matrix, build
 from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.multirate.optimum import optimal_design

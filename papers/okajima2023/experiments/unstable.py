@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from papers.okajima2023.experiments.designs import design, norm_of_gains
-from papers.okajima2023.experiments.problem import Json, Matrix, build
+from papers.okajima2023.experiments.designs import Json, Matrix, build, design, norm_of_gains
 from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import by_modulus, exact_diagonals, recover_outputs, recover_poles, upper_half
 from replication.estimation.linear.norms import l2_gain

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from papers.okajima2023.method.reduced_lmi import Layout, inequalities
+from papers.okajima2023.method.lmi import Layout, inequalities
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import Inequalities, SolverReport
 from replication.estimation.multirate.problem import MultirateProblem, require_problem

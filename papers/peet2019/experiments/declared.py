@@ -7,7 +7,7 @@ from typing import Any
 
 from papers._common import INPUTS
 from papers.peet2019 import common
-from papers.peet2019.experiments import examples, measured, scaling, timed
+from papers.peet2019.experiments import examples, measured, scaling
 from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
@@ -98,6 +98,7 @@ EXPERIMENTS = (
     experiment("printed-signs", examples.as_printed, plant=SECOND, degree=1),
     _loop("ex1", EXAMPLES["1"], 3, [20, 28]),
     _loop("ex2", SECOND, 2, [16, 24], NEAR),
+    _loop("ex3", EXAMPLES["3"], 3, [16, 22], NEAR),
     _loop("own-1", OWN, 2, [40, 52]),
     _loop("own-2", OWN_SYSTEMS["own-2"], 2, [24, 30]),
     _loop("own-3", OWN_SYSTEMS["own-3"], 2, [14, 20]),
@@ -126,7 +127,7 @@ EXPERIMENTS = (
         for n, k in SMALL_CONE_CELLS
     ),
     experiment("measured", measured.cells, cells=[asdict(cell) for cell in measured.recorded()]),
-    experiment("timed", timed.timed, cells=[asdict(cell) for cell in timed.recorded()]),
+    experiment("timed", measured.timed, cells=[asdict(cell) for cell in measured.recorded_seconds()]),
     experiment("sizes", scaling.sizes, **GRID),
     experiment("roots", scaling.example_4_roots, **GRID, eigenvalues=[value for value in JORDAN.values() if value]),
     experiment("tau", examples.against_delay, plant=SECOND, delays=[0.1 * i for i in range(2, 15)], degree=2),

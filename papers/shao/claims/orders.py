@@ -8,10 +8,19 @@ from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
-from papers.shao.claims.outcomes import TIED, against_one_correction, by_margin, printed_forms
-from papers.shao.claims.table import READ, SIMULATED, STEADY, error_under, family
+from papers.shao.claims.table import (
+    READ,
+    SIMULATED,
+    STEADY,
+    TIED,
+    against_one_correction,
+    by_margin,
+    error_under,
+    family,
+    printed_forms,
+)
 from papers.shao.experiments.tracking import LOW_FREQUENCY
-from papers.shao.problem import APO, APO_READINGS, COLUMNS, FREQUENCIES, LABELS, PMI, PMI_READINGS
+from papers.shao.printed import APO, APO_READINGS, COLUMNS, FREQUENCIES, LABELS, PMI, PMI_READINGS
 from papers.shao.readings import EVERY, INTERPOLATIONS, LITERAL
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
@@ -132,7 +141,7 @@ for column in COLUMNS:
     CONCLUDED.order(
         f"order.growth-{column}",
         place="Table I",
-        statement=f"The error of DRC-{column.upper()} grows from each frequency of Table I to the next.",
+        statement=f"The error of DRC-{column.upper()} increases from each frequency of Table I to the next.",
         uses=("table", "orderings"),
         pinned="consistent" if COLUMNS[column] == APO else "undetermined",
         says=in_order(column),

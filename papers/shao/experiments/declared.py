@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from papers._common import INPUTS
-from papers.shao import common, sensitivity
+from papers.shao import common
 from papers.shao.experiments import motor, theorem, tracking
-from papers.shao.experiments.readings import SEARCH, block, windows
-from papers.shao.printed import DATA
-from papers.shao.problem import COLUMNS, FREQUENCIES
+from papers.shao.experiments.tracking import SEARCH, block, windows
+from papers.shao.printed import COLUMNS, DATA, FREQUENCIES
 from replication.audit.declare import experiment
 
 SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
@@ -18,8 +17,8 @@ SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
 EXPERIMENTS = (
     experiment("common", common.levels, **INPUTS),
     experiment(
-        "sensitivity", sensitivity.table, prints=sensitivity.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
-        ratio=int(DATA["ratio"]),
+        "sensitivity", common.table, prints=common.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
+        period=float(DATA["period"]), ratio=int(DATA["ratio"]),
         cells=[
             {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}
             for column, observer in COLUMNS.items()
@@ -39,7 +38,7 @@ EXPERIMENTS = (
     experiment("transients", tracking.transients, slow_periods=40, substeps=10),
     experiment("lags", tracking.lags, ratios=list(range(1, 11)), frequency=1e-3),
     experiment("robustness", tracking.robustness, factors=np.geomspace(0.5, 2.0, 49).tolist()),
-    experiment("theorem", theorem.theorem, periods=[1e-4, 1e-5, 1e-6], ratios=[2, 3, 5, 8]),
+    experiment("theorem", theorem.theorem, periods=list(theorem.PERIODS), ratios=[2, 3, 5, 8]),
     experiment("longer", theorem.longer_ratios, stable=5, unstable=2000, beyond=[1100, 1500, 2000, 3000, 5000]),
     experiment("divergence", theorem.divergence, ratio=2000, length=8.0, points=200),
     experiment("bounds", theorem.step_bounds, trials=400, seed=3),

@@ -10,7 +10,7 @@ import numpy as np
 
 from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
-from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, RESTARTED
+from papers.shao.printed import APO, DESIGN, FAST, MOTOR, PMI, RESTARTED
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign

@@ -19,7 +19,7 @@ from papers.shao.method.lyapunov import (
     slow_rates,
     theorem_constants,
 )
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, held
@@ -28,6 +28,8 @@ from replication.estimation.dualrate.response import time_response
 from replication.estimation.validation import Array
 
 COMPARED = (APO, RESTARTED, FAST)
+PERIODS = (1e-4, 1e-5, 1e-6)
+"""Decreasing T in s, at which both sides of (15) and the slow rates are looked at."""
 POINTS = 40
 """Times looked at within a fast period."""
 

@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from papers.shao.experiments.readings import SEARCH, merged
-from papers.shao.figures.looks import NAMES, columns_of, ours
-from papers.shao.printed import table_1
-from papers.shao.problem import APO_READINGS, COLUMNS, PMI_READINGS
+from papers.shao.experiments.tracking import SEARCH, merged
+from papers.shao.figures import NAMES, columns_of, ours
+from papers.shao.printed import APO_READINGS, COLUMNS, PMI_READINGS, table_1
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import BAND, GREY, OURS, line, name_axes, new_axes, say

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from papers.shao.figures.looks import NAMES, columns_of, look, ours
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
+from papers.shao.figures import NAMES, columns_of, look, ours
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, name_axes, name_line, new_axes, out_of_bounds, say
@@ -64,7 +64,7 @@ def _grown(drawn: FigureData) -> float:
 
 def say_counter_example(drawn: FigureData) -> str:
     """The message: how far the printed loop has grown."""
-    return f"x grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed, and decays with a fast sensor"
+    return f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
 
 
 def describe_counter_example(drawn: FigureData) -> str:

@@ -1,15 +1,137 @@
-"""Figures on the steady state: error against frequency, lag of the estimate, a plant that is not the model."""
+"""Figs. 2 and 3, and how each loop tracks: errors by frequency, window, period and start."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-from papers.shao.figures.looks import NAMES, columns_of, look, ours
-from papers.shao.printed import table_1
-from papers.shao.problem import APO, COLUMNS, DESIGN, FAST, FREQUENCIES, HELD, PMI, RESTARTED, SINGLE, STATE
+from papers.shao.figures import NAMES, columns_of, look, ours
+from papers.shao.printed import (
+    APO,
+    COLUMNS,
+    DATA,
+    DESIGN,
+    FAST,
+    FREQUENCIES,
+    HELD,
+    LABELS,
+    PMI,
+    RESTARTED,
+    SINGLE,
+    STATE,
+    table_1,
+)
 from replication.audit.model import Results
-from replication.audit.parts import FigureData
-from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes
+from replication.audit.parts import Figure, FigureData
+from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes, rms
+
+ROWS = {
+    "output": ("time_s", "position θ (rad)"),
+    "error": ("time_s", "tracking error (rad), RMS of the second half"),
+    "estimation_error": ("instant_s", "estimation error (rad), RMS of the second half"),
+}
+"""Rows of Figs. 2 and 3: what is drawn against which time, and its label."""
+
+FROM = {"start-zero": "", "start-output": "_from_output"}
+"""The readings of ζ(0) that Figs. 2 and 3 show, and the ends of their columns."""
+WEIGHTS = {"pmi": 0.7, "apo": 1.6}
+"""Line widths: thin and thick are told apart in grey where dashes would drown in the steps of the held input."""
+STARTS = ("from ζ(0) = 0", "from ζ(0) = (y(0), 0, 0)")
+
+
+def responses(sigma: str, results: Results) -> FigureData:
+    """Time, reference, outputs, tracking errors; instants, estimates and estimation errors; from both starts."""
+    found = {
+        f"{short}{end}": results["transients"]["responses"][choice][name][sigma]
+        for choice, end in FROM.items()
+        for short, name in COLUMNS.items()
+    }
+    first = found["pmi"]
+    columns = {
+        "time_s": first["time"],
+        "reference": [y - e for y, e in zip(first["output"], first["error"], strict=True)],
+        "instant_s": first["instants"],
+    }
+    for short in found:
+        for key in ("output", "error", "estimate", "estimation_error"):
+            columns[f"{key}_{short}"] = found[short][key]
+    return columns_of(columns)
+
+
+def plot_responses(drawn: FigureData) -> Any:
+    """A row for each signal, a column for each start; RMS values are those of the second half."""
+    drawing, axes = new_axes(len(ROWS), len(FROM), row_height=1.45, sharey="row")
+    c = drawn.columns
+    for row, (key, (time, label)) in enumerate(ROWS.items()):
+        largest = max(abs(e) for short in COLUMNS for end in FROM.values() for e in c[f"{key}_{short}{end}"])
+        for column, (end, start) in enumerate(zip(FROM.values(), STARTS, strict=True)):
+            axis = axes[len(FROM) * row + column]
+            if key == "output":
+                axis.plot(c["time_s"], c["reference"], color=GREY, linewidth=0.6, linestyle="-")
+            for short, loop in COLUMNS.items():
+                values, colour = c[f"{key}_{short}{end}"], look(loop)["color"]
+                axis.plot(c[time], values, color=colour, linestyle="-", linewidth=WEIGHTS[short])
+                said = NAMES[loop] if key == "output" else f"{short.upper()} {rms(values[len(values) // 2 :]):.3f}"
+                at, side = (0, "left") if short == "pmi" else (c["time_s"][-1], "right")
+                axis.text(at, 1.2 * largest, said, ha=side, va="bottom", color=colour)
+            axis.set_ylim(-1.1 * largest, 1.9 * largest)
+            heading = [start] * (row == 0) + [label if column == 0 else " "]
+            name_axes(axis, "\n".join(heading), ticks=3)
+    for axis in axes[-len(FROM) :]:
+        axis.set_xlabel("time (s)")
+    return drawing
+
+
+def late(drawn: FigureData, short: str, key: str = "error") -> float:
+    """Root mean square of a signal in the second half, from ζ(0) = 0."""
+    values = drawn.columns[f"{key}_{short}"]
+    return rms(values[len(values) // 2 :])
+
+
+def say_responses(drawn: FigureData) -> str:
+    """The message: both errors in the second half."""
+    apo, pmi = (late(drawn, short) for short in ("apo", "pmi"))
+    return f"From a zero estimate DRC-APO's late RMS error is {apo:.3f} rad, slow-observer DRC-PMI's {pmi:.3f} rad"
+
+
+def describe_responses(drawn: FigureData) -> str:
+    """Largest errors in the first eighth of the time shown, by start, and in its second half."""
+    times = len(drawn.columns["error_pmi"])
+    early = [
+        "{:.3f} and {:.3f} rad".format(
+            *(max(abs(e) for e in drawn.columns[f"error_{short}{end}"][times // 40 : times // 8]) for short in COLUMNS)
+        )
+        for end in FROM.values()
+    ]
+    length = drawn.columns["time_s"][-1]
+    return (
+        f"Position, tracking error and estimation error over {length:.0f} s under DRC-PMI and DRC-APO. "
+        f"Between {length / 40:.0f} s and {length / 8:.0f} s the errors reach {early[0]} from ζ(0) = 0, and {early[1]} "
+        f"from ζ(0) = [y(0), 0, 0]. In the second half their root mean squares are {late(drawn, 'pmi'):.3f} "
+        f"and {late(drawn, 'apo'):.3f} rad from ζ(0) = 0."
+    )
+
+
+_RESPONSES = tuple(
+    Figure(
+        name=f"fig{number}",
+        place=f"Fig. {number}",
+        title=say_responses,
+        caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
+        "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the "
+        "second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
+        published=True,
+        uses=("transients",),
+        data=partial(responses, sigma),
+        plot=plot_responses,
+        alt=describe_responses,
+    )
+    for number, sigma in DATA["frequency"].items()
+)
+
+
+# Figures on the steady state: error against frequency, lag of the estimate, a plant that is not the model
+
 
 SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
 LAGGING = (PMI, APO, HELD, RESTARTED)
@@ -62,7 +184,7 @@ def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
 
 
 def say_error_curves(drawn: FigureData) -> str:
-    """The message: how far the printed DRC-APO is from the literal reading."""
+    """The message: how far the printed DRC-APO is from ours."""
     low, high = _print_over_ours(drawn, "apo")
     return f"For DRC-APO Table I prints {low:.2f} to {high:.2f} times the errors that we compute"
 
@@ -74,7 +196,7 @@ def describe_error_curves(drawn: FigureData) -> str:
     return (
         f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
         f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO. The printed "
-        f"errors are multiples of those of the literal reading: {', '.join(told)}."
+        f"errors are multiples of ours: {', '.join(told)}."
     )
 
 
@@ -107,7 +229,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 def say_lag_curves(drawn: FigureData) -> str:
     """The message: the lag of the virtual measurement beside that of the restarted one."""
     printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
-    return f"At the largest M the estimate is {printed:.3f} s late, restarted {restarted:.3f} s"
+    return f"At the largest M DRC-APO's estimate is {printed:.3f} s late, the restarted predictor's {restarted:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:
@@ -164,32 +286,35 @@ PLACES = {
 """Where the name of a curve stands: abscissa, side, and which end of the words is there."""
 
 
-def _largest(drawn: FigureData, parameter: str) -> float:
-    return max(drawn.columns[f"{parameter}_{APO}"])
+def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
+    return max(drawn.columns[f"{parameter}_{loop}"])
 
 
 def say_robustness_curves(drawn: FigureData) -> str:
-    """The message: what the flux does, as the largest error drawn."""
-    return f"A wrong flux raises the tracking error of DRC-APO to {_largest(drawn, 'flux'):.0f} %"
+    """The message: what the flux does to DRC-APO and to a loop with a fast sensor."""
+    apo, fast = (_largest(drawn, "flux", loop) for loop in (APO, FAST))
+    return f"A wrong flux raises DRC-APO's error to {apo:.0f} %, a fast-sensor loop's to {fast:.0f} %"
 
 
 def describe_robustness_curves(drawn: FigureData) -> str:
-    """Largest error over the factors for each parameter under DRC-APO."""
+    """Largest error of each loop with a wrong flux, and of DRC-APO with each wrong parameter."""
     largest = [f"{words} {_largest(drawn, parameter):.0f} %" for parameter, words in PARAMETERS.items()]
+    loops = [f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED]
     factors = drawn.columns["factor"]
     return (
-        f"Largest error of DRC-APO where the model does not know a parameter, true over nominal from {factors[0]:g} to "
-        f"{factors[-1]:g}: {'; '.join(largest)}."
+        f"Largest tracking errors where the model has a wrong parameter, true over nominal from {factors[0]:g} to "
+        f"{factors[-1]:g}. Wrong flux: {'; '.join(loops)}. DRC-APO by parameter: {'; '.join(largest)}."
     )
 
 
-FIGURES = (
+_TRACKING = (
     ours(
         name="robustness",
         place="Sec. V",
         title=say_robustness_curves,
-        caption="Reference of 1 rad/s, steady state, literal reading. Observer, gains and command keep the printed "
-        "parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far less.",
+        caption="Reference of 1 rad/s, steady state, DRC-PMI with a slow observer. Observer, gains and command keep "
+        "the printed parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far "
+        "less.",
         uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,
@@ -219,3 +344,5 @@ FIGURES = (
         alt=describe_lag_curves,
     ),
 )
+
+FIGURES = (*_RESPONSES, *_TRACKING)

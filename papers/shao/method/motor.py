@@ -1,19 +1,36 @@
-"""Permanent magnet synchronous motor of eq. (23) in position coordinates x = (θ, ω, dω/dt), input u_q.
+"""The motor of eq. (23), the numbers of a loop that the paper speaks of, and the algorithm simulated step by step.
 
-Parameters carry SI units; they are data of an example, not of a measured motor.
+The motor is permanent magnet synchronous, in position coordinates x = (θ, ω, dω/dt) with the input u_q. Its parameters
+carry SI units; they are data of an example, not of a measured motor.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
-from replication.errors import InvalidInputError
-from replication.estimation.dualrate.observers import Harmonic
-from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
-from replication.estimation.validation import one_of, positive_integer, positive_scalar
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
+from replication.estimation.dualrate.observers import Harmonic, check_fit
+from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, make_plant, row_of_output
+from replication.estimation.dualrate.response import reference, steady_state, tracking_error_ratio
+from replication.estimation.validation import (
+    Array,
+    ComplexArray,
+    finite_vector,
+    increasing_grid,
+    one_of,
+    positive_integer,
+    positive_scalar,
+)
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,3 +115,193 @@ def tracking_command(
     amplitude = feedforward(motor, s, form) - design.feedback @ np.array([1.0, s, s**2])
     lead = np.exp(s * design.period) if timing is ReferenceTiming.PREVIEWED else 1.0
     return Harmonic(frequency, amplitude * lead, timing is ReferenceTiming.CONTINUOUS)
+
+
+# Numbers of a loop that the paper speaks of: error and lag of the estimate, bandwidth, energy of a transient
+
+
+def estimation_error_ratio(loop: DualRateLoop) -> float:
+    """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
+    return float(np.max(np.abs(_estimation_errors(loop))))
+
+
+def estimation_lag(loop: DualRateLoop) -> float:
+    """Mean time in s by which C x̂ lags y in the steady state: mean of (y − C x̂)/(s y) over the fast instants.
+
+    Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
+    """
+    steady, n = steady_state(loop), loop.plant.order
+    outputs = steady.states[:-1, :n] @ loop.plant.C[0]
+    return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
+
+
+def bandwidth(
+    loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
+) -> float:
+    """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
+
+    Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
+    or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
+    """
+    from scipy.optimize import brentq  # slow to load
+
+    level = positive_scalar("error level", level)
+    grid = increasing_grid("frequencies", frequencies)
+
+    def excess(frequency: float) -> float:
+        return tracking_error_ratio(loop_at(frequency)) - level
+
+    previous = float(grid[0])
+    if excess(previous) >= 0:
+        raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
+    for frequency in grid[1:]:
+        if excess(frequency) >= 0:
+            return float(brentq(excess, previous, frequency, xtol=tolerance))
+        previous = float(frequency)
+    raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
+
+
+def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
+    """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
+    steady, n = steady_state(loop), loop.plant.order
+    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
+    return np.asarray(steady.states[:-1, :n] @ loop.plant.C[0] - estimates @ loop.design.model.C[0])
+
+
+def transient_energy(loop: DualRateLoop, offset: Array) -> tuple[float, float]:
+    """∫₀^∞ y² dt of the loop left to itself from z(0) = offset, and a bound of the error of solving for it; rad² s.
+
+    Exact in time: over a fast period the integral is a form in (x, u) from one exponential, over all slow periods one
+    in z, X = Φ'XΦ + Q. The second number is what X leaves of that equation, summed over all periods.
+    Raises InfeasibleError if the loop is unstable.
+    """
+    require_stable(loop, "the energy of its transient is infinite")
+    free, n, size = replace(loop, harmonic=None), loop.plant.order, loop.size
+    within, reached, period = _held_energy(loop.plant, loop.design.period), np.eye(size), np.zeros((size, size))
+    for step in free.steps:
+        joint = np.vstack([np.eye(size)[:n], step.input_state]) @ reached
+        period += joint.T @ within @ joint
+        reached = step.state @ reached
+    transition = monodromy(free)
+    total = scipy.linalg.solve_discrete_lyapunov(transition.T, period)
+    left = transition.T @ total @ transition + period - total
+    summed = scipy.linalg.solve_discrete_lyapunov(transition, np.outer(offset, offset))
+    missed = np.linalg.norm(left, 2) * np.trace(summed)
+    return float(offset @ total @ offset), float(missed)
+
+
+def _held_energy(plant: Plant, time: float) -> Array:
+    """∫₀^T y² dt as a form in (x, u) with u held, by the exponential of a block matrix (Van Loan 1978)."""
+    n, m = plant.B_u.shape
+    flow, row = np.zeros((n + m, n + m)), np.hstack([plant.C[0], np.zeros(m)])
+    flow[:n] = np.hstack([plant.A, plant.B_u])
+    blocks = np.block([[-flow.T, np.outer(row, row)], [np.zeros_like(flow), flow]])
+    power = scipy.linalg.expm(blocks * time)
+    return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
+
+
+# Brute-force simulation of the printed algorithm, as a second opinion on the lifted form.
+#
+# The plant and the observer's differential equation are integrated by series over sub-steps of T, and the observer acts
+# as the text says, instant by instant. No matrix is shared with `dualrate.loop` or `dualrate.response`.
+
+
+SIMULATED = (
+    "single_rate",
+    "held_measurement",
+    "model_interpolation",
+    "alternating_predictive",
+    "running_prediction",
+    "fast_sensor",
+    "state_feedback",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """time (N,) in s and output (N,) at the sub-steps; estimate (Nf, n) and input (Nf, m) at the fast instants."""
+
+    time: Array
+    output: Array
+    estimate: Array
+    input: Array
+
+
+def simulate(
+    design: DualRateDesign,
+    observer: str,
+    harmonic: Harmonic,
+    start: Array,
+    estimate: Array,
+    *,
+    slow_periods: int,
+    substeps: int,
+    plant: control.StateSpace | Plant | None = None,
+    output: int = 0,
+) -> Trace:
+    """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others.
+
+    plant: the true plant if it differs from the model. output: which of its outputs to return, from 0.
+    """
+    if observer not in SIMULATED or harmonic.continuous:
+        raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED}, held r")
+    positive_integer("number of slow periods", slow_periods)
+    positive_integer("number of sub-steps", substeps)
+    A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
+    plant = design.model if plant is None else as_plant(plant)
+    check_fit(design.model, plant, harmonic)
+    if observer == "state_feedback" and plant.order != design.model.order:
+        raise InvalidInputError(f"state feedback needs the {design.model.order} states of the model, got {plant.order}")
+    row = plant.C[row_of_output(plant, output)]
+    width = design.period / substeps
+    free, model_drive = _hold(A, B, width)
+    true_free, plant_drive = _hold(plant.A, plant.B_u, width)
+    guided, observer_drive = _hold(A - L @ C, np.hstack([B, L]), width)
+    x, zeta, model = finite_vector("x(0)", start, plant.order), *(finite_vector("ζ(0)", estimate, len(A)),) * 2
+    used, predicted, u = np.zeros(len(C)), np.zeros(len(C)), np.zeros(B.shape[1])
+    outputs, estimates, inputs = [], [], []
+    for k in range(slow_periods * design.ratio):
+        slow_instant = k % design.ratio == 0
+        if slow_instant or observer == "fast_sensor":
+            used = plant.C @ x
+        elif observer in ("alternating_predictive", "running_prediction"):
+            used = predicted
+        if slow_instant:
+            model = zeta
+        xhat = {"model_interpolation": model, "state_feedback": x}.get(observer, zeta)
+        if slow_instant or observer != "single_rate":
+            u = design.feedback @ xhat + np.imag(
+                harmonic.amplitude * np.exp(1j * harmonic.frequency * k * design.period)
+            )
+        estimates.append(xhat)
+        inputs.append(u)
+        before, ahead = zeta, zeta
+        for _ in range(substeps):
+            outputs.append(row @ x)
+            x = true_free @ x + plant_drive @ u
+            zeta = guided @ zeta + observer_drive @ np.concatenate([u, used])
+            ahead = free @ ahead + model_drive @ u
+            model = free @ model + model_drive @ u
+        predicted = C @ ahead if observer == "alternating_predictive" else used + C @ (ahead - before)
+    time = np.arange(len(outputs), dtype=float) * width
+    return Trace(time, np.array(outputs), np.array(estimates), np.array(inputs))
+
+
+def _hold(state: Array, inputs: Array, time: float) -> tuple[Array, Array]:
+    """Zero-order hold by the integral as a series in the state matrix, doubled from a short step.
+
+    The state is scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude.
+    """
+    n = state.shape[0]
+    scale = scipy.linalg.matrix_balance(state, permute=False, separate=True)[1][0]
+    state, inputs = state * scale[None, :] / scale[:, None], inputs / scale[:, None]
+    halvings = max(0, int(np.ceil(np.log2(np.linalg.norm(state, 2) * time + 1e-300))) + 4)
+    short = time / 2**halvings
+    integral, term = np.zeros((n, n)), np.eye(n) * short
+    for order in range(2, 22):
+        integral, term = integral + term, term @ state * (short / order)
+    transition = np.eye(n) + state @ integral
+    for _ in range(halvings):
+        integral = integral + transition @ integral
+        transition = transition @ transition
+    return transition * scale[:, None] / scale[None, :], integral @ inputs * scale[:, None]

@@ -40,7 +40,7 @@ on_sensors = partial(
 """A statement on the two bounds of a gain of a plant that is seen by chosen sensors."""
 OBSERVERS = ("periodic one-step observers", "one-step predictors")
 """The upper bound is that of one of the first; the lower one holds for the second, which are more."""
-UNDER = (NO_READING, "predictors", "table-alone")
+UNDER = (NO_READING, "observers of form (15)", "columns of Table 1")
 """Readings of the paper under which its levels are those of the observers that it designs."""
 
 
@@ -178,7 +178,11 @@ def _both(given: Any) -> Any:
         "d": Depends(lambda given: sized(matrices, given.plant[0].B_d.ncols(), 1)),
     },
     holds=False,
-    says=Says(quantity="shorter periods are better", setting={}, readings=("rule", "rule-best-timing")),
+    says=Says(
+        quantity="shorter periods are better",
+        setting={},
+        readings=("all periods, both sensors at instant 0", "all periods, each with its best timing"),
+    ),
 )
 def shorter_periods(
     plant: list[Sensing], shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,

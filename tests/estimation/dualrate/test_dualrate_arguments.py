@@ -9,7 +9,7 @@ import scipy.linalg
 import scipy.signal
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop
 
-from papers.shao.method.steady import bandwidth
+from papers.shao.method.motor import bandwidth
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
-from papers.shao.method.simulation import SIMULATED, simulate
+from papers.shao.method.motor import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import (
     DualRateLoop,

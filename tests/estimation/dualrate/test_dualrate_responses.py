@@ -7,9 +7,15 @@ import pytest
 from scipy.optimize import minimize_scalar
 from slow_loops import MOTOR_DESIGN, START, motor_loop
 
-from papers.shao.method.motor import Feedforward, ReferenceTiming
-from papers.shao.method.simulation import SIMULATED, simulate
-from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
+from papers.shao.method.motor import (
+    SIMULATED,
+    Feedforward,
+    ReferenceTiming,
+    bandwidth,
+    estimation_error_ratio,
+    estimation_lag,
+    simulate,
+)
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic

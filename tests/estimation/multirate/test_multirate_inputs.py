@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from multirate_examples import PAPER, problem
 
-from papers.okajima2023.method import lmi, reduced_lmi
+from papers.okajima2023.method import lmi
+from papers.okajima2023.method import lmi as reduced_lmi
 from papers.okajima2023.method.central_path import central_path
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError
 from replication.estimation.linear.norms import l2_gain

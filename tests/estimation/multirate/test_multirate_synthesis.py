@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 from multirate_examples import PAPER, PUBLISHED, only_sensor, problem
 
-from papers.okajima2023.method import lmi, reduced_lmi
+from papers.okajima2023.method import lmi
+from papers.okajima2023.method import lmi as reduced_lmi
 from papers.okajima2023.method.central_path import CentralPoint, central_path
 from papers.okajima2023.method.lmi import (
+    LmiDesign,
     cyclic_lmi_design,
     cyclic_size,
     lmi_analysis,
     lmi_design,
+    reduced_lmi_design,
     theorem1_matrix,
     theorem2_matrix,
     theorem2_size,
 )
-from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import SolverReport, raise_unless_solved
 from replication.estimation.linear.norms import l2_gain

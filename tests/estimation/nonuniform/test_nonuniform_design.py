@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
-from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
+from papers.mustafa.method import dense_design, floor_for_any_filter, lmi_size
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket

@@ -7,7 +7,7 @@ import scipy.integrate
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, motor_filter, random_plant, stable_plants
 
-from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter
+from papers.mustafa.method import dense_design, floor_for_any_filter
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
 from replication.estimation.nonuniform.guarantee import DEGREE, Enclosure, enclose, guaranteed_level

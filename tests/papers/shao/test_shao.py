@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from computed import result
 
-from papers.shao import PAPER, printed, problem
-from papers.shao.experiments.readings import SEARCH, block, merged, table_columns
+from papers.shao import PAPER, printed
+from papers.shao import printed as problem
+from papers.shao.experiments.tracking import SEARCH, block, merged, table_columns
 from papers.shao.method.search import BlockResult, search_block
 from papers.shao.plants import PARAMETERS, plants
 from replication.audit.judge.validate import validate_claims

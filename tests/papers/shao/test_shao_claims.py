@@ -16,20 +16,18 @@ from computed import result
 from scipy.integrate import simpson
 
 from papers.shao import PAPER
-from papers.shao.claims.columns import described
 from papers.shao.claims.orders import ordering_counts, where_larger
-from papers.shao.claims.outcomes import by_margin
+from papers.shao.claims.table import by_margin, described
 from papers.shao.experiments import motor as motor_experiments
-from papers.shao.experiments.readings import SEARCH, _over_windows, merged, table_columns
-from papers.shao.experiments.tracking import _energy
+from papers.shao.experiments.tracking import SEARCH, _energy, _over_windows, merged, table_columns
 from papers.shao.method.lyapunov import _increment_gap, increment_order, prediction_gap
 from papers.shao.method.readings import windowed_errors
 from papers.shao.method.search import search_block
-from papers.shao.printed import DATA
-from papers.shao.problem import (
+from papers.shao.printed import (
     APO,
     COLUMNS,
     COUNTEREXAMPLE,
+    DATA,
     DESIGN,
     FAST,
     PMI,

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papers.shao.method.motor import Feedforward, Motor, feedforward, tracking_command
+from papers.shao.method.motor import Feedforward, Motor, feedforward, simulate, tracking_command
 from papers.shao.method.readings import Reading, Structure
-from papers.shao.method.simulation import simulate
-from papers.shao.problem import DESIGN, MOTOR, START, literal_loop
+from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import make_plant

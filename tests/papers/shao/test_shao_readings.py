@@ -23,7 +23,7 @@ from papers.shao.method.search import (
     reading_of,
     search_block,
 )
-from papers.shao.problem import DESIGN, MOTOR, START, literal_loop
+from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS

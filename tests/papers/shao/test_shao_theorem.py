@@ -10,7 +10,7 @@ from papers.shao.experiments.motor import radius, stable_periods
 from papers.shao.experiments.theorem import longer_ratios
 from papers.shao.experiments.tracking import over_plants
 from papers.shao.method.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
-from papers.shao.problem import DESIGN, literal_loop
+from papers.shao.printed import DESIGN, literal_loop
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS

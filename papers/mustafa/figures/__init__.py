@@ -1,1 +1,0 @@
-"""Figures: the printed responses, and the gains over periods and sequences."""

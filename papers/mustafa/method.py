@@ -1,0 +1,405 @@
+"""What serves this paper alone: (8) and (9), Algorithm 1, its matrix inequalities printed and made whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import scipy
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.conic.program import (
+    ALMOST,
+    Indices,
+    Inequalities,
+    SolverReport,
+    minimise_modelled,
+    program_under,
+    solve_clarabel,
+)
+from replication.estimation.linear.norms import hinf_norm
+from replication.estimation.nonuniform.filters import Filter
+from replication.estimation.nonuniform.nominal import riccati_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
+from replication.estimation.nonuniform.robust import (
+    FilterDesign,
+    LmiSolution,
+    LmiVariables,
+    Solver,
+    combine,
+    design_for_periods,
+    lmi10,
+    normalise,
+    recover,
+    variable_basis,
+    with_filter,
+)
+from replication.estimation.validation import Array, positive_integer
+
+MU_ZERO = 1e-14
+"""Logarithmic norms smaller than this times the norm of A count as zero: cases L1 and U1 of (9)."""
+
+
+class UpperEnd(StrEnum):
+    """Which logarithmic norm stands in the logarithm of case U3 of (9)."""
+
+    PRINTED = "mu(-A), as printed"
+    CORRECTED = "mu(A), as the proof needs"
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The open interval (lower, upper) of sampling periods in seconds; upper may be infinite."""
+
+    lower: float
+    upper: float
+
+    def covers(self, h_l: float, h_u: float) -> bool:
+        """Whether the closed interval [h_l, h_u] lies inside."""
+        return self.lower < h_l and h_u < self.upper
+
+
+def logarithmic_norm(A: Array) -> float:
+    """mu(A) = largest eigenvalue of (A + A') / 2, the logarithmic norm of Lemma 3."""
+    return float(np.linalg.eigvalsh((A + A.T) / 2)[-1])
+
+
+def small_gain_alpha(plant: SampledPlant, h: float) -> float:
+    """alpha(h) = ||Sigma_11||_inf, the peak gain of A Phi(h) (zI - Phi(h))^-1, by Lemma 2, Theorem 1 and eq. (9).
+
+    It does not depend on the filter, because Sigma_11 sees the plant's states only.
+    """
+    Phi, _ = plant.discretise(h)
+    n = plant.order
+    return hinf_norm(Phi, np.eye(n), plant.A @ Phi, np.zeros((n, n))).value
+
+
+def delta_block(plant: SampledPlant, theta: float) -> Array:
+    """Delta(theta) = int_0^theta e^{tA} dt of Lemma 2, for theta of either sign; equals A^-1 (e^{theta A} - I)."""
+    from scipy.linalg import expm  # slow to load
+
+    n = plant.order
+    generator = np.block([[plant.A, np.eye(n)], [np.zeros((n, 2 * n))]])
+    return np.asarray(expm(theta * generator)[:n, n:])
+
+
+def covered_interval(plant: SampledPlant, h: float, gain: float, upper: UpperEnd = UpperEnd.CORRECTED) -> Interval:
+    """H(h, gain) of eq. (9), cases L1-L3 and U1-U3, intersected with the positive periods; `gain` is alpha or its
+    root."""
+    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
+    zero = MU_ZERO * float(np.linalg.norm(plant.A, 2))
+    lower = h - _reach(below, below, gain, zero)
+    printed = below if upper is UpperEnd.PRINTED else above
+    return Interval(max(0.0, lower), h + _reach(above, printed, gain, zero))
+
+
+def _reach(mu: float, in_logarithm: float, gain: float, zero: float) -> float:
+    """log(1 + mu / gain) / mu, its limit 1 / gain at mu = 0, infinite for mu <= -gain; `in_logarithm` allows a
+    misprint."""
+    if abs(mu) <= zero:
+        return 1 / gain
+    if mu <= -gain:
+        return float("inf")
+    # The misprinted U3 may have an argument that is not positive; it then covers nothing.
+    argument = 1 + in_logarithm / gain
+    return float(np.log(argument) / mu) if argument > 0 else float("-inf")
+
+
+@dataclass(frozen=True)
+class StabilityTest:
+    """plant_abscissa: largest real part of the eigenvalues of A (1/s); filter_radius: spectral radius of A_f.
+
+    A-bar(h) of (5) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute: a product of them is
+    e^{A tau}, tau the elapsed time, and tends to zero for every sequence iff A is Hurwitz. Hence (5) is uniformly and
+    exponentially stable for all h_k in [h_l, h_u] iff A is Hurwitz and A_f has its eigenvalues in the unit circle.
+    """
+
+    plant_abscissa: float
+    filter_radius: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether the error settles for every sampling sequence."""
+        return self.plant_abscissa < 0 and self.filter_radius < 1
+
+
+def stability(plant: SampledPlant, filter_: Filter) -> StabilityTest:
+    """The two numbers that decide it; raises InvalidInputError if the filter does not fit the plant."""
+    filter_.error_output(plant)
+    return StabilityTest(float(np.max(np.linalg.eigvals(plant.A).real)), filter_.spectral_radius())
+
+
+# Algorithm 1: a grid of sampling periods whose small-gain intervals cover [h_l, h_u], literal and corrected.
+#
+# Neither (9) nor alpha involves the filter, so the grid is found first; `design_for_periods` is step 2.
+
+TOUCH = 1e-12
+"""Gaps shorter than this, in seconds, are closed by a common end point."""
+
+
+class End(StrEnum):
+    """How the algorithm ended; the text is the advice."""
+
+    COVERED = "the intervals cover [h_l, h_u]"
+    STALLED = "step 4 adds nothing although step 3 fails: this reading of the algorithm cannot end"
+    LIMIT = "the grid has reached the limit N_0 of step 1: no filter"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How to read Algorithm 1. upper: case U3 of (9); root: sqrt(alpha) in step 4; union: no set-minus in step 4."""
+
+    upper: UpperEnd
+    root: bool
+    union: bool
+
+    @property
+    def name(self) -> str:
+        """The three choices in words, such as `corrected, alpha, set-minus`."""
+        chosen = ("root" if self.root else "alpha", "union" if self.union else "set-minus")
+        return ", ".join((self.upper.name.lower(), *chosen))
+
+
+AS_PRINTED = Reading(UpperEnd.PRINTED, root=True, union=True)
+WITH_SET_MINUS = Reading(UpperEnd.PRINTED, root=True, union=False)
+CORRECT = Reading(UpperEnd.CORRECTED, root=False, union=False)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """periods: the grid, increasing (s); alphas: alpha_i; intervals: H(h_i, alpha_i); rounds: passes of steps 1-4."""
+
+    periods: tuple[float, ...]
+    alphas: tuple[float, ...]
+    intervals: tuple[Interval, ...]
+    end: End
+    rounds: int
+
+
+def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = CORRECT, *, limit: int = 64) -> Grid:
+    """Steps 0, 1, 3 and 4 of Algorithm 1; ends when covered, when step 4 leaves the grid as it is, or at `limit` =
+    N_0."""
+    bound = positive_integer("limit", limit)
+    grid = {periods.middle}
+    alphas: dict[float, float] = {}
+    rounds = 0
+    while True:
+        rounds += 1
+        ordered = sorted(grid)
+        alphas |= {h: small_gain_alpha(plant, h) for h in ordered if h not in alphas}
+        covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
+        if len(grid) >= bound:
+            end = End.LIMIT
+        elif not gaps(covered, periods):
+            end = End.COVERED
+        else:
+            gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
+            marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]
+            # United with the intervals, (h_l, h_u) stays one piece; beyond it no sampling period occurs.
+            open_ = [(periods.h_l, periods.h_u)] if reading.union else gaps(marked, periods)
+            new = {(a + b) / 2 for a, b in open_}
+            new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
+            if new:
+                grid |= new
+                continue
+            end = End.STALLED
+        return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
+
+
+def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
+    """The parts (L_j, U_j) of [h_l, h_u] that no interval covers: what step 4 must mean, with a set-minus.
+
+    An end of the range that lies on the boundary of an open interval makes no gap of positive length and is ignored
+    only within TOUCH.
+    """
+    found = []
+    reached = periods.h_l
+    for interval in sorted(intervals, key=lambda i: i.lower):
+        if interval.upper <= interval.lower:
+            continue
+        if interval.lower > reached + TOUCH:
+            found.append((reached, min(interval.lower, periods.h_u)))
+        reached = max(reached, interval.upper)
+        if reached > periods.h_u:
+            break
+    if reached + TOUCH < periods.h_u:
+        found.append((reached, periods.h_u))
+    return [(a, b) for a, b in found if b - a > TOUCH]
+
+
+# Theorem 3 as printed, through cvxpy: (10) block by block beside the paper; a second transcription, a second modeller
+
+ACCEPTED = ("optimal", "optimal_inaccurate")
+
+
+def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesign:
+    """Minimise delta = gamma^2 subject to (10) at all `periods` (s); the filter by (11). Status in the report.
+
+    Raises InvalidInputError for periods that are not positive, InfeasibleError or SolverError by the solver's status.
+    """
+    import cvxpy  # slow to load
+
+    grid = as_periods("periods", periods).tolist()
+    normalised = normalise(plant, float(np.mean(grid)))
+    p = normalised.plant
+    n, m, r, s = p.order, p.B.shape[1], len(p.C), len(p.L)
+    Z, Y = (cvxpy.Variable((n, n), symmetric=True) for _ in range(2))
+    F, G, Q = cvxpy.Variable((n, r)), cvxpy.Variable((s, n)), cvxpy.Variable((n, n))
+    delta = cvxpy.Variable((1, 1))
+    matrices = []
+    for h in grid:
+        Phi, Gamma = p.discretise(h)
+        o_s, o_m = np.zeros((n, s)), np.zeros((n, m))
+        a, b = Y @ Phi + F @ p.C + Q, Y @ Phi + F @ p.C
+        c = Y @ Gamma + F @ p.D
+        rows = [
+            [-Z, -Z, o_s, Z @ Phi, Z @ Phi, Z @ Gamma],
+            [-Z, -Y, o_s, a, b, c],
+            [o_s.T, o_s.T, -np.eye(s), p.L - G, p.L, np.zeros((s, m))],
+            [Phi.T @ Z, a.T, (p.L - G).T, -Z, -Z, o_m],
+            [Phi.T @ Z, b.T, p.L.T, -Z, -Y, o_m],
+            [Gamma.T @ Z, c.T, np.zeros((m, s)), o_m.T, o_m.T, -cvxpy.kron(np.eye(m), delta)],
+        ]
+        matrices.append(-cvxpy.bmat(rows))
+    report, constraints = minimise_modelled(delta[0, 0], matrices, ACCEPTED)
+    values = {name: np.asarray(x.value) for name, x in zip("ZYFGQ", (Z, Y, F, G, Q), strict=True)}
+    v = LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
+    level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))
+    weights = tuple(float(np.trace(constraint.dual_value)) for constraint in constraints)
+    return with_filter(normalised, LmiSolution(level, v, tuple(grid), weights, report))
+
+
+# The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
+#
+# Cell i has the nominal period h_i; xi = Delta(theta) eta with ||Delta(theta)|| <= delta_i on the cell. With the
+# storage of Theorem 3, V+ - V + |e|^2 - gamma^2 |w|^2 + lambda_i (delta_i^2 |eta|^2 - |xi|^2) < 0 becomes, by the
+# paper's congruence, an LMI in blocks (Z, Y | e | eta | Z, Y | xi | w), linear in all variables and in lambda_i > 0.
+# Asking both channels for the same gamma, as the text says, would force gamma >= alpha; the free multiplier does not.
+
+
+@dataclass(frozen=True)
+class RobustLmiDesign:
+    """level: guaranteed for every sequence in the range; alphas: alpha_i of the cells; radius: their delta_i."""
+
+    level: float
+    filter: Filter
+    alphas: tuple[float, ...]
+    radius: float
+    report: SolverReport
+
+
+def modal_transform(A: Array) -> Array:
+    """T such that T A T^-1 is real block diagonal and normal; raises InvalidInputError if A is not diagonalisable."""
+    values, vectors = np.linalg.eig(A)
+    if np.linalg.cond(vectors) > 1e8:
+        raise InvalidInputError("A is not diagonalisable (condition of its eigenvectors above 1e8); use modal=False")
+    _, real_vectors = scipy.linalg.cdf2rdf(values.astype(complex), vectors.astype(complex))
+    return np.asarray(np.linalg.inv(real_vectors))
+
+
+def delta_radius(A: Array, half_width: float) -> float:
+    """Bound of ||Delta(theta)|| for |theta| <= half_width from Lemma 3: (e^{mu t} - 1) / mu for both signs of theta."""
+    bounds = []
+    for mu in (logarithmic_norm(A), logarithmic_norm(-A)):
+        bounds.append(half_width if abs(mu * half_width) < 1e-12 else float(np.expm1(mu * half_width)) / mu)
+    return max(bounds)
+
+
+def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, modal: bool = True) -> RobustLmiDesign:
+    """Minimise gamma subject to (13) on `cells` equal cells; Delta is measured in modal coordinates if `modal`.
+
+    Raises InfeasibleError if alpha_i delta_i >= 1 on a cell, before any solver is called.
+    """
+    count = positive_integer("cells", cells)
+    width = (periods.h_u - periods.h_l) / count
+    centres = [periods.h_l + width * (i + 0.5) for i in range(count)]
+    measured = plant.in_coordinates(modal_transform(plant.A)) if modal else plant
+    radius = delta_radius(measured.A, width / 2)
+    alphas = [small_gain_alpha(measured, h) for h in centres]
+    for h, alpha in zip(centres, alphas, strict=True):
+        if alpha * radius >= 1:
+            raise InfeasibleError(
+                f"the cell around h = {h:.6g} s has alpha * delta = {alpha * radius:.4g} >= 1, so (13) has no "
+                "solution; use more cells"
+            )
+    normalised = normalise(plant, periods.middle)
+    frame = (modal_transform(plant.A) if modal else np.eye(plant.order)) @ np.linalg.inv(normalised.T)
+    group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
+    cost = np.zeros(unknowns + count)
+    cost[0] = 1.0
+    solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
+    v = combine(variable_basis(normalised.plant), solution.multipliers[:unknowns])
+    level = normalised.scale * float(np.sqrt(v.delta))
+    return RobustLmiDesign(level, normalised.restore(recover(v)), tuple(alphas), radius, solution.report)
+
+
+def lmi13(
+    plant: SampledPlant, frame: Array, Phi: Array, Gamma: Array, radius: float, v: LmiVariables, multiplier: Array
+) -> Array:
+    """The matrix of (13) for one cell, order 6n + s + m. `frame` (n, n): Delta is measured in coordinates frame @ x.
+
+    `v` and `multiplier` may be stacks.
+    """
+    n, s, m = plant.order, len(plant.L), plant.B.shape[1]
+    base = lmi10(plant, Phi, Gamma, v)
+    total = 6 * n + s + m
+    matrix = np.zeros((*base.shape[:-2], total, total))
+    # Positions of the blocks of (10) among those of (13): eta comes after e, xi after the second (Z, Y).
+    eta = np.arange(2 * n + s, 3 * n + s)
+    xi = np.arange(5 * n + s, 6 * n + s)
+    kept = np.setdiff1d(np.arange(total), np.concatenate([eta, xi]))
+    matrix[..., kept[:, None], kept] = base
+    scale = np.asarray(multiplier)[..., None, None]
+    matrix[..., eta[:, None], eta] = matrix[..., xi[:, None], xi] = -scale * np.eye(n)
+    drift = frame @ np.hstack([plant.A @ Phi, plant.A @ Phi, plant.A @ Gamma + plant.B])
+    seen = np.concatenate([np.arange(3 * n + s, 5 * n + s), np.arange(6 * n + s, total)])
+    _put(matrix, eta, seen, scale * radius * drift)
+    _put(matrix, np.arange(2 * n), xi, np.concatenate([v.Z, v.Y], axis=-2) @ np.linalg.inv(frame))
+    return matrix
+
+
+def _put(matrix: Array, rows: Indices, columns: Indices, block: Array) -> None:
+    """Write an off-diagonal block and its transpose."""
+    matrix[..., rows[:, None], columns] = block
+    matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
+
+
+def _inequalities(
+    plant: SampledPlant, frame: Array, centres: Sequence[float], radius: float
+) -> tuple[Inequalities, int]:
+    """-(13) >= 0 for every cell; the unknowns are those of (10) and then the multipliers."""
+    basis = variable_basis(plant)
+    unknowns = len(basis.delta) - 1
+    extended = LmiVariables(**{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()})
+    multiplier = np.append(np.zeros(unknowns + 1), 1.0)
+    stacks = np.array([-lmi13(plant, frame, *plant.discretise(h), radius, extended, multiplier) for h in centres])
+    constant = stacks[:, 0]
+    variables = np.array([[*range(unknowns), unknowns + i] for i in range(len(centres))])
+    return Inequalities(constant, stacks[:, 1:] - constant[:, None], variables), unknowns
+
+
+# Comparisons of levels: a floor for every filter, a design over a dense grid, the size of the inequality
+
+
+def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:
+    """A level that no filter of form (4) attains, and at which constant period: the largest of `nodes` of them.
+
+    It is the infeasible end of the search for gamma*(h), so a lower bound. Raises the errors of `riccati_level`.
+    """
+    count = positive_integer("nodes", nodes)
+    levels = [(riccati_level(plant, float(h), tolerance=1e-8).infeasible, float(h)) for h in periods.nodes(count)]
+    return max(levels)
+
+
+def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> FilterDesign:
+    """One Lyapunov function on `nodes` equally spaced periods, all at once; nothing is known between them."""
+    normalised = normalise(plant, periods.middle)
+    return design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=Solver.SDPA)
+
+
+def lmi_size(plant: SampledPlant) -> tuple[int, int]:
+    """Number of scalar unknowns of (10), delta included, and order of its matrix."""
+    n, m, r, s = plant.order, plant.B.shape[1], len(plant.C), len(plant.L)
+    return n * (n + 1) + n * r + s * n + n * n + 1, 4 * n + s + m

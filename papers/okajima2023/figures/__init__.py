@@ -1,1 +1,0 @@
-"""Figures: the errors under one draw, and what the paper lacks."""

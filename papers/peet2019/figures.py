@@ -1,0 +1,447 @@
+"""Figures: Fig. 1 and the gains of an observer, how near the methods come to the optimum, what they cost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
+from papers.peet2019.claims.gains import optimum_of
+from papers.peet2019.printed import DATA, DEGREES, published
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
+from replication.drawing.style import (
+    FOREGROUND,
+    GREY,
+    OURS,
+    RAISED,
+    line,
+    name_axes,
+    name_end,
+    name_line,
+    new_axes,
+    out_of_bounds,
+    say,
+)
+
+
+def columns(**columns: Iterable[float]) -> FigureData:
+    """The data of a figure by the names of its columns."""
+    return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
+
+
+# Fig. 1 with its axes, and the gains of an observer as functions
+
+
+def fig_1(results: Results) -> FigureData:
+    """Disturbance and both errors for one reading of the sinc."""
+    found = results["fig1"]
+    return columns(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
+
+
+def gains(results: Results) -> FigureData:
+    """The gains of one observer as functions of s; first and second state."""
+    found = results["gains"]
+    return columns(s=found["s"], **{f"{name}_{i}": values for name in GAINS for i, values in enumerate(found[name], 1)})
+
+
+GAINS = ("l3", "l4", "l5")
+_SIGNALS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
+
+
+def plot_fig_1(figure: FigureData) -> Any:
+    """Disturbance and errors against time on one axis, each named at its peak."""
+    drawing, (axis,) = new_axes(row_height=2.6)
+    t, c = figure.columns["t"], figure.columns
+    for index, (name, side) in enumerate((("e_1", -1), ("w", 1), ("e_2", 0))):
+        (curve,) = axis.plot(t, c[name], **line(index))
+        peak = t[_peak(c[name])]
+        beside = side == 0
+        name_line(axis, curve, _SIGNALS[name], peak / (1 + beside), side=side, ha="right" if beside else "left")
+    axis.set_ylim(1.25 * min(c["e_1"]), 1.25 * max(c["w"]))
+    axis.set_xlim(-0.15 * t[-1], t[-1])
+    axis.set_xticks([share * t[-1] for share in (0, 0.25, 0.5, 0.75, 1)])
+    name_axes(axis, "disturbance and errors", "time (s)")
+    return drawing
+
+
+def _peak(values: Sequence[float]) -> int:
+    return max(range(len(values)), key=lambda i: abs(values[i]))
+
+
+def plot_gains(figure: FigureData) -> Any:
+    """One panel per gain, in the power of ten that its numbers have; one curve where both states have the same gain."""
+    drawing, axes = new_axes(len(GAINS), row_height=1.45)
+    c = figure.columns
+    for axis, name in zip(axes, GAINS, strict=True):
+        size = max(map(abs, c[f"{name}_1"] + c[f"{name}_2"]))
+        power = math.floor(math.log10(size)) if size < SMALL else 0
+        scaled = [[value / 10**power for value in c[f"{name}_{i}"]] for i in (1, 2)]
+        same = relation(figure, name) == "same"
+        for i, values in enumerate(scaled[:1] if same else scaled):
+            (curve,) = axis.plot(c["s"], values, **line(i))
+            name_end(axis, curve, "both" if same else f"x{'₁₂'[i]}")
+        axis.set_ylim(*_room([value for values in scaled for value in values]))
+        axis.set_xticks((c["s"][0], c["s"][0] / 2, 0.0))
+        unit = f" (10{str(power).translate(RAISED)})" if power else ""
+        last = axis is axes[-1]
+        name_axes(axis, f"L{'₃₄₅'[GAINS.index(name)]}{unit}", "history s (s)" if last else "", ticks=3)
+    return drawing
+
+
+SMALL = 0.01
+
+
+def _room(values: Sequence[float]) -> tuple[float, float]:
+    """Limits that show zero as well and leave a margin."""
+    low, high = min(0.0, *values), max(0.0, *values)
+    return low - 0.1 * (high - low), high + 0.1 * (high - low)
+
+
+def relation(figure: FigureData, name: str) -> str:
+    """How a gain of the second state stands to that of the first, to one per cent of their size."""
+    first, second = (figure.columns[f"{name}_{i}"] for i in (1, 2))
+    near = 0.01 * max(map(abs, first))
+    for word, sign in (("same", 1), ("opposite", -1)):
+        if all(abs(a - sign * b) <= near for a, b in zip(first, second, strict=True)):
+            return word
+    return "other"
+
+
+def say_fig_1(figure: FigureData) -> str:
+    """The message of Fig. 1."""
+    return (
+        f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a tenth of the largest"
+    )
+
+
+def _died_out(figure: FigureData) -> float:
+    c = figure.columns
+    peak = max(map(abs, c["e_1"] + c["e_2"]))
+    return max(t for t, *errors in zip(c["t"], c["e_1"], c["e_2"], strict=True) if max(map(abs, errors)) > 0.1 * peak)
+
+
+def describe_fig_1(figure: FigureData) -> str:
+    """When the disturbance and the errors are largest, and when the errors have died out."""
+    t, c = figure.columns["t"], figure.columns
+    peaks = {name: _peak(values) for name, values in c.items() if name != "t"}
+    parts = [f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peaks.items()]
+    return (
+        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. From {_died_out(figure):.1f} s to the end "
+        "both errors stay below a tenth of the largest."
+    )
+
+
+def say_gains(figure: FigureData) -> str:
+    """The message: which gains are the same for both states."""
+    named = {word: [f"L{'₃₄₅'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID}
+    said = [f"{' and '.join(names)} {_SAID[word]}" for word, names in named.items() if names]
+    return f"Gains of both states in one observer of ours: {', '.join(said) or 'all differ'}"
+
+
+_SAID = {"same": "equal", "opposite": "opposite"}
+
+
+def describe_gains(figure: FigureData) -> str:
+    """Values of each gain at the oldest end of the history and at the present."""
+    c = figure.columns
+    parts = [
+        f"L{name[1]} from {c[f'{name}_1'][0]:.3g} to {c[f'{name}_1'][-1]:.3g} (state 1) and from "
+        f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
+        for name in GAINS
+    ]
+    return f"Three gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
+
+
+_OBSERVER = (
+    Figure(
+        name="fig1",
+        place="Fig. 1",
+        title=say_fig_1,
+        caption="System (11), observer at the printed level; sinc(t - τ) on both channels, one reading of many.",
+        published=True,
+        uses=("fig1",),
+        data=fig_1,
+        plot=plot_fig_1,
+        alt=describe_fig_1,
+    ),
+    Figure(
+        name="gains",
+        place="Sec. VIII",
+        title=say_gains,
+        caption="L₃ to L₅ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
+        "optimum, a system of ours with one delay; equal or opposite to one per cent of the first state's gain.",
+        published=False,
+        uses=("gains",),
+        data=gains,
+        plot=plot_gains,
+        alt=describe_gains,
+    ),
+)
+
+
+# Distance from the optimum against order and degree, and against the delay
+
+
+def convergence(results: Results) -> FigureData:
+    """Relative distance from the optimum of Example 2, the middle of its bracket, against order and degree.
+
+    floor: half the relative width of that bracket; distances below it say nothing.
+    """
+    found, exact, bracket = results["convergence.ex2"], optimum_of("2", results), results["reference.ex2"]["exact"]
+    levels = [results[f"sos.ex2.d{degree}"]["tensor"]["gamma"] for degree in DEGREES]
+
+    def away(levels: Iterable[float]) -> list[float]:
+        return [abs(level / exact - 1.0) for level in levels]
+
+    return columns(
+        order=found["orders"],
+        pade=away(found["pade"]),
+        chebyshev=away(found["chebyshev"]),
+        degree=DEGREES,
+        sos=away(levels),
+        floor=[(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
+    )
+
+
+def against_delay(results: Results) -> FigureData:
+    """Least gain of Example 2 against its delay."""
+    return columns(**{name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
+
+
+_MODELS = {"pade": "Padé", "chebyshev": "collocation"}
+
+
+def plot_convergence(figure: FigureData) -> Any:
+    """Errors on a logarithmic axis; what lies below the bracket of the optimum is shaded."""
+    c = figure.columns
+    drawing, (orders, degrees) = new_axes(
+        1, 2, row_height=2.7, share_x=False, sharey=True, gridspec_kw={"width_ratios": (2, 1)}
+    )
+    for index, (name, side) in enumerate((("pade", -1), ("chebyshev", 1))):
+        (curve,) = orders.semilogy(c["order"], c[name], marker="os"[index], markersize=4, **line(index))
+        at = c["order"][2 + 2 * index]
+        name_line(orders, curve, _MODELS[name], at, side=side, ha="right" if side < 0 else "left")
+    degrees.semilogy(c["degree"], c["sos"], marker="D", markersize=4, **line(3))
+    say(degrees, "Theorem 3", (c["degree"][1], c["sos"][1]), ha="left")
+    for axis in (orders, degrees):
+        out_of_bounds(axis, BOTTOM, c["floor"][0], "in the bracket" if axis is orders else "")
+    orders.set_ylim(BOTTOM, 3)
+    name_axes(orders, "relative distance from the optimum", "order of the model")
+    name_axes(degrees, "", "degree d")
+    orders.set_xticks([order for order in c["order"] if order % 2 == 0])
+    degrees.set_xticks(c["degree"])
+    return drawing
+
+
+BOTTOM = 1e-11
+"""Lower end of the axis of relative distances, below all that the bracket tells apart."""
+
+
+def say_convergence(figure: FigureData) -> str:
+    """The message: which order of the models is as good as the last degree of Theorem 3."""
+    degree = figure.columns["degree"][-1]
+    return f"Theorem 3 at degree {degree:g} is as near the optimum as models of order {_order(figure):g}"
+
+
+def _order(figure: FigureData) -> float:
+    """The least order at which both models are as near as Theorem 3 at its last degree."""
+    c = figure.columns
+    models = zip(c["order"], c["pade"], c["chebyshev"], strict=True)
+    return next(order for order, *away in models if max(away) <= c["sos"][-1])
+
+
+def describe_convergence(figure: FigureData) -> str:
+    """Errors at the first and last order, and at each degree."""
+    c = figure.columns
+    parts = [
+        f"{_MODELS[name]}: {c[name][0]:.1e} at order {c['order'][0]:g}, {c[name][-1]:.1e} at order {c['order'][-1]:g}"
+        for name in ("pade", "chebyshev")
+    ]
+    degrees = ", ".join(f"{e:.1e} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
+    told = f"{'; '.join(parts)}. Theorem 3: {degrees}, which both models reach at order {_order(figure):g}."
+    floor = f"Half the bracket is {c['floor'][0]:.1e}"
+    return f"Relative distance from the optimum of Example 2, the middle of its bracket. {told} {floor}."
+
+
+def plot_against_delay(figure: FigureData) -> Any:
+    """A curve, and points that should lie on it."""
+    drawing, (axis,) = new_axes(row_height=2.4)
+    c = figure.columns
+    (sos,) = axis.semilogy(c["tau"], c["sos"], **line(0))
+    axis.semilogy(c["tau"], c["chebyshev"], "o", color=FOREGROUND, markersize=5)
+    name_line(axis, sos, "Theorem 3 (line)\nand collocation (points)", c["tau"][8], ha="right")
+    ticks = (1, 2, 5, 10)
+    axis.set_yticks(ticks, [str(tick) for tick in ticks])
+    axis.set_yticks([], minor=True)
+    name_axes(axis, "least gain γ", "delay τ (s)")
+    return drawing
+
+
+def say_against_delay(figure: FigureData) -> str:
+    """The message: how much the least gain grows."""
+    return f"The least gain grows {_rise(figure):.1f}-fold up to a delay of {figure.columns['tau'][-1]:g} s"
+
+
+def _rise(figure: FigureData) -> float:
+    return figure.columns["sos"][-1] / figure.columns["sos"][0]
+
+
+def describe_against_delay(figure: FigureData) -> str:
+    """Where the gain starts, where it ends, and how far the two methods are apart."""
+    c = figure.columns
+    apart = max(abs(a / b - 1.0) for a, b in zip(c["sos"], c["chebyshev"], strict=True))
+    return (
+        f"The least gain rises from {c['sos'][0]:.4g} at a delay of {c['tau'][0]:g} s to {c['sos'][-1]:.4g} at "
+        f"{c['tau'][-1]:g} s, {_rise(figure):.1f}-fold. Theorem 3 and collocation differ by {apart:.1e} at most."
+    )
+
+
+_OPTIMUM = (
+    Figure(
+        name="convergence",
+        place="Example 2",
+        title=say_convergence,
+        caption=(
+            "Example 2, Theorem 3 as corrected, the degree counted in each variable. Distance of γ from the optimum; "
+            "in the "
+            "shaded part, where the optimum itself is not known that well, distances mean nothing. Low orders of "
+            "collocation lie on either side."
+        ),
+        published=False,
+        uses=("convergence.ex2", "reference.ex2", *(f"sos.ex2.d{degree}" for degree in DEGREES)),
+        data=convergence,
+        plot=plot_convergence,
+        alt=describe_convergence,
+    ),
+    Figure(
+        name="tau",
+        place="Example 2",
+        title=say_against_delay,
+        caption="Example 2: Theorem 3 as corrected at degree 2, counted in each variable, and the Riccati equation "
+        "of the collocated model.",
+        published=False,
+        uses=("tau",),
+        data=against_delay,
+        plot=plot_against_delay,
+        alt=describe_against_delay,
+    ),
+)
+
+
+# Cost of the methods against n·K: seconds as published and as measured, and the size of the programs
+
+
+WAYS = {"bessel": "small cone", "total": "full cone", "plain": "cvxpy"}
+STYLES = {
+    "published": (FOREGROUND, "-", "o"),
+    "small cone": (OURS, "-", "^"),
+    "full cone": (GREY, "--", "s"),
+    "cvxpy": (GREY, ":", "x"),
+}
+"""Colour, dashes and marker of each cloud of points."""
+CLOUDS = (
+    ("published", "published_product", "published_seconds"),
+    *((label, f"{way}_measured_product", f"{way}_seconds") for way, label in WAYS.items()),
+    ("small cone", "bessel_measured_product", "bessel_equalities"),
+    ("full cone", "total_product", "total_equalities"),
+)
+"""Name, abscissa and ordinate of each cloud."""
+
+
+def cost(results: Results) -> FigureData:
+    """Published seconds, our CPU seconds as recorded, and the equalities of both cones, against n·K."""
+    cells = results["sizes"]["cells"]
+    found: dict[str, list[float]] = {
+        "published_product": [n * k for n, k, _ in published()],
+        "published_seconds": [float(seconds) for *_, seconds in published()],
+        "total_product": [cell["states"] * cell["delays"] for cell in cells],
+        "total_equalities": [cell["equalities"] for cell in cells],
+    }
+    for way in WAYS:
+        ours = [c for c in results["measured"]["cells"] if c["cone"] == way and c["cpu_seconds"] is not None]
+        found[f"{way}_measured_product"] = [c["states"] * c["delays"] for c in ours]
+        found[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
+        if way == "bessel":
+            found[f"{way}_equalities"] = [c["equalities"] for c in ours]
+    return columns(**found)
+
+
+def plot_cost(figure: FigureData) -> Any:
+    """Both on logarithmic axes; the line through each cloud has the exponent that stands beside its name."""
+    drawing, panels = new_axes(2, row_height=2.6)
+    for name, x, y in CLOUDS:
+        _plot_cloud(panels["equalities" in y], name, *(figure.columns[key] for key in (x, y)))
+    for axis, label in zip(panels, ("CPU time (s)", "equalities of our program"), strict=True):
+        axis.set_xlim(0.8, 130)
+        axis.set_xticks((1, 10, 100), ("1", "10", "100"))
+        axis.minorticks_off()
+        axis.set_ylim(top=10 * axis.get_ylim()[1])
+        name_axes(axis, label)
+    panels[-1].set_xlabel("product nK")
+    return drawing
+
+
+def _plot_cloud(axis: Any, name: str, products: Sequence[float], costs: Sequence[float]) -> None:
+    colour, dashes, marker = STYLES[name]
+    axis.loglog(products, costs, marker, markersize=4, color=colour, markerfacecolor="none")
+    points = [(k, cost) for k, cost in zip(products, costs, strict=True) if k >= FROM_PRODUCT]
+    slope = exponent(points)
+    at = math.exp(sum(math.log(cost / k**slope) for k, cost in points) / len(points))
+    ends = [min(points)[0], max(points)[0]]
+    (curve,) = axis.loglog(ends, [at * k**slope for k in ends], color=colour, linestyle=dashes, linewidth=1.1)
+    if name == "cvxpy":  # its line is short, and ends among the points of others
+        say(axis, f"{name},\n{_power(slope)}", (ends[0], 10 * max(costs[:5])), ha="right", color=colour)
+    else:
+        name_end(axis, curve, f"{name},\n{_power(slope)}", lift=6 if name == "full cone" else -6)
+
+
+def _power(slope: float) -> str:
+    """(nK) with a raised exponent."""
+    return f"(nK){f'{slope:.1f}'.translate(RAISED).replace('.', '·')}"
+
+
+def growth(figure: FigureData, x: str, y: str) -> float:
+    """Exponent with which one column grows with another, from the product on from which it is asked."""
+    pairs = zip(figure.columns[x], figure.columns[y], strict=True)
+    return exponent([pair for pair in pairs if pair[0] >= FROM_PRODUCT])
+
+
+def say_cost(figure: FigureData) -> str:
+    """The message: both exponents."""
+    printed, ours = (growth(figure, x, y) for _, x, y in CLOUDS[:2])
+    return f"Seconds grow with nK to the power {printed:.1f} in print, {ours:.1f} with our small cone"
+
+
+def describe_cost(figure: FigureData) -> str:
+    """The largest cell of each, and the exponents of growth."""
+    c = figure.columns
+    parts = [
+        f"{name}, {'seconds' if 'seconds' in y else 'equalities'} up to {max(c[y]):.4g} at nK = {max(c[x]):g}, "
+        f"exponent {growth(figure, x, y):.2f} (near {growth(figure, x, y):.1f})"
+        for name, x, y in CLOUDS
+    ]
+    return f"All rise with nK (exponents from nK = {FROM_PRODUCT}): {'; '.join(parts)}."
+
+
+_COST = (
+    Figure(
+        name="cost",
+        place="Table I",
+        title=say_cost,
+        caption=(
+            "CPU seconds, published and ours as once measured (machines and solvers do not compare; cvxpy: the full "
+            "cone by cvxpy), "
+            f"and the size of our programs. The paper's cells end at n·K = {DATA['largest-product']}; exponents are "
+            f"fitted from n·K = {FROM_PRODUCT} on."
+        ),
+        published=False,
+        uses=("sizes", "measured"),
+        data=cost,
+        plot=plot_cost,
+        alt=describe_cost,
+    ),
+)
+
+FIGURES = (*_OBSERVER, *_OPTIMUM, *_COST)
