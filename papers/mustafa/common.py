@@ -44,7 +44,7 @@ def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLev
     )
 
 
-# How far the nominal levels move while printed parameters move within their rounding
+# Sensitivity of the nominal levels to printed parameters within their rounding
 
 
 def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> dict[str, Any]:

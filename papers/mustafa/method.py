@@ -380,7 +380,7 @@ def _inequalities(
     return Inequalities(constant, stacks[:, 1:] - constant[:, None], variables), unknowns
 
 
-# What the levels are set beside: a floor for every filter, a design over a dense grid, the size of the inequality
+# Comparisons of levels: a floor for every filter, a design over a dense grid, the size of the inequality
 
 
 def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:

@@ -48,7 +48,7 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
     )
 
 
-# How far Table I moves, under its literal reading, while printed parameters move within their rounding
+# Sensitivity of Table I, under its literal reading, to printed parameters within their rounding
 
 
 PRINTS = {

@@ -32,6 +32,7 @@ CHEAPER: dict[str, dict[str, Any]] = {
     "bracket-duration": {"horizon": 100, "final_horizon": 200, "leaves": 4, "cuts": None},
     "own-grid": {"nodes": 11, "horizon": 100, "final_horizon": 200, "leaves": 4},
     "curve": {"nodes": 11},
+    "loosest": {"horizon": 50, "final_horizon": 100},
     "output-matrix": {"angles": 201},
     "laws": {"seeds": 4},
     **{f"draws-{part}": {"seeds": 8} for part in range(4)},

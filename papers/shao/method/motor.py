@@ -1,4 +1,8 @@
-"""The motor of eq. (23), the numbers of a loop that the paper speaks of, and the algorithm simulated step by step."""
+"""The motor of eq. (23), the numbers of a loop that the paper speaks of, and the algorithm simulated step by step.
+
+The motor is permanent magnet synchronous, in position coordinates x = (θ, ω, dω/dt) with the input u_q. Its parameters
+carry SI units; they are data of an example, not of a measured motor.
+"""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRe
 from replication.drawing import svg
 from replication.errors import AuditError
 
-# The tables of a paper: which cells are claims, how many of them agree, what a cell is called where it stands alone
+# The tables of a paper: cells that are claims, how many of them agree, and the name of a cell by itself
 
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")

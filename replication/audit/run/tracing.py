@@ -295,7 +295,7 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-# A run of which nothing has changed since is not repeated: its words are said again, and its files are left alone.
+# The last run: where nothing has changed since, its words are said again and its files are left alone.
 #
 # What may matter to a run is every file of the project that is not hidden, the package itself, the results, figures and
 # entries of the cache that it left, the machine, what is installed, and what else it was seen to read. If all that is

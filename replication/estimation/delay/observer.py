@@ -73,7 +73,7 @@ def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
     return ErrorSystem(a, b, c)
 
 
-# What a discretised error system does: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
+# Analysis of a discretised error system: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
     return turned * moved[:, None, :], hidden
 
 
-# What a level of a delay observer is worth: the same gain without sensors, of a Kalman filter, of a smoother
+# Comparisons of the level of a delay observer: the gain without sensors, of a Kalman filter, of a smoother
 
 
 WIDTH = 1e-4

@@ -27,7 +27,9 @@ from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.system import natural_units
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
-# Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z
+# Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
+#
+# As `natural_units` of a plant without noise, with delayed and spread terms among the A_i, delayed disturbances in B.
 
 
 MOMENTS = 3
@@ -109,8 +111,7 @@ def _power(value: float) -> float:
     return float(2.0 ** np.round(np.log2(value)))
 
 
-# Whether the measurements of a plant have noise at all frequencies: without it an observer may differentiate, and the
-# least level is not attained
+# Noise at all frequencies: without it an observer may differentiate, and the least level is not attained
 
 
 NONE = 1e-6
