@@ -53,7 +53,7 @@ def diagonal_of(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def reading_of(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """Of the two diagonals with the stated poles, one has two decimals, and the other one has not."""
-    short = all((rational(entry, "diagonal") * 100).q == 1 for entry in parameters["diagonal"])
+    short = all((rational(entry, "diagonal") * 100).denominator == 1 for entry in parameters["diagonal"])
     return RECOVERED_A if short else ("the other real diagonal",)
 
 

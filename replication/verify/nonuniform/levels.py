@@ -293,11 +293,7 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),
         "T": Depends(lambda given: sized(square, given.plant.A.nrows())),
         "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows(), given.filter.cells)),
-        "pattern": gain.read_pattern,
-        "turn": rational,
-        "w": Depends(
-            lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))
-        ),
+        **ATTAINED,
     },
     says=Says(
         quantity="least gain over sequences",
