@@ -79,7 +79,8 @@ BRIEF = Brief(
     "[{table1.n21:not}](table1.n21), a valid level just above it",
     picture=Entries(
         columns=tuple(f"{first}, {second}" for first, second in TABLE_1),
-        rows=(("gain γ, by N₁, N₂", tuple(table_claim(periods) for periods in TABLE_1)),),
+        text="Least worst-case gain γ from noise to error, by the periods N₁, N₂ of the two sensors.",
+        rows=(("gain γ", tuple(table_claim(periods) for periods in TABLE_1)),),
     ),
     sketch=Sketch(
         alt="Two sensors with periods two and three; the uncertainty of the estimate grows between measurements and "
