@@ -9,11 +9,12 @@ import pytest
 
 from benchmarks.clock import processor_seconds
 from replication.estimation.delay.facade import design
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.models import chebyshev_model, riccati_gain
 from replication.estimation.delay.sos.certificate import minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.delay.system import DelaySystem, delay_system
+from replication.estimation.delay.system import delay_system
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
@@ -61,7 +62,7 @@ def loop_of_oscillators(n: int, ratio: int) -> DualRateLoop:
     return close_loop(design, OBSERVERS[PREDICTOR], harmonic=Harmonic(1.0, np.array([1.0])))
 
 
-def delayed(n: int, delays: int) -> DelaySystem:
+def delayed(n: int, delays: int) -> DelayPlant:
     """A seeded plant with damped states, delays up to about two seconds, and two measurements (one if n = 2)."""
     rng = np.random.default_rng(1)
     late = 0.4 / (delays * np.sqrt(n))

@@ -18,23 +18,15 @@ import numpy as np
 
 from benchmarks.clock import processor_seconds
 from replication.errors import ReplicationError
-from replication.estimation.delay import (
-    DelayPlant,
-    certificate_at,
-    delay_system,
-    exact_gain,
-    limit,
-    minimum_gain,
-    observer_gains,
-)
+from replication.estimation.delay import DelayPlant, delay_system, exact_gain, limit, minimum_gain
 from replication.estimation.delay.general.lines import line_form
 from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
 from replication.estimation.delay.observer import error_system
-from replication.estimation.delay.operators import evaluate
+from replication.estimation.delay.operators import evaluate, observer_gains
 from replication.estimation.delay.result import injection
+from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.spectrum import grid
-from replication.estimation.delay.system import DelaySystem
 from replication.ownplant.reading import read_plant
 
 ROOT = Path(__file__).parents[1]
@@ -82,13 +74,13 @@ def late_sensor(delay: float) -> DelayPlant:
     return DelayPlant([[0.0]], (delay,), [[1.0, 0.0]], [[1.0]], [[0.0]], c2_delayed=([[1.0]],), d21=[[0.0, 1.0]])  # type: ignore[arg-type]
 
 
-def cart() -> DelaySystem:
+def cart() -> DelayPlant:
     """A cart whose brake acts late: the speed is wanted, the position is measured, without noise."""
     late = [[[0.0, 0.0], [0.0, -0.5]]]
     return delay_system([[0.0, 1.0], [0.0, -0.1]], late, [0.4], np.diag([0.05, 1.0]), [[0.0, 1.0]], [[1.0, 0.0]])
 
 
-def noisy(system: DelaySystem, noise: float) -> DelayPlant:
+def noisy(system: DelayPlant, noise: float) -> DelayPlant:
     """The same with noise of its own on each measurement."""
     q, free = system.measurements, np.zeros((system.states, system.measurements))
     silent = np.zeros((q, system.inputs))
@@ -139,7 +131,7 @@ def measured(plant: DelayPlant, degree: int, margin: float) -> dict[str, Any]:
     return row
 
 
-def noise_gain(system: DelaySystem, noise: float, order: int = 24) -> dict[str, Any]:
+def noise_gain(system: DelayPlant, noise: float, order: int = 24) -> dict[str, Any]:
     """The gain, with noise, of the observer designed without; and the least level of observers that know of it."""
     least = minimum_gain(system, 3, DegreeRule.BESSEL)
     operators = observer_gains(certificate_at(system, least.gamma * (1.0 + MARGIN), 3, DegreeRule.BESSEL))

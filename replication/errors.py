@@ -26,9 +26,6 @@ class AuditError(ReplicationError):
     """A claim, a printed value, a result file or a request to the audit is not usable."""
 
 
-# Names that a reader types: the one meant, or an error that names those nearest to it
-
-
 LONGEST = 80
 """Characters that a message repeats of what was typed."""
 

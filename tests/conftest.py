@@ -1,8 +1,9 @@
-"""The order of the files: the longest first, so that no core waits for the other at the end."""
+"""For all tests: the longest files first, so that no core waits at the end; and none writes into the tree."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -48,3 +49,19 @@ LONGEST = (
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     first = {HERE / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: first.get(item.path, len(first)))
+
+
+def sources() -> set[str]:
+    """The files of the tree, without what any run may leave there."""
+    root, passing = HERE.parent, {"report", "build", "dist"}
+    tops = [path for path in root.iterdir() if not path.name.startswith(".") and path.suffix != ".egg-info"]
+    inside = (path for top in tops if top.name not in passing for path in (top, *top.rglob("*")))
+    return {str(path.relative_to(root)) for path in inside if "__pycache__" not in path.parts}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def the_tree_stays_as_it_is() -> Iterator[None]:
+    """No test leaves a file among the sources: what is there is committed, packed and shown."""
+    before = sources()
+    yield
+    assert sorted(sources() - before) == [], "a test wrote these into the tree; give it `tmp_path`"

@@ -28,21 +28,23 @@ def lab(tmp_path: Path) -> Lab:
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Lab, subprocess.CompletedProcess[str]]:
+    """A project after its first run, to be left as it is, and what that printed."""
     lab = make_lab(tmp_path_factory.mktemp("finished"))
-    assert lab.cli("run").returncode == 0
-    return lab.root
+    done = lab.cli("run")
+    assert done.returncode == 0
+    return lab, done
 
 
 @pytest.fixture
-def ran(finished: Path, tmp_path: Path) -> Lab:
+def ran(finished: tuple[Lab, object], tmp_path: Path) -> Lab:
     """A project after a run, to be changed at will: nothing in it depends on where it lies."""
-    shutil.copytree(finished, tmp_path / "ran")
+    shutil.copytree(finished[0].root, tmp_path / "ran")
     return Lab(tmp_path / "ran")
 
 
-def test_run_writes_everything_and_sums_it_up(lab: Lab) -> None:
-    done = lab.cli("run")
+def test_run_writes_everything_and_sums_it_up(finished: tuple[Lab, subprocess.CompletedProcess[str]]) -> None:
+    lab, done = finished
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert lines[-1] == f"report: {lab.root / 'report' / 'index.html'}"
@@ -64,8 +66,8 @@ def test_results_that_come_out_again_keep_their_date(ran: Lab) -> None:
     assert json.loads(report.read_bytes())["run"]["date"] == "1970-01-02T00:00:00Z"
 
 
-def test_progress_is_plain_lines_when_nobody_watches(lab: Lab) -> None:
-    done = lab.cli("run")
+def test_progress_is_plain_lines_when_nobody_watches(finished: tuple[Lab, subprocess.CompletedProcess[str]]) -> None:
+    _, done = finished
     steps = [line for line in done.stdout.splitlines() if line.startswith("[")]
     assert len(steps) == 5
     for number, line in enumerate(steps, start=1):
@@ -169,15 +171,14 @@ def test_failing_figure_alone_is_exit_code_3(lab: Lab) -> None:
     assert re.search(r"error: figure toy2020-fig1: .*no ink", done.stdout)
 
 
-def test_a_report_that_cannot_be_made_says_that_the_page_there_is_older(lab: Lab) -> None:
-    assert lab.cli("run").returncode == 0
-    (lab.root / "figures" / "toy2020-fig1.svg").unlink()
-    done = lab.cli("report")
+def test_a_report_that_cannot_be_made_says_that_the_page_there_is_older(ran: Lab) -> None:
+    (ran.root / "figures" / "toy2020-fig1.svg").unlink()
+    done = ran.cli("report")
     assert done.returncode == 2
-    page = lab.root / "report" / "index.html"
+    page = ran.root / "report" / "index.html"
     assert done.stderr.rstrip().endswith(f"{page} is of an earlier run")
     page.unlink()
-    assert "earlier run" not in lab.cli("report").stderr
+    assert "earlier run" not in ran.cli("report").stderr
 
 
 def test_run_of_one_paper_leaves_the_report_on_all_alone(ran: Lab) -> None:

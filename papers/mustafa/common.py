@@ -14,7 +14,9 @@ from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant
 
-IRREGULAR = "irregular: 1 to m instants apart"
+IRREGULAR = (
+    "irregular: 1 to m steps between measurements, our robust design by (10), neither Algorithm 1 nor an optimum"
+)
 
 
 def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: int) -> list[list[float]]:
@@ -42,7 +44,7 @@ def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLev
     )
 
 
-# How far the nominal levels move while printed parameters move within their rounding
+# Sensitivity of the nominal levels to printed parameters within their rounding
 
 
 def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def plot_curves(figure: FigureData) -> Any:
 def say_curves(figure: FigureData) -> str:
     """The message: how much larger the gains are than the printed levels."""
     first, second = (_excess(figure, e) for e in EXAMPLES)
-    return f"Varying periods: our filter's gain is {first} times the printed level, the printed filter's {second}"
+    return f"Varying periods: our filter has at least {first} times the printed gain, theirs {second}"
 
 
 def _excess(figure: FigureData, e: int) -> Decimal:

@@ -67,7 +67,10 @@ def logarithmic_norm(A: Array) -> float:
 
 
 def small_gain_alpha(plant: SampledPlant, h: float) -> float:
-    """alpha(h) = ||Sigma_11||_inf, the peak gain of A Phi(h) (zI - Phi(h))^-1."""
+    """alpha(h) = ||Sigma_11||_inf, the peak gain of A Phi(h) (zI - Phi(h))^-1, by Lemma 2, Theorem 1 and eq. (9).
+
+    It does not depend on the filter, because Sigma_11 sees the plant's states only.
+    """
     Phi, _ = plant.discretise(h)
     n = plant.order
     return hinf_norm(Phi, np.eye(n), plant.A @ Phi, np.zeros((n, n))).value
@@ -106,7 +109,12 @@ def _reach(mu: float, in_logarithm: float, gain: float, zero: float) -> float:
 
 @dataclass(frozen=True)
 class StabilityTest:
-    """plant_abscissa: largest real part of the eigenvalues of A (1/s); filter_radius: spectral radius of A_f."""
+    """plant_abscissa: largest real part of the eigenvalues of A (1/s); filter_radius: spectral radius of A_f.
+
+    A-bar(h) of (5) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute: a product of them is
+    e^{A tau}, tau the elapsed time, and tends to zero for every sequence iff A is Hurwitz. Hence (5) is uniformly and
+    exponentially stable for all h_k in [h_l, h_u] iff A is Hurwitz and A_f has its eigenvalues in the unit circle.
+    """
 
     plant_abscissa: float
     filter_radius: float
@@ -123,8 +131,9 @@ def stability(plant: SampledPlant, filter_: Filter) -> StabilityTest:
     return StabilityTest(float(np.max(np.linalg.eigvals(plant.A).real)), filter_.spectral_radius())
 
 
-# Algorithm 1: a grid of sampling periods whose small-gain intervals cover [h_l, h_u], literal and corrected
-
+# Algorithm 1: a grid of sampling periods whose small-gain intervals cover [h_l, h_u], literal and corrected.
+#
+# Neither (9) nor alpha involves the filter, so the grid is found first; `design_for_periods` is step 2.
 
 TOUCH = 1e-12
 """Gaps shorter than this, in seconds, are closed by a common end point."""
@@ -222,7 +231,6 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
 
 # Theorem 3 as printed, through cvxpy: (10) block by block beside the paper; a second transcription, a second modeller
 
-
 ACCEPTED = ("optimal", "optimal_inaccurate")
 
 
@@ -263,7 +271,12 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
     return with_filter(normalised, LmiSolution(level, v, tuple(grid), weights, report))
 
 
-# The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell
+# The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
+#
+# Cell i has the nominal period h_i; xi = Delta(theta) eta with ||Delta(theta)|| <= delta_i on the cell. With the
+# storage of Theorem 3, V+ - V + |e|^2 - gamma^2 |w|^2 + lambda_i (delta_i^2 |eta|^2 - |xi|^2) < 0 becomes, by the
+# paper's congruence, an LMI in blocks (Z, Y | e | eta | Z, Y | xi | w), linear in all variables and in lambda_i > 0.
+# Asking both channels for the same gamma, as the text says, would force gamma >= alpha; the free multiplier does not.
 
 
 @dataclass(frozen=True)
@@ -367,7 +380,7 @@ def _inequalities(
     return Inequalities(constant, stacks[:, 1:] - constant[:, None], variables), unknowns
 
 
-# What the levels are set beside: a floor for every filter, a design over a dense grid, the size of the inequality
+# Comparisons of levels: a floor for every filter, a design over a dense grid, the size of the inequality
 
 
 def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:

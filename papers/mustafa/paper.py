@@ -51,28 +51,27 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="[Both printed](+gamma.1) [levels](+filter.norm) are right at one constant sampling period; the paper calls "
-    "them nominal. If the period varies, [the](?robust-level.1) [gain](?robust-level.2) is several times larger.",
-    holds="Both levels at the design period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
-    "sequence of periods, in [both](stable.1) [examples](stable.2).",
-    correct="One grid element does not cover the range of Example 1: it takes [{grid.1}](grid.1). [Case U3](u3) and "
-    "[two maps](map) are misprinted.",
-    guess="Does the abstract promise [the printed level](robust-level.1) for every period? What does "
-    "[step 4](algorithm) of Algorithm 1 compute?",
-    verdict="only at one period",
-    headline="The printed accuracy is for one constant sampling period; if the period varies, the error can be "
-    "[{robust-level.1:over:gamma.1}](robust-level.1) and [{robust-level.2:over:gamma.2}](robust-level.2) times as "
-    "large, or more",
+    card="[Both](+gamma.1) are [right](+gamma.2) at the middle period. If the period varies, no filter of form (4) "
+    "keeps Example 1 below [{valid.1:over:gamma.1}](?valid.1) times its gain.",
+    holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](gamma.2)); stability for every sequence "
+    "of periods, in [both](stable.1) [examples](stable.2).",
+    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Case U3](u3) and "
+    "[two](map) [maps](map-12) are misprinted.",
+    guess="Does the abstract promise [the printed gain](robust-level.1) of Example 1 for every sequence of periods? "
+    "What does [step 4](algorithm) of Algorithm 1 compute?",
+    verdict="nominal levels",
+    headline="If the sampling period varies, do not count on the printed worst-case gains: they are nominal, for one "
+    "constant period, as the paper says",
     picture=Bars(
-        printed="printed, right at one constant period",
-        bound="if the period varies",
+        printed="at the middle period, as printed",
+        bound="if the period varies over the range",
         pairs=(
             Pair(
-                label="Example 1, worst-case gain of our filter (none is printed)",
+                label="Example 1: worst-case gain of our filter, since the paper prints none",
                 printed="gamma.1",
                 bound="robust-level.1",
             ),
-            Pair(label="Example 2, worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
+            Pair(label="Example 2: worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
         ),
     ),
     sketch=Sketch(
@@ -88,11 +87,11 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="A level is designed at one period; spread costs more",
+            title="A filter designed for one period does worse when the period varies",
             moves="Move the constant period.",
-            text="Each filter has the printed level at the period for which it was designed. If the period varies, its "
-            "gain lies in the band far above. Example 1 prints no filter; ours stands for it. In the last picture the "
-            "range of periods widens.",
+            text="Each filter has the printed gain at the period for which it was designed. If the period varies, its "
+            "worst-case gain lies in the band above. Example 1 prints no filter; ours takes its place. In the last "
+            "picture the range of periods widens.",
             pictures=(
                 _example(1, 0.0678, "our"),
                 _example(2, 0.05, "printed"),
@@ -117,6 +116,8 @@ def findings(results: Results) -> tuple[str, ...]:
     kept = all(results[f"bracket.{e}"]["nominal"] <= upper_end(GAMMA[e]) for e in EXAMPLES)
     in_seconds = [down(results[f"bracket-duration.{e}"]["lower"]) for e in EXAMPLES]
     sizes = [results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"] for e in EXAMPLES]
+    by_modal = results["condition.1"]["modal_elements"]
+    by_root = all(results[f"grids.{e}"]["intervals"]["corrected, root"]["covers"] for e in EXAMPLES)
     by_condition = [results[f"condition.{e}"]["elements"] for e in EXAMPLES]
     as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
     ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
@@ -124,24 +125,34 @@ def findings(results: Results) -> tuple[str, ...]:
     robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
     own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
     return (
-        f"{'Both' if kept else 'Not both'} printed levels are right at one constant sampling period; the paper calls "
-        "them nominal.",
-        "If the period varies within the range, our filter's gain in Example 1 is at least "
-        f"{worst[0]} times as large, the printed filter's {worst[1]} times.",
-        "The error systems are stable for every sequence of periods: a stable plant and (6) at one period suffice, "
-        "without grid or condition (8).",
-        f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed level for every "
-        "sequence.",
-        f"Levels for every sequence can be had: one Lyapunov function guarantees {robust[0]} in Example 1 and "
-        f"{robust[1]} in Example 2, counting samples.",
-        f"In Example 1 the measurement itself, taken as the estimate, guarantees {DATA['example-1']['D']} for every "
-        "sequence, less than the printed level.",
-        f"One grid element does not cover the range of Example 1: Algorithm 1, corrected, ends with {sizes[0]}, and by "
-        f"condition (8) itself with {by_condition[0]:g}.",
+        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; the paper itself "
+        "calls them nominal.",
+        f"If the period varies, the printed filter of Example 2 has at least {worst[1]} times the gain, and our "
+        f"filter of Example 1 {worst[0]} times.",
+        f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed gain for every "
+        "sequence of periods.",
+        f"In Example 1 the raw measurement, which form (4) cannot use at once, guarantees {DATA['example-1']['D']} for "
+        "every sequence: less than the printed gain.",
+        "The error stays stable for every sequence of periods: a stable plant and (6) at one period suffice, without "
+        "grid or condition (8).",
+        "With the middle as its one grid element, Example 1 does not satisfy (8) over the range, whatever the "
+        "coordinates.",
+        f"One element does not cover the range of Example 1: corrected, Algorithm 1 ends with {sizes[0]} by (9), with "
+        f"{by_modal} by (8) in modal coordinates.",
+        *(
+            (
+                "If step 3 took the root of α as step 4 does, with U3 corrected, one element would do; but (8) fails "
+                "in Example 1.",
+            )
+            if by_root
+            else ()
+        ),
         f"In Example 2 the corrected algorithm ends with {sizes[1]} elements by (9), and with {by_condition[1]:g} by "
         "condition (8) itself.",
-        f"On the grids of the corrected algorithm the level holds at the elements; along some sequence the gain is "
-        f"{own[0]} and {own[1]} times as large.",
+        f"One Lyapunov function guarantees a gain for every sequence of periods: {robust[0]} in Example 1 and "
+        f"{robust[1]} in Example 2, counting samples.",
+        f"With the corrected grids, along some sequence the gain is still {own[0]} times the level in Example 1 and "
+        f"{own[1]} times in Example 2.",
         *(
             (
                 "As printed, Algorithm 1 covers the range in neither example, with or without the missing set-minus "
@@ -172,7 +183,11 @@ FORMULAS = (
 PARTS = (
     ABSTRACT,
     Part("Sec. I, related work", reason="Statements about other papers; their texts are not at hand."),
-    Part("Sec. II", reason="Definitions, by which gains are computed here."),
+    Part(
+        "Sec. II",
+        reason="Definitions, by which gains are computed here. (3) gives x at the sampling instants if w is constant "
+        "between them, which the text leaves unsaid; the levels are those of (3).",
+    ),
     LEMMAS,
     Part("Fig. 1, block diagram", reason="A drawing without data; Lemma 2 is audited."),
     THEOREM_1,
@@ -183,9 +198,16 @@ PARTS = (
     THEOREM_2,
     Part("Theorem 2, proof", reason="Its conclusion is proved in another way, without the condition (8)."),
     THEOREM_3,
+    Part("Theorem 3, “for all h_i > 0”", reason="Read as for each period of its grid, i = 1 to N."),
     ALGORITHM_1,
+    Part(
+        "Algorithm 1, M ≤ #G + 1",
+        reason="With the set-minus an interval falls into at most one part more than open intervals are taken from it: "
+        "true, and nothing to compute.",
+    ),
     ROBUST_PERFORMANCE,
     Part("Eq. (13)", reason="Announced but missing in the text at hand; a reconstruction of ours is used."),
+    Part("Sec. V-A, trade-off by two performance measures", reason="A remark on (13), which is missing."),
     Part("Sec. V-B, continuous-time performance", reason="A remark without a computation."),
     LEVELS,
     RESPONSE,
@@ -193,9 +215,9 @@ PARTS = (
 
 LEVELS_TABLE = Table(
     place="Sec. VI",
-    caption="Printed levels, whether each holds for every sampling sequence (norms count samples), and how many "
+    caption="Printed levels, whether there is a level for every sampling sequence (norms count samples), and how many "
     "elements the grids have.",
-    header=("Example", "level at one period", "for every sequence", "elements of the grid"),
+    header=("Example", "level at one period", "with a level for every sequence", "elements of the grid"),
     rows=tuple((str(e), *(f"claim:{name}.{e}" for name in ("gamma", "robust-level", "grid"))) for e in EXAMPLES),
 )
 

@@ -12,7 +12,7 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.nonuniform.plant import SampledPlant
 
-SLOW, LATE = "slow: every m-th instant", "late: by m − 1 instants"
+SLOW, LATE = "slow: one measurement every m steps", "late: each measurement arrives m − 1 steps late"
 
 
 def levels(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:

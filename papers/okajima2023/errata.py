@@ -74,8 +74,8 @@ def diagonal(results: Results) -> Proof:
     SETTING,
     "Sec. IV-C, before eq. (41)",
     "The setting is that of Sec. IV-A in everything but A.",
-    "With each of two diagonals of A that have the stated poles, C differs as well; with the A and C found, so do B_d "
-    "and D, if the gains (42) are optimal.",
+    "Either A differs off its diagonal too, or C does, and, if the gains (42) are optimal for the A and C found, so do "
+    "B_d and D.",
     *USES,
     inference=True,
 )
@@ -96,7 +96,8 @@ def setting(results: Results) -> Proof:
             f"pairs on a grid, B_d = {bracketed(inputs['B_d'])} with D = {bracketed(inputs['D'])} makes the printed "
             f"gains nearest to optimal; all entries are then within {inputs['largest_gain_difference']:.1g} of those "
             "of one design. Only the ratio of B_d to D is identifiable, up to a sign. With B_d and D of Sec. IV-A the "
-            f"norm of the gains exceeds the optimum by {100 * same:.1f} %."
+            f"norm of the gains exceeds the optimum by {100 * same:.1f} %. Not tested: whether an A that differs off "
+            "its diagonal, with C, B_d and D as printed, makes the gains near-optimal."
         ),
         quantities={
             "misfit of the poles, best C": outputs["best_misfit"],

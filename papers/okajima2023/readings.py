@@ -7,27 +7,28 @@ from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from replication.audit.model import Policy, Reading
 
-PREDICTORS = "predictors"
-CYCLIC_FULL, CYCLIC_BLOCKS = "cyclic-full", "cyclic-blocks"
-CENTRAL = "central-gains"
-SAME_NOISE = "same-noise"
-RULE, RULE_BEST_TIMING = "rule", "rule-best-timing"
-TABLE_ALONE = "table-alone"
-ON_TABLE_1 = "Sec. IV-A and blog, on Table 1"
-"""Where paper and blog say that shorter periods are better."""
-RECOVERED_A, SECOND_A, FREE_A = "recovered-diagonal", "second-diagonal", "any-entries"
-RECOVERED_PLANT, UNROUNDED_GAINS = "recovered-plant", "unrounded-gains"
+PREDICTORS = "observers of form (15)"
+CYCLIC_FULL, CYCLIC_BLOCKS = "one full P", "P in blocks"
+CENTRAL = "our gains for Cases A to C"
+SAME_NOISE = "noise of Sec. IV-A"
+OWN_PERIODS, ANY_PERIODS = "each sensor at its own period", "both sensors at any period"
+RULE = "all periods, both sensors at instant 0"
+RULE_BEST_TIMING = "all periods, each with its best timing"
+TABLE_ALONE = "columns of Table 1"
+BLOG_ON_TABLE_1 = "Blog, on Table 1"
+RECOVERED_A, SECOND_A, FREE_A = "diagonal in steps", "the other real diagonal", "any entries of A"
+RECOVERED_PLANT, UNROUNDED_GAINS = "plant found by search", "gains before rounding"
 NOISELESS = DENOMINATORS[1]
 """The text simulates noise of the sensors: to leave it out is no reading."""
 DENOMINATOR = dict(
     zip(
         [what for what in DENOMINATORS if what != NOISELESS],
         (
-            "denominator-d",
-            "denominator-w",
-            "denominator-w-when-measured",
-            "denominator-w-of-sensors-used",
-            "denominator-all-w",
+            "energy of d",
+            "energy of both sensor noises",
+            "energy of d and of noises when measured",
+            "energy of d and of noises of sensors used",
+            "energy of d and of both sensor noises",
         ),
         strict=True,
     )
@@ -117,17 +118,27 @@ READINGS = (
     ),
     Reading(
         name=TABLE_ALONE,
-        place=ON_TABLE_1,
+        place=BLOG_ON_TABLE_1,
         text="The sentence is about the columns of Table 1, which it sums up.",
     ),
     Reading(
         name=RULE,
-        place=ON_TABLE_1,
+        place=BLOG_ON_TABLE_1,
         text="The sentence is a rule for all pairs of periods, both sensors at instant 0.",
     ),
     Reading(
         name=RULE_BEST_TIMING,
-        place=ON_TABLE_1,
+        place=BLOG_ON_TABLE_1,
         text="The sentence is a rule for all pairs of periods, each with its best timing.",
+    ),
+    Reading(
+        name=OWN_PERIODS,
+        place="Sec. IV-A, on Figs. 2-5",
+        text="The observer that uses more outputs is the proposed one, which reads each sensor at its own period.",
+    ),
+    Reading(
+        name=ANY_PERIODS,
+        place="Sec. IV-A, on Figs. 2-5",
+        text="Observers that use both outputs are the proposed one and Case C, which reads both every sixth instant.",
     ),
 )

@@ -1,6 +1,7 @@
 """A late sensor on the common plant in continuous time: the least gain of Theorem 3 where the measurement is delayed.
 
-The sensor is a fast lag behind the delay, so that y is a state and its noise acts on it, as the theorem wants.
+The paper has no delay in the output and no sensor noise. Here the sensor is a fast lag behind the delay, ours, so that
+y is a state and its noise acts on it, as the theorem wants.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from replication.audit.parts import CommonLevel
 from replication.estimation.delay.models import Model, riccati_gain
 from replication.estimation.delay.system import delay_system
 
-LATE = "late, in continuous time: by m − 1 base periods"
+LATE = "late, in continuous time: by m − 1 base periods, the delayed output a state of ours"
 LAG = 0.25
 """Time constant of the sensor in base periods."""
 

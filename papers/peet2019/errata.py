@@ -11,6 +11,8 @@ from papers.peet2019.printed import DATA, EXAMPLES
 from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results
 
+DIGITS = 7
+"""Decimals of a level that the runs bear out."""
 WRONG = 1.0
 """A residual at least this large, with data of size one, is no rounding."""
 CONVERSION = "The slip may be of the text at hand, not of the paper."
@@ -161,7 +163,10 @@ def caption(results: Results) -> Proof:
     return Proof(
         holds=abs(gains["2"] - level) < 0.005 < abs(gains["3"] - level),
         text="The level in the caption, one delay of 1 s, is that of System (11); System (12) has two delays.",
-        quantities={f"least gain of Example {example}": gain for example, gain in gains.items()},
+        quantities={
+            f"least level of Theorem 3 found, degree 3, Example {example}": round(gain, DIGITS)
+            for example, gain in gains.items()
+        },
     )
 
 
@@ -185,7 +190,9 @@ def dimensions(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("eq-2-l0", "Eq. (2), and the text below (3)", "L_1", "L_0, as in (9) and Lemma 5", "inversion")
+@ERRATA.misprint(
+    "eq-2-l0", "Eqs. (2), (3) and (9)", "L_1 in (2) and (3), L_0 in (9) and Lemma 5", "One name for both", "inversion"
+)
 def present_alone(results: Results) -> Proof:
     """L_0 of Lemma 5 where only the present state is corrected, against P⁻¹Z_0."""
     found = {"largest difference of L₀ and P⁻¹Z₀": results["inversion"]["present_only"]["l0"]["largest"]}
@@ -235,5 +242,5 @@ def hats(results: Results) -> Proof:
     )
 
 
-OF_THE_IDENTITY = tuple(one.id for one in ERRATA if one.uses[:1] == ("identities",))
+OF_THE_IDENTITY = tuple(one for one in ERRATA if one.uses[:1] == ("identities",))
 """The errata that the identity of Sec. VI needs, all together."""

@@ -181,7 +181,7 @@ _OBSERVER = (
 )
 
 
-# How near the methods come to the optimum: against order and degree, and against the delay
+# Distance from the optimum against order and degree, and against the delay
 
 
 def convergence(results: Results) -> FigureData:
@@ -330,7 +330,7 @@ _OPTIMUM = (
 )
 
 
-# What the methods cost against n·K: seconds as published and as measured, and the size of the programs
+# Cost of the methods against n·K: seconds as published and as measured, and the size of the programs
 
 
 WAYS = {"bessel": "small cone", "total": "full cone", "plain": "cvxpy"}

@@ -48,25 +48,26 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
     )
 
 
-# How far Table I moves, under its literal reading, while printed parameters move within their rounding
+# Sensitivity of Table I, under its literal reading, to printed parameters within their rounding
 
 
 PRINTS = {
     **{name: DATA[name] for name in PARAMETERS},
     "K": f"[{' '.join(DATA['feedback'])}]",
     "L": f"[{'; '.join(DATA['injection'])}]",
-    "T": DATA["period"],
 }
-"""What Table I was computed from, as printed."""
+"""What Table I was computed from, as printed; T and M are settings, exact as printed."""
 
 
-def table(prints: Mapping[str, str], pole_pairs: int, ratio: int, cells: list[dict[str, Any]]) -> dict[str, Any]:
-    """Percent errors of `cells` (observer, frequency, claim); prints: the motor's parameters, K, L and T."""
+def table(
+    prints: Mapping[str, str], pole_pairs: int, period: float, ratio: int, cells: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Percent errors of `cells` (observer, frequency, claim); prints: the motor's parameters, K and L."""
 
     def compute(numbers: Parameters) -> dict[str, float]:
         motor = Motor(pole_pairs=pole_pairs, **{name: numbers[name] for name in PARAMETERS})
         gains = {"feedback": numbers["K"], "injection": numbers["L"]}
-        design = dual_rate_design(motor.system(), **gains, period=numbers["T"], ratio=ratio)
+        design = dual_rate_design(motor.system(), **gains, period=period, ratio=ratio)
         loops = {cell["claim"]: literal_loop(cell["observer"], cell["frequency"], design, motor) for cell in cells}
         return {claim: 100 * tracking_error_ratio(loop) for claim, loop in loops.items()}
 

@@ -73,15 +73,15 @@ def third_state(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("output-rate", "eq. (13)", "|C ẏ| under the integral", "|ẏ|", inference=True)
+@ERRATA.misprint("output-rate", "eq. (13)", "|C ẏ| under the integral", "|ẏ|")
 def output_rate(results: Results) -> Proof:
     """The shapes of C and ẏ."""
     rows, columns = DESIGN.model.C.shape
     return Proof(
         holds=rows != columns,
         text=(
-            "C multiplies states, and ẏ has as many entries as C has rows. In the printed example that is another "
-            "number, and C ẏ has no meaning; |C ẋ| is the same as |ẏ|."
+            "C multiplies states, and ẏ has as many entries as C has rows. In the printed example C is "
+            f"{rows} × {columns} and ẏ a scalar, so that C ẏ has no meaning as a product; |C ẋ| is the same as |ẏ|."
         ),
         quantities={"rows of C": rows, "columns of C": columns},
     )

@@ -7,7 +7,7 @@ from math import floor
 
 from papers._common import curve, dots, label, signal, ticks
 from papers.shao import common
-from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, slower_readings
+from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
 from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
 from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
@@ -39,6 +39,7 @@ from replication.audit.model import Results
 from replication.audit.parts import Formula, Table
 from replication.audit.project import about
 
+STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
 _SLOW = range(14, 303, PERIOD)
@@ -78,27 +79,29 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
 
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
-    card="[The stability result of Sec. IV](-theory.stability) is false: a loop that meets its condition diverges. "
-    "[No simulation setting tried](-table.any-reading) reproduces Table I.",
+    card="Do not choose the ratio M by [condition (18)](-theory.stability), which lacks it. "
+    "[No simulation setting](-table.any-reading) that we tried gives Table I.",
     holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
     "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
     correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
-    "breaks "
-    "at [eq. (15)](theory.prediction-bound). [Table I](table.any-reading) is not reproduced.",
-    guess="Does DRC-APO [track better](order.apo-below-pmi) than DRC-PMI, and [settle better](order.transient)? It "
-    "depends on which DRC-PMI is meant and where observers start.",
-    headline="[The stability result](-theory.stability) is false: this loop meets its condition (18) and diverges",
+    "breaks at [eq. (15)](theory.prediction-bound). We do not obtain [Table I](table.apo-1).",
+    guess="Whether DRC-APO [tracks better](order.apo-below-pmi) than DRC-PMI, and [settles better](order.transient), "
+    "depends on which DRC-PMI is meant and where the observers start.",
+    verdict="false stability result",
+    headline="[The stability result of Sec. IV](-theory.stability) is false: a simple loop meets its condition (18), "
+    "yet its output grows without bound",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,
         across="time_s",
-        x="time (s), from a start at 1",
+        x="time (s); the output starts at 1",
         y="output of the loop",
-        text="Our loop: ẋ = x + u, feedback −2, observer gain 2, one measurement in 5 control periods of 1 ms. It "
-        "meets all that the theorem asks.",
+        text=f"Our loop: ẋ = x + u with feedback {short(COUNTEREXAMPLE.feedback[0, 0])} and observer gain "
+        f"{short(COUNTEREXAMPLE.injection[0, 0])}. Control acts each {STEP_MS:g} ms; a measurement arrives each "
+        f"{COUNTEREXAMPLE.ratio * STEP_MS:g} ms. It meets every condition of Sec. IV.",
         curves=(
-            Curve(label="as printed", columns=("alternating_predictive",)),
-            Curve(label="with a true fast sensor", columns=("fast_sensor",), quiet=True),
+            Curve(label="observer as the paper defines it", columns=("alternating_predictive",)),
+            Curve(label="same loop, sensor read at each control step", columns=("fast_sensor",), quiet=True),
         ),
     ),
     sketch=Sketch(
@@ -116,18 +119,17 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="At short periods the loop grows as printed, and decays with a true fast sensor",
+            title="The counter-example diverges with the printed predictor, and decays with a true fast sensor",
             moves="Move the time, or the fast period.",
-            text="The counter-example: its state in time, and the rate at which it grows. At short periods the "
-            "restarted "
-            "predictor does nearly what a fast sensor does; the printed one does not.",
+            text="Our counter-example: its state in time, and its growth rate. At short periods a predictor that is "
+            "restarted at each measurement, ours, acts nearly as a fast sensor does.",
             pictures=(
                 _compared("counter-example", "in time", "time_s", "time (s)", "state x", 4.0, fast=True),
                 _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
             ),
         ),
         Explorer(
-            title="On the motor a held measurement makes the estimate late",
+            title="The motor's position estimate is late where a measurement is held",
             moves="Move the ratio of both periods, or the frequency of the reference.",
             text="The mean lag of the estimate for a slow reference, and the largest steady-state error.",
             pictures=(
@@ -154,49 +156,59 @@ def findings(results: Results) -> tuple[str, ...]:
     search, shares = merged(results[name] for name in SEARCH), weak_gain_shares(table)
     exact = table["innovation"]["1.0"]
     pairs = ordering_counts(printed_forms(results["orderings"]))
-    slower, variants = slower_readings(results)
+    unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
     return (
         "The stability result of Sec. IV is false: a scalar loop that meets (18) for every T below "
-        f"{floor(theorem['scalar']['allowed_period'] * 1e6) / 1e6:.6f} s is unstable at each.",
-        "(18) does not contain M and cannot suffice: with the restarted predictor the loop is stable at "
-        f"M = {COUNTEREXAMPLE.ratio}, unstable from M = {results['longer']['ratio']}.",
-        f"Table I is not reproduced: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % as the text reads "
-        f"literally, printed {table_1('DRC-APO')[0]} %.",
+        f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s is unstable at each.",
+        "(18) does not contain M and cannot suffice: the same loop is unstable at every M tried, from "
+        f"{min(unstable)} to {max(unstable)}.",
+        "Nor does (18) suffice with our restarted predictor: the loop is stable at "
+        f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
+        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "
+        f"and the table prints {table_1('DRC-APO')[0]} %.",
         "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
-        "errs less throughout Table I.",
+        "errs less at every frequency of Table I.",
         f"Which transient is better depends on the unprinted start of the observer: against DRC-PMI, DRC-APO "
         f"{_starts(results)}.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
         "with T.",
-        "In (14) the prediction error lacks its modulus and the factor t − t_k; with both the bound holds.",
+        "In (14) the prediction error lacks its modulus and the factor t − t_k; with both, (14) holds.",
         "The printed example does not meet (18), which the text does not claim: its left side is "
         f"{short(theorem['motor']['condition'], 2)}.",
-        "The literal columns show the lag of held measurements: corrected exactly at measurements, any DRC-PMI would "
-        f"err by {exact[0]:.2f} to {exact[-1]:.2f} %.",
-        "Neither the corrected feedforward nor errors at fast instants explain Table I: they move its literal numbers "
-        f"by at most {at_most(100 * _largest_move(results))} %.",
+        "Our columns show the lag of held measurements: a DRC-PMI whose state is exact at each measurement would err "
+        f"by {exact[0]:.2f} to {exact[-1]:.2f} %.",
+        "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
+        f"most {at_most(100 * _largest_move(results))} %.",
         f"{sum(search.hits.values()) or 'None'} of {sum(search.tried.values()):,} simulation settings gives a whole "
         f"column of Table I; {sum(search.distinct.values()):,} of them give different numbers.",
-        "The closest setting proves nothing: made-up tables are met as closely "
-        f"{sum(decoy <= search.joint_distance for decoy in search.joint_decoys)} times in {len(search.joint_decoys)}.",
+        "The closest setting proves nothing: of "
+        f"{len(search.joint_decoys)} invented tables, "
+        f"{sum(decoy <= search.joint_distance for decoy in search.joint_decoys)} are matched as closely.",
         NOT_SEARCHED,
         f"A maximum over the whole run is no explanation of Table I: it is at least {abs(START[0]):.0%} of the "
         "amplitude, the initial error.",
-        f"Over all that the text leaves open, DRC-APO errs less throughout Table I in {pairs['holds']} of "
-        f"{sum(pairs.values())} stable pairs.",
-        f"DRC-APO settles slower than DRC-PMI: time constants of {constants[APO]:.1f} s and {constants[PMI]:.1f} s.",
-        f"DRC-APO settles slower than {slower} of {variants} stable variants of DRC-PMI that the text allows.",
+        f"DRC-APO has the smaller error at every frequency in {pairs['holds']} of the {sum(pairs.values())} stable "
+        "settings that the text allows.",
+        _slowest(*settling(results)),
         f"A true fast sensor settles faster than DRC-APO: time constants of {constants[FAST]:.1f} s and "
         f"{constants[APO]:.1f} s.",
         *_against_a_fast_sensor(results),
         "At short periods the gain acts once in M of them: the estimation error follows A − LC/M, not A − LC.",
-        f"A weaker gain does nearly as well: DRC-PMI with L/M gives {100 * min(shares):.0f} to {100 * max(shares):.0f} "
-        "% "
-        "of DRC-APO's gain over DRC-PMI.",
+        f"A weaker gain does nearly as well: with L/M, slow-observer DRC-PMI reaches {100 * min(shares):.0f} to "
+        f"{100 * max(shares):.0f} % of DRC-APO's improvement.",
         "Sampling folds the fast mode of the motor: DRC-APO is stable for T in at least "
         f"{len(results['stable-sets']['intervals'])} separate ranges.",
         f"SRC is unstable, as the text says: its slowest mode grows {table['radius'][SRC]:.2f}-fold in each slow "
         "period.",
+    )
+
+
+def _slowest(own: float, others: list[float]) -> str:
+    """How the slowest mode of DRC-APO compares with that of the DRC-PMI that decays slowest."""
+    slower = "each" if others[-1] < own else "not each" if others[0] < own else "no"
+    return (
+        f"DRC-APO settles slower than {slower} stable DRC-PMI that the text allows: time constants of {own:.1f} s and "
+        f"at most {others[-1]:.1f} s."
     )
 
 
@@ -232,7 +244,7 @@ def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
         f"In the steady state DRC-APO tracks nearly as with a fast sensor: from {FREQUENCIES[1]:g} rad/s on errors "
         "agree "
         f"within {at_most(100 * upper)} %.",
-        f"At {FREQUENCIES[0]:g} rad/s, the reference held, DRC-APO's steady-state error is {abs(gaps[0]):.0%} "
+        f"At {FREQUENCIES[0]:g} rad/s with a held reference, DRC-APO's steady-state error is {abs(gaps[0]):.0%} "
         f"{'larger' if gaps[0] > 0 else 'smaller'} than with a fast sensor.",
     )
 
@@ -263,6 +275,13 @@ PAPER = paper(
             reason=(
                 "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) is the step "
                 "that fails, and the stability result is refuted as a whole."
+            ),
+        ),
+        Part(
+            "Sec. IV: matrices L and K that make A − L C and A + B K Hurwitz exist; Case 2 is less restricted",
+            reason=(
+                "They exist if (A, B) is stabilisable and (A, C) detectable, which Sec. II does not ask; the printed "
+                "gains are such. Less restricted is no quantity; that Case 2 is a case of Case 1 is a claim."
             ),
         ),
         MOTOR,
@@ -296,8 +315,8 @@ PAPER = paper(
         Table(
             place="Table I",
             caption=(
-                "Largest tracking error over the amplitude of the reference, percent; ours as the text reads "
-                "literally, with SRC from ζ(0) = 0"
+                "Largest tracking error over the amplitude of the reference, percent. Ours are under the first reading "
+                "of each claim, DRC-PMI with a slow observer: the text does not say which DRC-PMI it means"
             ),
             header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
             rows=tuple(

@@ -47,8 +47,23 @@ _SETTINGS = (
 _MAXIMUM = "The largest error is taken over {} of the steady state."
 
 
+SHORT = {
+    LITERAL: "commands as printed, DRC-PMI with a slow observer, errors over all times of the steady state",
+    "estimate-literal": "DRC-PMI with a slow observer, steady state",
+    SLOWEST: "the slowest mode decides",
+    "elapsed-period": "the time elapsed is the whole period T",
+    "from-measurement": "the virtual output starts at the measurement",
+    "surface-magnets": "a machine with surface magnets",
+    "inverse-feedforward": "the feedforward is meant to invert the motor",
+    "searched": "any one of the settings searched",
+    "window": "any window of half a period or more",
+}
+"""Readings that claims lead with, in a few words."""
+
+
 def _reading(name: str, place: str, text: str, policy: Policy | None = None, *, inference: bool = False) -> Reading:
-    return Reading(name=name, place=place, text=text, inference=inference, policy=policy)
+    short = SHORT.get(name, "")
+    return Reading(name=name, place=place, text=text, short=short, inference=inference, policy=policy)
 
 
 READINGS = (
@@ -134,7 +149,6 @@ READINGS = (
         "Sec. IV, above eq. (15)",
         "The virtual output starts each period at the output of the estimate, as (6) has it. The proof integrates the "
         "rate from an error of zero, and here the error of the estimate is there to begin with.",
-        Policy.RULED_OUT,
     ),
     _reading(
         "surface-magnets",

@@ -140,11 +140,12 @@ class Bars(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 class Entries(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
     """Entries of tables of the paper: of each row the print as a box and ours as a line in it.
 
-    columns: headings. rows: a heading, and the short names of the claims in it.
+    columns: headings. rows: a heading, and the short names of the claims in it. text: what the entries are.
     """
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, tuple[str, ...]], ...]
+    text: str = ""
 
 
 class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -14,9 +14,12 @@ lead to an entry. The verifier reads the same file by itself.
 
 from __future__ import annotations
 
+import contextlib
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextvars import ContextVar
+from dataclasses import dataclass
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -41,8 +44,47 @@ class PrintedValue(str):
         return made
 
 
+@dataclass
+class Watched:
+    """A print that is looked for as data are read. met: whether it was among them; instead: what they then hold."""
+
+    printed: str
+    place: str
+    instead: str = ""
+    met: bool = False
+
+    def seen(self, value: Any) -> Any:
+        """The value as it is to be read, with what it holds."""
+        if isinstance(value, dict):
+            return Entries({name: self.seen(entry) for name, entry in value.items()})
+        if isinstance(value, list):
+            return [self.seen(entry) for entry in value]
+        if isinstance(value, PrintedValue) and (value, value.place) == (self.printed, self.place):
+            self.met = True
+            return PrintedValue(self.instead or value, value.place, value.unit, value.note)
+        return value
+
+
+_watched: ContextVar[Watched | None] = ContextVar("watched", default=None)
+
+
+@contextlib.contextmanager
+def watched(printed: str, place: str, instead: str = "") -> Iterator[Watched]:
+    """Look meanwhile whether this print is read, and let it be read as `instead`."""
+    watch = Watched(printed, place, instead)
+    token = _watched.set(watch)
+    try:
+        yield watch
+    finally:
+        _watched.reset(token)
+
+
 class Entries(dict[str, Any]):
     """Printed data by name; one that is not there is told with those that are."""
+
+    def __getitem__(self, name: str) -> Any:
+        value, watch = super().__getitem__(name), _watched.get()
+        return value if watch is None else watch.seen(value)
 
     def __missing__(self, name: str) -> Any:
         raise AuditError(f"printed.toml has no {name!r} there; {meant(str(name), self)}")

@@ -176,12 +176,12 @@ class Part:
     feasible = partialmethod(claim, Kind.FEASIBLE)
     statistical = partialmethod(claim, Kind.STATISTICAL)
 
-    def cited(self, name: str, printed: str = "", *, reason: str, **told: Any) -> None:
-        """Declare a claim that cannot be settled from the text, with the reason."""
+    def cited(self, name: str, printed: str = "", *, reason: str, settled_by: str = "", **told: Any) -> None:
+        """Declare a claim that cannot be settled from the text, with the reason, and what would settle it."""
         frame = inspect.currentframe()
         caller = frame.f_back if frame else None
         place = (caller.f_code.co_filename, caller.f_lineno) if caller else None
-        self.claim(Kind.CITED, name, printed, **told)(declared(place, partial(_not_checkable, reason)))
+        self.claim(Kind.CITED, name, printed, **told)(declared(place, partial(_not_checkable, reason, settled_by)))
 
 
 def declared(place: tuple[str, int] | None, answer: partial[Evidence]) -> partial[Evidence]:
@@ -190,8 +190,8 @@ def declared(place: tuple[str, int] | None, answer: partial[Evidence]) -> partia
     return answer
 
 
-def _not_checkable(reason: str, results: Results) -> Evidence:
-    return Evidence(method="", not_checkable=reason)
+def _not_checkable(reason: str, settled_by: str, results: Results) -> Evidence:
+    return Evidence(method="", not_checkable=reason, settled_by=settled_by)
 
 
 Prove = Callable[[Results], Proof]

@@ -53,6 +53,7 @@ class Policy(StrEnum):
     """A rule that like cases share, over all papers; `judge.policies` says each and applies it."""
 
     SOLVER = "level that a solver found"
+    SOME = "agreement under some readings"
     CONSTANT = "constant that a theorem leaves open"
     RULED_OUT = "reading that the text rules out"
     FACT = "one fact, one count"
@@ -78,6 +79,7 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """What is assumed where the text leaves a choice: a norm, a start, a degree rule, a class of estimators.
 
     name: by which claims refer to it. place: where the text leaves the choice. text: the assumption in plain words.
+    short: the same in a few words that follow "assuming"; the name if empty.
     inference: whether it was chosen with the printed numbers in view. policy: why it is one, where a policy says what
     follows: a plant, filter or draw of ours, a constant that a theorem leaves open, a level where a solver stopped, or
     a reading that the text rules out, which is told and not counted. accuracy: of such a solver, relative, of the
@@ -87,6 +89,7 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     name: str
     place: str
     text: str
+    short: str = ""
     inference: bool = False
     policy: Policy | None = None
     accuracy: float | None = None
@@ -132,7 +135,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
     outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
     over_inputs: the range of a single number over all inputs that round to their prints.
-    not_checkable: the reason, if the text does not settle the claim.
+    not_checkable: the reason, if the text does not settle the claim. settled_by: what would, such as another paper.
 
     The run fills in the rest. code: file:line of the function that answers the claim. seconds: of the experiments that
     it uses, together. certificates: the files whose theorems support the claim. untraced: what those experiments did
@@ -156,6 +159,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     outcomes: tuple[Outcome, ...] = ()
     over_inputs: OverInputs | None = None
     not_checkable: str = ""
+    settled_by: str = ""
     as_printed: Evidence | None = None
     code: str = ""
     seconds: float = 0.0

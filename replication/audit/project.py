@@ -1,9 +1,10 @@
-"""A project: the folder that holds `replication.toml`, which says what is audited there, by whom, and where it lies.
+"""A project, the folder that holds `replication.toml`, and its papers: what `paper.toml` says of each.
 
 title = "Replication of three papers on epidemics"
 subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
 authors = ["A. Author"]                # optional: of the audit, for its citation
 common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
+repository = "https://github.com/a/b"  # optional: the public address, to which the report then links code at the commit
 papers = "papers"                      # optional: the package in this folder that holds a package for each paper
 """
 
@@ -39,7 +40,12 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     subject: str = ""
     authors: tuple[str, ...] = ()
     common: str = ""
+    repository: str = ""
     papers: str = PACKAGE
+
+    def sources(self, commit: str, dirty: bool | None) -> str:
+        """Where the files of a commit are read, without a copy of the sources; empty if they are public nowhere."""
+        return f"{self.repository.rstrip('/')}/blob/{commit}/" if self.repository and commit and dirty is False else ""
 
 
 @dataclass(frozen=True)
@@ -150,12 +156,14 @@ def _settings(path: Path, content: bytes) -> Settings:
             f"{path}: papers = {name!r} cannot name a package of papers; give the name of a folder beside the file "
             f"that is a Python name and no module of Python, such as {PACKAGE!r}"
         )
+    if found.repository and not re.fullmatch(r"https://[A-Za-z0-9.-]+(/[A-Za-z0-9._~-]+)+/?", found.repository):
+        raise AuditError(
+            f"{path}: repository = {found.repository!r} is no public address of the sources; give it as in a browser, "
+            "such as https://github.com/a/b"
+        )
     if not found.title.strip():
         raise AuditError(f"{path}: the title is empty; say what is audited here")
     return found
-
-
-# What a paper is called, by whom it is and where it was published: paper.toml beside its module
 
 
 NAME = "paper.toml"

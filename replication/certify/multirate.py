@@ -132,11 +132,8 @@ def _phases(vector: ComplexArray, sizes: list[int], turn: Turn) -> list[Any]:
     """
     vector = vector * np.exp(-1j * np.angle(vector[np.argmax(np.abs(vector))]))
     columns = [vector.real, vector.imag][: len(turn.matrix)]
-    return [rounded_array(np.stack(part, axis=1), BITS) for part in _split(columns, sizes)]
-
-
-def _split(columns: list[Array], sizes: list[int]) -> list[list[Array]]:
-    return [list(parts) for parts in zip(*(np.split(c, np.cumsum(sizes)[:-1]) for c in columns), strict=True)]
+    instants = np.split(np.stack(columns, axis=1), np.cumsum(sizes)[:-1])
+    return [rounded_array(part, BITS) for part in instants]
 
 
 MARGIN = 1e-7

@@ -216,7 +216,7 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
 
 
 def _delay(result: DelayResult, name: str, number: Any) -> Made:
-    system = result.system
+    system = result.plant
     given = _finite(
         A0=system.a0, A=system.a, delays=system.delays, B=system.b, C10=system.c10, C1=system.c1, C2=system.c2
     )

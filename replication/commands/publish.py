@@ -50,15 +50,14 @@ def export(chosen: argparse.Namespace) -> int:
 
 def artifact(chosen: argparse.Namespace) -> int:
     """Write the archive, or name the files of an unpacked one that are not what they were."""
-    from replication import __version__
-    from replication.audit.publish.archive import changed_files, write_archive
+    from replication.audit.publish.archive import archive_name, changed_files, write_archive
 
     if chosen.check is not None:
         changed = changed_files(chosen.check)
         say([*changed, f"{len(changed)} files changed"])
         return DIFFERENT if changed else FINE
     root = project_root()
-    path = chosen.to or root / "dist" / f"slow-sensor-replication-{__version__}-artifact.zip"
+    path = chosen.to or root / "dist" / archive_name(root)
     say([f"{path}: {write_archive(root, path)} files"])
     return FINE
 
@@ -101,8 +100,8 @@ def _for_register(parser: argparse.ArgumentParser) -> None:
 
 
 _ARTIFACT_NOTES = """\
-The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
-rebuilds it and `make test` runs its tests.
+The same commit and results give the same bytes. Unpacked, the archive is a project again:
+`replication run` rebuilds it.
 
 """
 

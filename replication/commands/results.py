@@ -65,7 +65,7 @@ def check(chosen: argparse.Namespace) -> int:
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: it is not of these results; write it with `make readme`")
+        problems.append("README.md: stale: of other results; `python -m replication.audit.publish.readme` writes it")
     say(problems)
     if note := unfounded(results, again):
         say([f"note: {note}"])

@@ -117,9 +117,6 @@ def _settings(cycle: Any) -> Any:
     }  # fmt: skip
 
 
-# Words in a figure: what the axes measure, and the name of each curve beside it instead of in a box
-
-
 GAP = 4
 """Points between a curve and its name."""
 _ANCHOR = {-1: ("top", -GAP), 0: ("center", 0), 1: ("bottom", GAP)}

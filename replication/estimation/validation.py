@@ -210,23 +210,10 @@ class NoiseFactors(NamedTuple):
 
 
 def noise_factors(Q: Any, R: Any, S: Any, *, disturbances: int, sensors: int) -> NoiseFactors:
-    """Factors of the joint covariance [[Q, S], [S', R]] of disturbances and sensor noise.
+    """Factors of the joint covariance [[Q, S], [S', R]] of m disturbances and the noise of q sensors.
 
-    Parameters
-    ----------
-    Q : array (m, m)
-        Covariance of the disturbances, positive semidefinite.
-    R : array (q, q) or (q,)
-        Covariance of the sensor noise, positive definite; a vector holds variances.
-    S : array (m, q), optional
-        Covariance of both; None stands for zero.
-    disturbances, sensors : int
-        m and q.
-
-    Raises
-    ------
-    InvalidInputError
-        A matrix has another shape, is not symmetric or indefinite, or S does not fit the other two.
+    Q (m, m): positive semidefinite; R (q, q), or (q,) variances: positive definite; S (m, q): None stands for zero.
+    Raises InvalidInputError for another shape, a matrix that is no covariance, or S that does not fit the other two.
     """
     Q, R = covariance("Q", Q, disturbances), covariance("R", R, sensors)
     units = np.sqrt(np.diag(R))

@@ -196,7 +196,9 @@ def _record(root: Path, paper: str, done: Sequence[Checked], coq: Coq) -> None:
     write_atomically(root / "papers" / paper / RECORD, (json.dumps(record, indent=2) + "\n").encode())
 
 
-# How many lines a reader must trust for one theorem: `python -m replication.machine.run [PAPER NAME]`
+# How many lines a reader must trust for one theorem: `python -m replication.machine.run [PAPER NAME]`.
+#
+# Counted are lines that hold more than comments, of the statement, of the paper's decimals and of the theorem itself.
 
 
 ROOT = Path(__file__).parents[2]

@@ -41,6 +41,9 @@ def test_without_a_configuration_the_usual_settings_hold(tmp_path: Path) -> None
         ('papers = "../other"', "cannot name a package"),
         ('papers = "json"', "cannot name a package"),
         ("title = ", "cannot be used"),
+        ('repository = "git@host:a/b"', "no public address"),
+        ('repository = "https://host/a b"', "no public address"),
+        ("repository = 'https://host/\"><script>'", "no public address"),
     ],
 )
 def test_a_mistake_names_the_file(tmp_path: Path, text: str, said: str) -> None:

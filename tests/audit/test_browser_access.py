@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+import subprocess
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 from axe_core import violations
 from looking import unfold
-from sample import results
+from sample import KEY, results
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from test_checkers import certified
 
+from papers.shao.experiments.motor import radius
+from papers.shao.method.lyapunov import theorem_constants
+from papers.shao.method.motor import simulate
+from papers.shao.printed import APO, COUNTEREXAMPLE, FAST, RESTARTED
+from replication.audit.report.evidence import checks, played
 from replication.audit.report.page import render
+from replication.audit.report.templates import source
+from replication.errors import InfeasibleError
+from replication.estimation.dualrate.observers import Harmonic
+from replication.estimation.dualrate.problem import DualRateDesign
 
 pytestmark = pytest.mark.browser
 
@@ -130,3 +147,170 @@ def test_the_opening_takes_two_sheets_and_lists_the_contents(visit: Any) -> None
     assert set(page.execute_script(led, "nav.contents a")) == {True}
     assert set(page.execute_script(led, ".toc a")) == {True, False}, "a screen shows more"
     assert not page.find_element(By.CSS_SELECTOR, "header.bar").is_displayed()
+
+
+# Pictures to move in Chromium: by slider, by choice, and still there without a script and on paper
+
+
+PLACE = f"#paper-{KEY}.explore"
+PANES = ".try .pane"
+
+
+def seen(page: Any) -> list[bool]:
+    return [pane.is_displayed() for pane in page.find_elements(By.CSS_SELECTOR, PANES)]
+
+
+def test_the_slider_moves_line_and_values_by_keyboard(visit: Any) -> None:
+    page = visit(fragment=PLACE)
+    slider = page.find_element(By.CSS_SELECTOR, f"{PANES} input")
+    values = "return [...document.querySelectorAll('.try .pane b')].map((e) => e.textContent)"
+    line = "return document.querySelector('.try .now').getBoundingClientRect().x"
+    before, place = page.execute_script(values), page.execute_script(line)
+    assert slider.is_displayed() and slider.get_attribute("aria-valuetext").startswith("20: ")
+    slider.send_keys(Keys.ARROW_RIGHT)
+    after = page.execute_script(values)
+    assert slider.get_attribute("aria-valuetext").startswith("21: ")
+    assert page.execute_script(line) > place
+    changed = [one != other for one, other in zip(before, after, strict=True)]
+    assert all(changed), "each value, and the place on the abscissa"
+    table = page.find_element(By.CSS_SELECTOR, PANES).get_attribute("innerHTML")
+    assert after[0] in table
+    dots = "return [...document.querySelectorAll('.try .dot')].filter((e) => e.checkVisibility()).length"
+    assert page.execute_script(dots) == 2, "a band has no dot"
+
+
+@pytest.mark.parametrize("scripts", [True, False])
+def test_a_choice_shows_its_picture_alone(visit: Any, scripts: bool) -> None:
+    page = visit(fragment=PLACE, scripts=scripts)
+    assert seen(page) == [True, False]
+    page.find_elements(By.CSS_SELECTOR, ".try .choice > label")[1].click()
+    assert seen(page) == [False, True]
+
+
+def test_without_a_script_each_picture_stands_where_its_slider_begins(visit: Any) -> None:
+    page = visit(fragment=PLACE, scripts=False)
+    pane = page.find_element(By.CSS_SELECTOR, PANES)
+    assert not pane.find_element(By.TAG_NAME, "input").is_displayed()
+    assert pane.find_element(By.CSS_SELECTOR, ".where").text == "20"
+    assert all(value.text for value in pane.find_elements(By.CSS_SELECTOR, ".names b"))
+
+
+@pytest.mark.parametrize("width", [320, 390, 768, 1440])
+def test_names_and_ticks_keep_clear_of_each_other_and_of_the_edge(visit: Any, width: int) -> None:
+    page = visit(width, fragment=PLACE)
+    overlaps = """
+      const boxes = [...document.querySelector('.try .pane').querySelectorAll('.names li, .yt, .xt, .xl, .yl')]
+        .map((e) => [e.textContent, e.getBoundingClientRect()]);
+      return boxes.flatMap(([one, a], i) => boxes.slice(i + 1).filter(([, b]) => a.left < b.right - 1
+        && b.left < a.right - 1 && a.top < b.bottom - 3 && b.top < a.bottom - 3).map(([other]) => [one, other]))"""
+    assert page.execute_script(overlaps) == []
+    edge = "return Math.max(...[...document.querySelectorAll('.try *')].map((e) => e.getBoundingClientRect().right))"
+    assert page.execute_script(edge) <= width
+
+
+def test_all_pictures_are_on_paper(visit: Any) -> None:
+    page = visit(fragment=PLACE)
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert all(seen(page))
+    assert not any(field.is_displayed() for field in page.find_elements(By.CSS_SELECTOR, ".try input"))
+
+
+# The counter-example to play with: its arithmetic against the simulation and the theorem of the paper's package
+
+
+ROOT = Path(__file__).parents[2]
+LOOP = "certificates/shao/counterexample.json"
+OBSERVERS = {"printed": APO, "restarted": RESTARTED, "fast": FAST}
+SETTINGS = [
+    {},
+    {"M": 2},
+    {"M": 20},
+    {"T": 0.01, "M": 8},
+    {"T": 0.178, "M": 12},
+    {"K": -4.0, "L": 5.5},
+    {"K": -1.5, "L": 1.1, "T": 0.05},
+    {"K": -8.0, "L": 8.0, "T": 0.3, "M": 3},
+    {"L": 0.5},
+    {"K": -0.5},
+    {"L": 1.0},
+]
+"""What the sliders are moved to, from the certified case; gains that the theorem does not allow among them."""
+IN_NODE = """
+const fs = require("fs"), vm = require("vm"), context = vm.createContext({});
+vm.runInContext(fs.readFileSync(process.argv[1], "utf8"), context);
+const { radius, condition, run } = context.dualRate, names = ["printed", "restarted", "fast"];
+const said = (loop) => ({ condition: condition(loop), loops: Object.fromEntries(names.map((name) =>
+  [name, { radius: radius(loop, name), x: run(loop, name, 4 * loop.M * loop.T) }])) });
+process.stdout.write(JSON.stringify(JSON.parse(process.argv[2]).map(said)));
+"""
+
+
+def certified_loop() -> dict[str, Any]:
+    loop: dict[str, Any] = json.loads(played(checks(certified(LOOP), ROOT))["shao"])
+    return loop
+
+
+def design(setting: Mapping[str, Any]) -> DualRateDesign:
+    loop = certified_loop() | setting
+    gains = {"feedback": np.array([[loop["K"]]]), "injection": np.array([[loop["L"]]])}
+    return replace(COUNTEREXAMPLE, **gains, period=loop["T"], ratio=int(loop["M"]))
+
+
+def test_the_sliders_start_at_the_certified_loop() -> None:
+    assert certified_loop() == {"name": "play-shao", "a": 1, "b": 1, "c": 1, "K": -2, "L": 2, "T": 0.001, "M": 5}
+    assert played(checks(certified(), ROOT)) == {}
+
+
+@pytest.mark.skipif(not shutil.which("node"), reason="needs Node")
+def test_condition_radius_and_course_are_those_of_the_paper_s_package(tmp_path: Path) -> None:
+    (tmp_path / "play.js").write_text(source("play.js"), encoding="utf-8")
+    loops = json.dumps([certified_loop() | setting for setting in SETTINGS])
+    command = ["node", "-e", IN_NODE, str(tmp_path / "play.js"), loops]
+    said = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    none = Harmonic(1.0, np.zeros(1))
+    for setting, told in zip(SETTINGS, said, strict=True):
+        made = design(setting)
+        try:
+            wanted = theorem_constants(made).condition
+        except InfeasibleError:
+            wanted = None
+        assert told["condition"] == (wanted if wanted is None else pytest.approx(wanted, rel=1e-9)), setting
+        for name, observer in OBSERVERS.items():
+            found = told["loops"][name]
+            assert found["radius"] == pytest.approx(radius(made, observer), rel=1e-9, abs=1e-12), (setting, name)
+            trace = simulate(made, observer, none, np.ones(1), np.zeros(1), slow_periods=5, substeps=1)
+            x = found["x"][: len(trace.output)]
+            assert len(x) > 3 * made.ratio
+            np.testing.assert_allclose(x, trace.output[: len(x)], rtol=1e-9, atol=1e-9)
+    assert said[0]["condition"] < 1 < said[0]["loops"]["printed"]["radius"]
+
+
+MOVE = """
+  const [inputs, [at, value]] = [[...document.querySelectorAll(".play input")], arguments];
+  inputs[at].value = value;
+  inputs[at].dispatchEvent(new Event("input"));
+  return document.querySelector(".play").innerText;
+"""
+
+
+@pytest.mark.browser
+def test_titles_lamp_and_key_follow_the_sliders(browser: Any, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    data = json.dumps(certified_loop()).replace('"', "&quot;")
+    page.write_text(
+        f'<!DOCTYPE html><meta charset="utf-8"><div class="play" hidden role="group" data-play="{data}"></div>'
+        f"<script>{source('play.js')}</script>",
+        encoding="utf-8",
+    )
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    browser.get(page.as_uri())
+    begin = browser.find_element("css selector", ".play").text
+    assert begin.startswith("Condition (18) is met, and the loop diverges all the same")
+    assert browser.find_element("css selector", ".lamp").get_attribute("data-met") == "true"
+    assert browser.execute_script(MOVE, 3, "6").startswith("The loop decays as printed; condition (18) is met")
+    assert "is not Hurwitz" in browser.execute_script(MOVE, 2, "-0.5")
+    slow = browser.execute_script(MOVE, 0, "45")
+    assert "T = 0.178 s" in slow and "grows, ×" in slow
+    browser.find_element("css selector", ".play button").click()
+    assert browser.find_element("css selector", ".play").text == begin
+    assert len(browser.find_elements("css selector", ".play path.line")) == len(OBSERVERS)

@@ -1,21 +1,32 @@
 """The controls of the report: alterations are tried wherever they fit, and one that goes unnoticed is told."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
-from cases import altered
+from cases import altered, recorded, results_file
 from msgspec.structs import replace
-from sample import claim
+from sample import claim, paper_record
 from sample import results as sample
 
+from replication.audit.data import read_printed
+from replication.audit.declare import Part, paper
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
-from replication.audit.judge.printed import parse
+from replication.audit.judge.printed import parse, sensitivities, spread
 from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
+from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
-from replication.audit.report.sections.lineage import lineages
+from replication.audit.report.sections.lineage import lineages, rooms
+from replication.audit.run.assemble import assemble
 from replication.audit.store.records import ResultsFile
+from replication.audit.store.sources import SourceTree
+from replication.errors import AuditError, InfeasibleError
 
 
 def controls(results: ResultsFile) -> tuple[Control, ...]:
@@ -104,3 +115,135 @@ def test_what_is_denied_is_judged_as_a_statement_that_does_not_hold(results: Res
                 tried += 1
                 assert verdict not in (Verdict.ERROR, *AGREES)
     assert tried >= 2
+
+
+# Parameters moved within their rounding, and the room that a claim has
+
+
+def total(numbers: Any) -> dict[str, float]:
+    return {"toy.sum": sum(numbers["A"][0]) + 10 * numbers["A"][1][1] + numbers["b"] + sum(numbers["c"])}
+
+
+def test_each_printed_number_with_decimals_is_moved_alone() -> None:
+    found = spread({"A": "[0.5 -1; 0 .25]", "b": "3.0", "c": "(1, 2.50)"}, total)
+    assert found["base"] == {"toy.sum": 0.5 - 1 + 2.5 + 3 + 3.5}
+    assert [(row["parameter"], row["printed"]) for row in found["rows"]] == [
+        ("A(1,1)", "0.5"), ("A(2,2)", ".25"), ("b", "3.0"), ("c(2)", "2.50"),
+    ]  # fmt: skip
+    moves = [row["high"]["toy.sum"] - found["base"]["toy.sum"] for row in found["rows"]]
+    assert moves == pytest.approx([0.05, 0.05, 0.05, 0.005])
+    assert [row["low"]["toy.sum"] for row in found["rows"]] == pytest.approx(
+        [found["base"]["toy.sum"] - move for move in moves]
+    )
+
+
+def test_a_parameter_without_a_result_is_told_and_other_errors_are_not_hidden() -> None:
+    def fragile(numbers: Any) -> dict[str, float]:
+        if numbers["a"] > 0.5:
+            raise InfeasibleError("too large")
+        return {"toy.a": numbers["a"]}
+
+    (row,) = spread({"a": "0.5"}, fragile)["rows"]
+    assert row["high"] is None
+    assert row["low"] == {"toy.a": pytest.approx(0.45)}
+    with pytest.raises(ZeroDivisionError):
+        spread({"a": "0.5"}, lambda numbers: {"x": 1 / 0})
+
+
+def file_with(printed: str, value: float, *ends: tuple[float | None, float | None]) -> ResultsFile:
+    claim = recorded(Evidence(method="m", value=value), printed=printed)
+    moves = tuple(
+        Sensitivity(claim=claim.id, parameter=f"p{i}", printed="0.5", base=value, low=low, high=high)
+        for i, (low, high) in enumerate(ends)
+    )
+    paper = replace(paper_record((claim.id,)), sensitivity=moves)
+    return replace(results_file(claim), papers=(paper,))
+
+
+def test_room_is_the_part_of_the_rounding_that_the_claim_bears() -> None:
+    (found,) = rooms(file_with("1.33", 1.33, (1.329, 1.331), (1.32, 1.331), (1.33, 1.35)))
+    assert [(room.moves.parameter, room.share) for room in found.rooms] == [
+        ("p2", pytest.approx(0.25)), ("p1", pytest.approx(0.5)), ("p0", 1.0),
+    ]  # fmt: skip
+    assert found.agrees
+    assert [room.moves.parameter for room in found.breaking] == ["p2", "p1"]
+
+
+def test_no_result_is_no_room() -> None:
+    (found,) = rooms(file_with("1.33", 1.33, (1.33, None)))
+    assert found.agrees
+    assert found.breaking == found.rooms
+    assert found.rooms[0].share == 0.0
+
+
+def test_a_claim_that_differs_may_be_reached_by_rounding() -> None:
+    (found,) = rooms(file_with("1.33", 1.35, (1.349, 1.351), (1.334, 1.36), (1.36, 1.30), (1.35, None)))
+    assert not found.agrees and found.breaking == ()
+    # The first to decide leads; what never reaches the print, or moves nothing, comes last.
+    assert [(room.moves.parameter, room.share) for room in found.rooms] == [
+        ("p2", pytest.approx(0.3)), ("p1", pytest.approx(0.9375)), ("p0", None), ("p3", None),
+    ]  # fmt: skip
+    assert [room.moves.parameter for room in found.reaching] == ["p2", "p1"]
+
+
+def test_an_unknown_claim_is_an_error() -> None:
+    file = file_with("1.33", 1.33, (1.33, 1.33))
+    with pytest.raises(AuditError, match="which is no claim"):
+        rooms(replace(file, claims=()))
+
+
+def test_records_come_from_the_spread() -> None:
+    found = sensitivities(spread({"A": "[0.5 -1; 0 .25]", "b": "3.0", "c": "(1, 2.50)"}, total))
+    assert len(found) == 4
+    assert {move.claim for move in found} == {"toy.sum"}
+    assert Fraction(found[0].base) == Fraction(8.5)
+
+
+PRINTED = """
+[patients]
+place = "Sec. 2"
+value = "0.75"
+[doses]
+place = "Table 1, {key}"
+value = { low = "1.20", high = "9.99" }
+[size]
+place = "Sec. 1"
+value = "0.75"
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "moved"),
+    [
+        ("patients", lambda data: Evidence(method="copied", value=float(data["patients"])), "0.76"),
+        ("patients", lambda data: Evidence(method="scaled", value=0.999 * float(data["patients"])), "0.76"),
+        ("patients", lambda data: bracket(float(data["patients"])), "0.76"),
+        ("high", lambda data: Evidence(method="copied", value=float(data["doses"]["high"])), "9.98"),
+        ("high", lambda data: Evidence(method="copied", value=float(dict(data["doses"].items())["high"])), "9.98"),
+        ("patients", lambda data: Evidence(method="another number", value=float(data["size"])), ""),
+        ("patients", lambda data: Evidence(method="a bit of it", value=0.75 + 1e-3 * float(data["patients"])), ""),
+        ("patients", lambda data: Evidence(method="compared", value=0.751, note=f"Not {data['patients']}."), ""),
+        ("patients", lambda data: Evidence(method="computed", value=0.751), ""),
+    ],
+)
+def test_a_claim_does_not_answer_itself(
+    tmp_path: Path, name: str, answer: Callable[[Any], Evidence], moved: str
+) -> None:
+    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
+    data = read_printed(tmp_path / "printed.toml")
+    part = Part("Sec. 2", reading="none")
+
+    @part.value("it", data["doses"]["high"] if name == "high" else data["patients"])
+    def it(results: Any) -> Evidence:
+        """It is computed."""
+        return answer(data)
+
+    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
+    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(), **about)
+    file, _, _ = assemble([whole], {}, results_file().run, SourceTree({}), (), {})
+    error = file.claims[0].judgement.reason if file.claims[0].verdict is Verdict.ERROR else ""
+    assert ("claim toy.it answers itself: with " + moved in error) if moved else not error, error
+
+
+def bracket(end: float) -> Evidence:
+    return Evidence(method="bracketed by itself", value=0.75, lower=0.74, upper=end)

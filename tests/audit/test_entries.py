@@ -174,15 +174,17 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
         *(Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM),
         *(Verdict.REFUTED, Verdict.CONSISTENT, Verdict.UNDETERMINED, Verdict.ERROR),
     ]
+    tried = Evidence(method="Tried", value=1.33)
     records = [
-        judged(claim(f"case-{n}", Kind.VALUE, verdict, "1.0", Evidence(method="Tried", value=1.0)), verdict)
-        for n, verdict in enumerate(verdicts)
+        judged(claim(f"case-{n}", Kind.VALUE, verdict, "1.33", tried), verdict) for n, verdict in enumerate(verdicts)
     ]
     records[2] = replace(records[2], judgement=replace(records[2].judgement, policies=(Policy.ERRATUM,)))
-    known = {view.record.id: view for view in views(records, {})}
+    # A draw, of which there is a probability and no digit.
+    records[5] = replace(records[5], evidence=Evidence(method="Drawn", probability=0.4))
+    known = {view.record.id: view for view in views(records, targets(records))}
     rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
-    assert (made.numbers, made.agree, made.corrected, made.chosen, made.unsettled) == (7, 4, 2, 0, 1)
+    assert (made.numbers, made.agree, made.corrected, made.chosen, made.unsettled) == (7, 3, 2, 1, 1)
     assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
     assert {row[2].text for row in made.rows} == {"N/A"}
 

@@ -19,8 +19,8 @@ from replication.audit.brief import Curve
 from replication.audit.model import Verdict
 from replication.audit.report import explore
 from replication.audit.report.claim import targets, views
+from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import PictureView, explorers, scale_of, ticks
-from replication.audit.report.ladder import Ladder, ladders
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
@@ -44,6 +44,10 @@ def shown(made: ResultsFile, folder: Path, **more: Any) -> tuple[PictureView, ..
     return view.pictures
 
 
+def read(text: str) -> float:
+    return float(text.replace("−", "-").replace("×10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")))
+
+
 def column(folder: Path, name: str) -> list[float]:
     with (folder / f"{FIGURE}.csv").open(encoding="utf-8", newline="") as stream:
         return [float(row[name]) for row in csv.DictReader(stream)]
@@ -55,12 +59,13 @@ def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: Results
     line, norm, band = moved.curves
     at = moved.begin
     assert moved.x == column(folder, "k")[at] == 20
-    assert line.value == (first[at],) and band.value == (first[at], second[at])
-    assert norm.value == (pytest.approx(math.hypot(first[at], second[at])),)
+    assert read(norm.values.split("|")[at]) == pytest.approx(math.hypot(first[at], second[at]), rel=1e-3)
     for place, text in enumerate(line.values.split("|")):
-        assert float(
-            text.replace("−", "-").replace("×10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-        ) == (pytest.approx(first[place], rel=1e-3))
+        assert read(text) == pytest.approx(first[place], rel=1e-3)
+    for place, text in enumerate(band.values.split("|")):
+        low, high = map(read, text.split(" to "))
+        assert low <= first[place] and second[place] <= high, "a band is rounded outwards"
+        assert (low, high) == (pytest.approx(first[place], rel=2e-3), pytest.approx(second[place], rel=2e-3))
     assert moved.steps + 1 == len(moved.places.split()) == len(line.values.split("|")) == len(line.heights.split())
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
@@ -16,8 +17,9 @@ from cases import altered
 from lab import Lab, make_lab
 from sample import results as sample
 
-from replication.audit.publish.archive import badge, changed_files, codecheck, export_texts
-from replication.audit.publish.linked_data import media_type, read_software
+from replication.audit.publish import archive
+from replication.audit.publish.archive import archive_name, badge, changed_files, codecheck, export_texts
+from replication.audit.publish.linked_data import Person, Software, media_type, read_software
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
@@ -199,7 +201,7 @@ def test_edited_sources_are_not_packed(packed: Lab, tmp_path: Path) -> None:
     edited.edit("toy2020/squares.py", "Squares", "Cubes")
     done = edited.cli("artifact")
     assert done.returncode == 2
-    assert "commit, then `make report`" in done.stderr
+    assert "commit, then `replication run`" in done.stderr
     assert not (edited.root / "dist").exists()
 
 
@@ -217,3 +219,29 @@ def test_what_is_no_manifest_is_refused(tmp_path: Path, content: bytes, message:
     (tmp_path / "SHA256SUMS").write_bytes(content)
     with pytest.raises(AuditError, match=message):
         changed_files(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [
+        ("The probable error of a mean", "the-probable-error-of-a-mean-1.2-artifact.zip"),
+        ("Gosset (1908): anew", "gosset-1908-1.2-artifact.zip"),
+    ],
+)
+def test_an_archive_is_called_after_its_project(tmp_path: Path, title: str, name: str) -> None:
+    (tmp_path / "CITATION.cff").write_text(
+        f'title: "{title}"\nabstract: A\nversion: "1.2"\nlicense: MIT\nauthors: [{{name: A. Author}}]\n'
+    )
+    assert archive_name(tmp_path) == name
+
+
+def test_what_is_written_of_a_project_says_nothing_of_this_one(results: ResultsFile, tmp_path: Path) -> None:
+    software = Software(title="Gosset", abstract="A", version="1.2", license="MIT", authors=(Person(name="A. Author"),))
+    texts = export_texts(results, software)
+    assert any(name.endswith("metadata.yaml") for name in texts)
+    assert not [name for name, text in texts.items() if re.search(r"slow-sensor|[Cc]ontrol eng|\bmake \w", text)]
+
+
+def test_a_folder_that_git_does_not_know_is_not_packed(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match=r"is no checkout of git, .* `git init`, commit"):
+        archive._sources(tmp_path)

@@ -268,7 +268,7 @@ def test_only_results_of_these_very_sources_are_packed(tmp_path: Path, now: tupl
         if now == ("c0", False) and not dirty:
             assert archive._require_unedited(tmp_path, run) == "c0"
         else:
-            with pytest.raises(AuditError, match="commit, then `make report`"):
+            with pytest.raises(AuditError, match="commit, then `replication run`"):
                 archive._require_unedited(tmp_path, run)
 
 

@@ -60,6 +60,26 @@ def test_at_print(number: float, unit: Fraction, parts: tuple[str, str]) -> None
     assert numerals.at_print(number, unit) == parts
 
 
+@given(st.floats(-1e3, 1e3), st.floats(0, 1e-3), st.floats(0, 1e-3), st.integers(0, 8))
+def test_what_is_shown_of_a_number_lies_in_its_bracket(number: float, below: float, above: float, places: int) -> None:
+    low, high = number - below, number + above
+    head, tail = numerals.at_print(number, Fraction(1, 10**places), 1, Fraction(low), Fraction(high))
+    shown = len(tail.replace(".", ""))
+    assert low <= read(head + tail) <= high or (shown < 2 and high - low < 10.0 ** (-places - numerals.MORE))
+
+
+def test_a_number_beside_an_end_of_its_bracket_shows_one_digit_more() -> None:
+    bracket = Fraction("1.415803"), Fraction("1.415803967")
+    assert numerals.at_print(1.4158039, Fraction(1, 100)) == ("1.41", "5804")
+    assert numerals.at_print(1.4158039, Fraction(1, 100), 4, *bracket) == ("1.41", "5803")
+    width = Fraction(1, 10**12)
+    assert numerals.at_print(1.03087452, Fraction(1, 1000), 4, Fraction(1.03087452), Fraction(1.03087452) + width) == (
+        "1.030",
+        "8745",
+    )
+    assert numerals.outward(0.495865, 0.499944) == (0.4958, 0.5)
+
+
 @pytest.mark.parametrize(
     ("number", "text"), [(0.125, "+0.125"), (-12.34, "−12.3"), (0.0, "0"), (7005.0, "+7005"), (1.5e9, "+1.5×10⁹")]
 )

@@ -8,20 +8,22 @@ from typing import Any, cast
 
 import html5lib
 import pytest
-from cases import altered
+from cases import altered, results_file
 from looking import evidence
 from msgspec.structs import replace
-from sample import KEY, bracketed, brief, claim, claims, results
+from sample import KEY, bracketed, brief, claim, claims, paper_record, results
 
 from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
 from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Verdict
+from replication.audit.parts import CommonLevel
 from replication.audit.report.claim import FAILS, Standing, anchor, consequence, standing, targets, views
 from replication.audit.report.opening.field import answer, field
 from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
+from replication.audit.report.sections.across import across
 from replication.audit.run import assemble
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
@@ -349,3 +351,29 @@ def test_traces_end_at_their_last_value_and_name_the_columns_that_there_are(tmp_
     assert curve.path.startswith("M0 ") and curve.path.split("L")[-1].startswith("1000 ")
     with pytest.raises(AuditError, match="has no column 'absent'; it has k, error 1"):
         shown(drawn, tmp_path, picture=traces("absent"))
+
+
+# What a sensor costs, as a factor over the ideal one
+
+
+def level(sensor: str, multiple: int, lower: float, upper: float) -> CommonLevel:
+    return CommonLevel(sensor=sensor, multiple=multiple, lower=lower, upper=upper, measure="gain")
+
+
+def file_with(*levels: CommonLevel) -> ResultsFile:
+    return replace(results_file(), papers=(replace(paper_record(()), common=levels),))
+
+
+def test_factors_are_brackets_over_the_ideal_sensor() -> None:
+    shown = across(file_with(level("slow", 1, 2.0, 2.5), level("slow", 3, 5.0, 6.0), level("late", 1, 1.0, 1.0)))
+    assert shown is not None
+    slow, late = shown.columns
+    assert shown.multiples == (1, 3)
+    assert (slow.costs[3].least, slow.costs[3].most) == pytest.approx((2.0, 3.0))
+    assert (slow.costs[1].least, slow.costs[1].most) == (1.0, 1.0)
+    assert set(late.costs) == {1}
+
+
+def test_without_an_ideal_sensor_there_is_no_factor() -> None:
+    assert across(file_with(level("slow", 2, 1.0, 1.0))) is None
+    assert across(file_with()) is None

@@ -85,10 +85,10 @@ def told(printed: str, **outcomes: float) -> Judgement:
     ("outcomes", "verdict", "policies"),
     [
         ({"norm": 1.33, "other": 1.33}, Verdict.REPRODUCED, ()),
-        ({"norm": 1.33, "other": 1.5}, Verdict.COMPATIBLE, ()),
+        ({"norm": 1.33, "other": 1.5}, Verdict.COMPATIBLE, (Policy.SOME,)),
         ({"norm": 1.33, "ruled_out": 1.5}, Verdict.REPRODUCED, (Policy.RULED_OUT,)),
         ({"norm": 1.5, "ruled_out": 1.33}, Verdict.DIFFERS, (Policy.RULED_OUT,)),
-        ({"norm": 1.5, "epsilon": 1.33}, Verdict.COMPATIBLE, (Policy.CONSTANT,)),
+        ({"norm": 1.5, "epsilon": 1.33}, Verdict.COMPATIBLE, (Policy.CONSTANT, Policy.SOME)),
         ({"norm": 1.5, "epsilon": 1.5}, Verdict.DIFFERS, (Policy.CONSTANT,)),
         ({"our_plant": 1.33}, Verdict.COMPATIBLE, (Policy.OWN,)),
         ({"our_plant": 1.33, "ruled_out": 1.33}, Verdict.COMPATIBLE, (Policy.RULED_OUT, Policy.OWN)),
@@ -103,6 +103,24 @@ def test_a_reading_brings_its_policy(
     judgement = told("1.33", **outcomes)
     assert judgement.verdict is verdict, judgement.reason
     assert set(judgement.policies) == set(policies)
+
+
+@pytest.mark.parametrize(
+    ("holding", "verdict", "policies"),
+    [
+        ((True, True), Verdict.CONSISTENT, ()),
+        ((True, False), Verdict.UNDETERMINED, (Policy.SOME,)),
+        ((False, False), Verdict.REFUTED, ()),
+    ],
+)
+def test_a_statement_that_some_readings_bear_out_is_undetermined(
+    holding: tuple[bool, bool], verdict: Verdict, policies: tuple[Policy, ...]
+) -> None:
+    family = tuple(
+        Outcome(reading=reading.name, holds=holds) for reading, holds in zip((NORM, OTHER), holding, strict=True)
+    )
+    judgement = judge(case(Kind.ORDER, Evidence(method="m", holds=holding[0], outcomes=family)), readings=READINGS)
+    assert judgement.verdict is verdict and judgement.policies == policies
 
 
 def with_erratum(kind: Kind, agrees: bool, *, scanned: bool, reading: str, proof: bool | None = True) -> Judgement:

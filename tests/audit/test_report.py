@@ -353,6 +353,24 @@ def test_caveats_count_inferences_tolerances_and_missing_checks(made: ResultsFil
     assert f"Claims compatible by an erratum that is an inference, not a proof: 1 of {whole}." in page
 
 
+def test_words_of_a_paper_stand_where_they_are_told(made: ResultsFile) -> None:
+    """What would settle a claim, a reading in a few words, and a slip of the text at hand."""
+    cited = next(claim for claim in made.claims if claim.claim.kind is Kind.CITED)
+    settled = replace(cited, evidence=replace(cited.evidence, settled_by="reference [7]"))
+    claims = tuple(settled if claim is cited else claim for claim in made.claims)
+    papers = tuple(
+        replace(
+            paper, readings=tuple(replace(reading, short=f"few words, {reading.name}") for reading in paper.readings)
+        )
+        for paper in made.papers
+    )
+    errata = (replace(made.errata[0], scan=True), *(replace(erratum, scan=False) for erratum in made.errata[1:]))
+    page = render(replace(made, claims=claims, papers=papers, errata=errata, figures=()), Path())
+    assert "What would settle it:</strong> reference [7]." in page
+    assert ", assuming <bdi>few words, " in page
+    assert "; 1 may correct a slip of our copy" in page and ", perhaps a slip of our copy</span>" in page
+
+
 def test_a_claim_shows_its_reading_and_the_outcome_under_each(
     made: ResultsFile, tree: Any, drawn: dict[str, Any]
 ) -> None:
@@ -361,7 +379,7 @@ def test_a_claim_shows_its_reading_and_the_outcome_under_each(
     for record in made.claims:
         text = text_of(drawn[anchor("claim", record.id)])
         said = record.claim.reading in readings
-        assert (f", under the reading {record.claim.reading}" in text_of(column(tree, record, "st"))) is said
+        assert (f", assuming {record.claim.reading}" in text_of(column(tree, record, "st"))) is said
         named = [record.claim.reading] if record.claim.reading in readings else []
         named += [outcome.reading for outcome in record.evidence.outcomes]
         for reading in (readings[name] for name in named):
@@ -489,6 +507,16 @@ def test_code_links(code: str, link: str) -> None:
 
 def test_code_links_lead_to_the_project_from_a_folder_further_down(made: ResultsFile, tmp_path: Path) -> None:
     assert 'href="../../papers/doe1999/claims.py#L42"' in render(replace(made, figures=()), tmp_path, root="../../")
+
+
+@pytest.mark.parametrize(("dirty", "links"), [(False, "https://host/a/b/blob/abc/"), (True, "../")])
+def test_code_that_is_public_is_linked_at_its_commit(
+    made: ResultsFile, tmp_path: Path, dirty: bool, links: str
+) -> None:
+    project = replace(made.project, repository="https://host/a/b/")
+    run = replace(made.run, commit="abc", dirty=dirty)
+    text = render(replace(made, figures=(), project=project, run=run), tmp_path)
+    assert f'href="{links}papers/doe1999/claims.py#L42"' in text
 
 
 def test_anchors_are_unique_and_plain() -> None:

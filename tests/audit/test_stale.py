@@ -1,20 +1,25 @@
-"""Whatever a result depends on is changed, one thing at a time: it is computed again, or named as not traced."""
+"""Whatever a result depends on is changed, one thing at a time: it is computed again, or named as not traced.
+
+All ways of changing something live in one project, a paper each, with names of their own: then a run in which those of
+every other paper change must compute these again, and no other.
+"""
 
 # ruff: noqa: E501 - a case on a line
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
-import stat
-import subprocess
-import sys
-import textwrap
-from collections.abc import Callable
+import sqlite3
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 from lab import Lab, make_lab
+
+from replication.cli import main
 
 pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
@@ -32,106 +37,99 @@ PAPER = paper(key="roe", title="T", authors=("A. Roe",), year=2020, venue="", do
 """
 PACKAGE = "mymath"
 
+Files = dict[str, str | bytes | None]
+"""Texts by path in the project, `site-packages/` is installed; None for a file that is to go."""
+
 
 @dataclass
 class Way:
-    """A project and a change of it. code: the module of the experiment; files: others by path, `site/` is installed.
+    """A paper and a change of what its result depends on. code: the module of the experiment; files: others.
 
-    change: what is done to the folder. environment: variables of the second run. named: words that must be said instead
-    of computing again.
+    environment: variables that change. named: words that must be said instead of computing again.
+    reused: whether the change is none of those on which a result depends.
     """
 
     name: str
     code: str
-    change: Callable[[Path], None] = lambda root: None
-    files: dict[str, str] = field(default_factory=dict)
+    change: Files = field(default_factory=dict)
+    files: Files = field(default_factory=dict)
     environment: dict[str, str] = field(default_factory=dict)
     named: str = ""
     reused: bool = False
 
 
-def put(name: str, text: str) -> Callable[[Path], None]:
-    def write(root: Path) -> None:
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-        if text.startswith("#!"):
-            path.chmod(path.stat().st_mode | stat.S_IXUSR)
-
-    return write
-
-
-def install(version: str, value: str, needs: str = "", name: str = PACKAGE) -> dict[str, str]:
+def install(version: str, value: str, needs: str = "", name: str = PACKAGE) -> Files:
     info = f"site-packages/{name}-{version}.dist-info"
     required = f"Requires-Dist: {needs}\n" if needs else ""
     return {
         f"site-packages/{name}/__init__.py": value,
         f"{info}/METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n{required}",
-        f"{info}/RECORD": f"{name}/__init__.py,sha256={abs(hash(value))},1\n{info.partition('/')[2]}/METADATA,,\n",
+        f"{info}/RECORD": f"{name}/__init__.py,sha256={value.encode().hex()},1\n{info.partition('/')[2]}/METADATA,,\n",
         f"{info}/top_level.txt": f"{name}\n",
     }
 
 
-def upgrade(version: str, value: str, name: str = PACKAGE) -> Callable[[Path], None]:
-    def change(root: Path) -> None:
-        for old in (root / "site-packages").glob(f"{name}*"):
-            shutil.rmtree(old)
-        for path, text in install(version, value, name=name).items():
-            put(path, text)(root)
+def upgrade(value: str, name: str = PACKAGE) -> Files:
+    """Another version; the folder of the old one stays, empty, as after an installation that was interrupted."""
+    old = dict.fromkeys(path for path in install("1.0", "", name=name) if "dist-info" in path)
+    return {**old, **install("2.0", value, name=name)}
 
-    return change
+
+def data_base() -> bytes:
+    with sqlite3.connect(":memory:") as base:
+        base.execute("pragma user_version = 2")
+        base.execute("create table t (x)")
+    return base.serialize()
 
 
 READS = "from pathlib import Path\nROOT = Path(__file__).parents[2]\ndef make():\n    return "
 STARTS = "import subprocess\ndef make():\n    return subprocess.run({}, capture_output=True, text=True).stdout"
 WAYS = [
-    Way("module beside papers", "from model.core import f\ndef make(): return f", put("model/core.py", "f = 2"),
+    Way("module beside papers", "from model.core import f\ndef make(): return f", {"model/core.py": "f = 2"},
         {"model/core.py": "f = 1", "model/__init__.py": ""}),
-    Way("module imported by that", "from model.core import f\ndef make(): return f", put("model/deep.py", "f = 2"),
+    Way("module imported by that", "from model.core import f\ndef make(): return f", {"model/deep.py": "f = 2"},
         {"model/core.py": "from .deep import f", "model/deep.py": "f = 1", "model/__init__.py": ""}),
-    Way("namespace package", "from model.core import f\ndef make(): return f", put("model/core.py", "f = 2"),
+    Way("namespace package", "from model.core import f\ndef make(): return f", {"model/core.py": "f = 2"},
         {"model/core.py": "f = 1"}),
-    Way("single module", "import helper\ndef make(): return helper.f", put("helper.py", "f = 2"), {"helper.py": "f = 1"}),
-    Way("module of the paper", "from papers.roe.m import f\ndef make(): return f", put("papers/roe/m.py", "f = 2"),
+    Way("single module", "import helper\ndef make(): return helper.f", {"helper.py": "f = 2"}, {"helper.py": "f = 1"}),
+    Way("module of the paper", "from papers.roe.m import f\ndef make(): return f", {"papers/roe/m.py": "f = 2"},
         {"papers/roe/m.py": "f = 1"}),
     Way("module by sys.path", "import sys\nfrom pathlib import Path\nsys.path.insert(0, str(Path(__file__).parents[2] / 'lib'))"
-        "\nimport tool\ndef make(): return tool.f", put("lib/tool.py", "f = 2"), {"lib/tool.py": "f = 1"}),
+        "\nimport tool\ndef make(): return tool.f", {"lib/tool.py": "f = 2"}, {"lib/tool.py": "f = 1"}),
     Way("import by computed name", "import importlib\ndef make(): return importlib.import_module('model.' + 'core').f",
-        put("model/core.py", "f = 2"), {"model/core.py": "f = 1"}),
+        {"model/core.py": "f = 2"}, {"model/core.py": "f = 1"}),
     Way("import by computed name at import", "import importlib\nM = importlib.import_module('model.' + 'core')\n"
-        "def make(): return M.f", put("model/core.py", "f = 2"), {"model/core.py": "f = 1"}),
+        "def make(): return M.f", {"model/core.py": "f = 2"}, {"model/core.py": "f = 1"}),
     Way("script run by path", "import runpy\nfrom pathlib import Path\ndef make(): return runpy.run_path("
-        "str(Path(__file__).parents[2] / 's.py'))['f']", put("s.py", "f = 2"), {"s.py": "f = 1"}),
-    Way("lazy import", "def make():\n    from model.core import f\n    return f", put("model/core.py", "f = 2"),
+        "str(Path(__file__).parents[2] / 's.py'))['f']", {"s.py": "f = 2"}, {"s.py": "f = 1"}),
+    Way("lazy import", "def make():\n    from model.core import f\n    return f", {"model/core.py": "f = 2"},
         {"model/core.py": "f = 1"}),
-    Way("module outside the project", "import afar\ndef make(): return afar.f", put("../outside/afar.py", "f = 2"),
+    Way("module outside the project", "import afar\ndef make(): return afar.f", {"../outside/afar.py": "f = 2"},
         {"../outside/afar.py": "f = 1"}),
-    Way("package upgraded", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", upgrade("2.0", "f = 2"),
+    Way("package upgraded", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", upgrade("f = 2"),
         install("1.0", "f = 1")),
-    Way("package rebuilt under its version", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", upgrade("1.0", "f = 2"),
+    Way("package rebuilt under its version", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", install("1.0", "f = 2"),
         install("1.0", "f = 1")),
     Way("package that a package requires", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f",
-        upgrade("2.0", "f = 2", "deeper"),
+        upgrade("f = 2", "deeper"),
         {**install("1.0", "from deeper import f", "deeper>=1"), **install("1.0", "f = 1", name="deeper")}),
     Way("package by computed name", "import importlib\ndef make(): return importlib.import_module('my' + 'math').f",
-        upgrade("2.0", "f = 2"), install("1.0", "f = 1")),
-    Way("data file", READS + "(ROOT / 'data/a.csv').read_text()", put("data/a.csv", "2"), {"data/a.csv": "1"}),
+        upgrade("f = 2"), install("1.0", "f = 1")),
+    Way("data file", READS + "(ROOT / 'data/a.csv').read_text()", {"data/a.csv": "2"}, {"data/a.csv": "1"}),
     Way("data file read by import", "from pathlib import Path\nA = (Path(__file__).parents[2] / 'data' / 'a.csv').read_text()"
-        "\ndef make(): return A", put("data/a.csv", "2"), {"data/a.csv": "1"}),
-    Way("hidden data file", READS + "(ROOT / '.data/a.csv').read_text()", put(".data/a.csv", "2"), {".data/a.csv": "1"}),
-    Way("data outside the project", READS + "(ROOT.parent / 'a.csv').read_text()", put("../a.csv", "2"), {"../a.csv": "1"}),
-    Way("a file more in a folder", READS + "[p.name for p in sorted((ROOT / 'data').glob('*'))]", put("data/b.csv", "2"),
+        "\ndef make(): return A", {"data/a.csv": "2"}, {"data/a.csv": "1"}),
+    Way("hidden data file", READS + "(ROOT / '.data/a.csv').read_text()", {".data/a.csv": "2"}, {".data/a.csv": "1"}),
+    Way("data outside the project", READS + "(ROOT.parent / 'a.csv').read_text()", {"../a.csv": "2"}, {"../a.csv": "1"}),
+    Way("a file more in a folder", READS + "[p.name for p in sorted((ROOT / 'data').glob('*'))]", {"data/b.csv": "2"},
         {"data/a.csv": "1"}),
     Way("a file that was not there", "from pathlib import Path\ndef make():\n    try:\n        return (Path(__file__)"
-        ".parents[2] / 'extra.txt').read_text()\n    except OSError:\n        return 'none'", put("extra.txt", "2")),
+        ".parents[2] / 'extra.txt').read_text()\n    except OSError:\n        return 'none'", {"extra.txt": "2"}),
     Way("data file removed", "from pathlib import Path\ndef make():\n    try:\n        return (Path(__file__)"
         ".parents[2] / 'extra.txt').read_text()\n    except OSError:\n        return 'none'",
-        lambda root: (root / "extra.txt").unlink(), {"extra.txt": "1"}),
+        {"extra.txt": None}, {"extra.txt": "1"}),
     Way("data base", "import sqlite3\nfrom pathlib import Path\ndef make():\n    return sqlite3.connect(Path(__file__)"
         ".parents[2] / 'a.db').execute('pragma user_version').fetchall()",
-        lambda root: subprocess.run([sys.executable, "-c", "import sqlite3; c = sqlite3.connect('a.db'); "
-            "c.execute('pragma user_version = 2'); c.execute('create table t (x)'); c.commit()"],
-            cwd=root, check=True) and None),
+        {"a.db": data_base()}),
     Way("environment variable", "import os\ndef make(): return os.environ.get('MODEL')", environment={"MODEL": "2"}),
     Way("environment variable at import", "import os\nM = os.getenv('MODEL')\ndef make(): return M",
         environment={"MODEL": "2"}),
@@ -141,74 +139,138 @@ WAYS = [
     Way("language", "import locale\ndef make(): return [locale.setlocale(locale.LC_ALL, ''), locale.getpreferredencoding()]",
         environment={"LC_ALL": "C", "LANG": "C"}, reused=True),
     Way("time zone", "import time\ndef make(): return time.localtime(0).tm_hour", environment={"TZ": "Asia/Tokyo"}, reused=True),
-    Way("lock", "def make(): return 1", put("requirements.lock", "numpy==0\n")),
+    Way("lock", "def make(): return 1", {"requirements.lock": "numpy==0\n"}),
     Way("program by subprocess", STARTS.format("['sh', '-c', 'echo 1']"), named="program sh"),
     Way("program by os.system", "import os\ndef make(): return os.system('true')", named="program true"),
-    Way("program of its own", STARTS.format("['./tool']"), put("tool", "#!/bin/sh\necho 2\n"),
+    Way("program of its own", STARTS.format("['./tool']"), {"tool": "#!/bin/sh\necho 2\n"},
         {"tool": "#!/bin/sh\necho 1\n"}, named="program tool"),
     Way("network", "import socket\ndef make():\n    try:\n        socket.create_connection(('127.0.0.1', 9), 1)\n"
         "    except OSError:\n        return 'none'", named="network"),
-    Way("declaration of the paper", "def make(): return 1", put("papers/roe/__init__.py", PAPER.replace('"made", make)', '"made", make, )'))),
+    Way("declaration of the paper", "def make(): return 1", {"papers/roe/__init__.py": PAPER.replace('"made", make)', '"made", make, )')}),
 ]  # fmt: skip
 
 
-def project(root: Path, way: Way) -> Lab:
+OWN = re.compile(r"\b(?:roe|model|MODEL|(?:my)?math|helper|tool|afar|deeper|data|extra|a(?=\.(?:csv|db))|s(?=\.py))\b")
+"""Names that each paper of a project has for itself."""
+
+
+def named(text: str, number: int) -> str:
+    return OWN.sub(lambda match: f"{match[0]}{number}", text)
+
+
+def key(number: int) -> str:
+    return named("roe", number)
+
+
+def put(lab: Lab, files: Files, number: int) -> None:
+    for name, content in files.items():
+        path = lab.root / named(name, number)
+        if content is None:
+            path.unlink()
+            continue
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else named(content, number).encode())
+        if content[:2] == "#!":
+            path.chmod(0o755)
+
+
+def project(root: Path, ways: Sequence[Way]) -> Lab:
     lab = make_lab(root / "lab")
     shutil.rmtree(lab.root / "papers" / "toy2020")
     (lab.root / "papers" / "other2021.py").unlink()
-    files = {"papers/roe/__init__.py": PAPER, "papers/roe/experiments.py": way.code, **way.files}
-    for name, text in files.items():
-        put(name, textwrap.dedent(text))(lab.root)
+    for number, way in enumerate(ways):
+        put(lab, {"papers/roe/__init__.py": PAPER, "papers/roe/experiments.py": way.code, **way.files}, number)
     return lab
 
 
-def run(lab: Lab, *options: str, **environment: str) -> str:
-    places = [str(lab.root / "site-packages"), str(lab.root.parent / "outside"), lab.environment()["PYTHONPATH"]]
-    cleared = {name: value for name, value in environment.items() if value}
-    done = lab.cli("run", *options, **{"PYTHONPATH": os.pathsep.join(places), **cleared})
+def places(lab: Lab) -> dict[str, str]:
+    ours = [str(lab.root / "site-packages"), str(lab.root.parent / "outside"), lab.environment()["PYTHONPATH"]]
+    return {"PYTHONPATH": os.pathsep.join(ours)}
+
+
+def run(lab: Lab, **environment: str) -> str:
+    done = lab.cli("run", "--jobs", "1", **places(lab), **environment)
     assert done.returncode == 0 and not done.stderr, done.stdout + done.stderr
     return done.stdout
 
 
-@pytest.mark.parametrize("way", WAYS, ids=lambda way: way.name)
-def test_no_result_is_stale(tmp_path: Path, way: Way) -> None:
-    lab = project(tmp_path, way)
+def computed(said: str) -> set[str]:
+    return set(re.findall(r"computed (\w+)\.made", said))
+
+
+FOLLOWED = [way for way in WAYS if not way.named and way.name != "lock"]
+UNFOLLOWED = [way for way in WAYS if way.named]
+ALONE = [way for way in WAYS if way.name in ("lock", "environment variable at import")]
+
+
+def test_no_result_is_stale(tmp_path: Path) -> None:
+    """First every second way changes, then the others; each time these alone are computed again."""
+    lab = project(tmp_path, FOLLOWED)
+    assert computed(run(lab)) == {key(number) for number, _ in enumerate(FOLLOWED)}
+    environment: dict[str, str] = {}
+    for turn in (0, 1):
+        changed = list(enumerate(FOLLOWED))[turn::2]
+        for number, way in changed:
+            put(lab, way.change, number)
+            environment |= {named(name, number): value for name, value in way.environment.items()}
+        again = computed(run(lab, **environment))
+        names = {key(number): way.name for number, way in enumerate(FOLLOWED)}
+        expected = {key(number) for number, way in changed if not way.reused}
+        assert {names[one] for one in again} == {names[one] for one in expected}
+    assert computed(run(lab, **environment)) == set()
+
+
+@pytest.mark.parametrize("way", ALONE, ids=lambda way: way.name)
+def test_a_run_that_finds_one_thing_changed_is_not_taken_for_the_last(tmp_path: Path, way: Way) -> None:
+    lab = project(tmp_path, [way])
     assert "1 computed, 0 reused" in run(lab)
-    before = (lab.root / "report" / "results.json").read_text()
-    if way.named:
-        assert f"Not traced: {way.named}" in before and f'"untraced": [\n        "{way.named}"' in before
-    else:
-        assert "0 computed, 1 reused" in run(lab)
-    way.change(lab.root)
-    again = run(lab, **way.environment)
-    assert ("0 computed, 1 reused" if way.reused else "1 computed, 0 reused") in again, again
-    if way.named:
-        assert f"(cannot be followed: {way.named})" in again
+    assert "0 computed, 1 reused" in run(lab)
+    put(lab, way.change, 0)
+    assert "1 computed, 0 reused" in run(lab, **{named(name, 0): value for name, value in way.environment.items()})
+
+
+def test_what_cannot_be_followed_is_named_and_computed_again(tmp_path: Path) -> None:
+    lab = project(tmp_path, UNFOLLOWED)
+    run(lab)
+    results = json.loads((lab.root / "report" / "results.json").read_text())
+    for number, way in enumerate(UNFOLLOWED):
+        put(lab, way.change, number)
+    again = run(lab)
+    for number, way in enumerate(UNFOLLOWED):
+        words = named(way.named, number)
+        assert {"name": f"{key(number)}.made", "untraced": [words]}.items() <= results["experiments"][number].items()
+        assert f"Not traced: {words}" in results["claims"][number]["judgement"]["reason"]
+        assert re.search(rf"computed {key(number)}\.made .*\(cannot be followed: {words}\)", again)
 
 
 def test_what_is_installed_is_set_against_the_lock(tmp_path: Path) -> None:
-    lab = project(tmp_path, Way("", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", files=install("1.0", "f = 1")))
-    put("requirements.lock", f"{PACKAGE}==0.9\n")(lab.root)
-    assert f"note: not as locked: {PACKAGE} 1.0 (locked 0.9), numpy " in run(lab)
+    way = Way("", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", files=install("1.0", "f = 1"))
+    lab = project(tmp_path, [way])
+    put(lab, {"requirements.lock": f"{PACKAGE}==0.9\n"}, 0)
+    assert f"note: not as locked: {named(PACKAGE, 0)} 1.0 (locked 0.9), numpy " in run(lab)
 
 
-@pytest.mark.parametrize(("code", "differs"), [("import random\ndef make(): return random.Random().random()", True),
-                                               ("def make(): return 1", False)])  # fmt: skip
-def test_what_differs_the_second_time_fails(tmp_path: Path, code: str, differs: bool) -> None:
-    done = project(tmp_path, Way("", code)).cli("run", "--twice")
-    assert done.returncode == (1 if differs else 0)
-    assert ("twice: 1 of 1 results differ: roe.made" in done.stdout) == differs
+def test_what_differs_the_second_time_fails(tmp_path: Path) -> None:
+    ways = [Way("", "import random\ndef make(): return random.Random().random()"), Way("", "def make(): return 1")]
+    lab = project(tmp_path, ways)
+    done = lab.cli("run", "--twice")
+    assert done.returncode == 1
+    assert "twice: 1 of 2 results differ: roe0.made" in done.stdout
+    same = lab.cli("run", "--twice", "roe1")
+    assert same.returncode == 0 and "none of 1 results differs" in same.stdout
 
 
-@pytest.mark.parametrize("code", ["while True: pass", "import time; time.sleep(600)",
-                                  "while True:\n        try: __import__('time').sleep(9)\n        except Exception: pass"])  # fmt: skip
-def test_an_experiment_that_hangs_is_ended(tmp_path: Path, code: str) -> None:
-    done = project(tmp_path, Way("", f"def make():\n    {code}")).cli("run", "--timeout", "0.5")
+def test_an_experiment_that_hangs_is_ended(tmp_path: Path) -> None:
+    codes = ["while True: pass", "import time; time.sleep(600)",
+             "while True:\n        try: __import__('time').sleep(9)\n        except Exception: pass"]  # fmt: skip
+    done = project(tmp_path, [Way("", f"def make():\n    {code}") for code in codes]).cli("run", "--timeout", "0.5")
     assert done.returncode == 3
-    assert "error: experiment roe.made: it took longer than 0.5 s" in done.stdout
+    for number, _ in enumerate(codes):
+        assert f"error: experiment roe{number}.made: it took longer than 0.5 s" in done.stdout
 
 
-def test_a_time_out_is_a_positive_number(tmp_path: Path) -> None:
-    lab = project(tmp_path, Way("", "def make(): return 1"))
-    for text in ("0", "-1", "inf", "nan", "x"):
-        assert "is no positive number of seconds" in lab.cli("run", "--timeout", text).stderr
+@pytest.mark.parametrize("text", ["0", "-1", "inf", "nan", "x"])
+def test_a_time_out_is_a_positive_number(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", f"--timeout={text}"])
+    assert f"{text!r} is no positive number of seconds" in capsys.readouterr().err

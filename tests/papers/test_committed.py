@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from tables import read_csv
 
 from papers import KEYS
+from replication.audit.judge.numerals import MORE
 from replication.audit.publish.notebooks import run_example
 from replication.audit.publish.readme import (
     BEGIN,
@@ -26,12 +28,19 @@ from replication.audit.publish.readme import (
     results_block,
     verdicts,
 )
+from replication.audit.report.claim import targets, views
 from replication.audit.run.draw import write_figures
 from replication.audit.run.runner import Outcome
 from replication.errors import AuditError
 
+POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
 ROOT = Path(__file__).resolve().parents[2]
 FIGURE_TOLERANCE = 1e-6
+
+
+def number(text: str) -> float:
+    """The number that a typeset text stands for."""
+    return float(text.replace("×10", "e").translate(POWERS))
 
 
 @pytest.mark.slow
@@ -46,6 +55,28 @@ def test_figures_hold_the_data_of_a_fresh_run(fresh_run: Outcome, tmp_path: Path
         for column, values in fresh.items():
             assert committed[column] == pytest.approx(values, abs=FIGURE_TOLERANCE), (record.name, column)
         assert (ROOT / "figures" / f"{record.name}.svg").is_file()
+
+
+@pytest.mark.slow
+def test_each_number_shown_lies_in_the_bracket_shown(fresh_run: Outcome) -> None:
+    """Of all claims, in their lines and in their evidence; the bracket in words holds the one in digits.
+
+    A bracket that is narrower than the digits shown is that of the number itself, rounded.
+    """
+    claims, shown = fresh_run.results.claims, 0
+    for view in views(claims, targets(claims)):
+        for entry in view.entries:
+            low, high = (number(end) for end in (entry.lower or "-inf", entry.upper or "inf"))
+            assert low <= number(entry.full) <= high, view.record.id
+            assert number(entry.head + entry.tail) == entry.shown
+            narrow = 10.0 ** (-len((entry.head + entry.tail).partition(".")[2]) - MORE)
+            assert low <= entry.shown <= high or high - low < narrow, view.record.id
+            shown += math.isfinite(low) and low < high
+        said = re.search(r"[Bb]racket \[([^,]+), ([^]]+)\]", view.record.judgement.reason)
+        if said is not None and len(view.entries) == 1:
+            (entry,) = view.entries
+            assert number(said[1]) <= number(entry.lower) <= number(entry.upper) <= number(said[2]), view.record.id
+    assert shown >= 40
 
 
 @pytest.mark.slow

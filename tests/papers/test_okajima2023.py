@@ -31,7 +31,7 @@ AGREEMENT = 1e-8
 NORM_OF_GAINS = 1e-7
 
 
-SUPPORTED = {"unstable.error-poles": "unrounded-gains"}
+SUPPORTED = {"unstable.error-poles": "gains before rounding"}
 """Claims that rest on several readings, under one of which there is no theorem."""
 
 

@@ -133,6 +133,7 @@ FAULTS: dict[str, Fault] = {
     "order.shorter-in-table": level(pair((1, 3)), 1.2),
     "order.timing-matters": copied(TIMINGS[2], TIMINGS[1], "lower", "upper"),
     "order.timing-best": level(TIMINGS[2], 0.99),
+    "order.more-outputs": level(case("proposed"), 2.0),
     "order.shorter-in-general": level(pair((1, 3)), 1.2),
     "gains.depend-on-timing": copied(TIMINGS[0], TIMINGS[1], "gains"),
     # The print counts as met while one reading of the denominator allows it, so the fault is in all of them.

@@ -13,8 +13,7 @@ import pytest
 from papers.peet2019.certificates import make
 from papers.peet2019.paper import PAPER
 from replication.audit.model import Kind
-from replication.certify.delay import gram as interior
-from replication.certify.delay import levels
+from replication.certify.delay import gram, levels
 from replication.verify.run import check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
@@ -63,7 +62,7 @@ def test_what_is_made_and_what_is_committed_prove_the_same_as_tightly(name: str)
 
 def test_a_looser_certificate_is_proved_but_too_wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(levels, "STEPS", (5e-6,))
-    monkeypatch.setattr(interior, "STEPS", (2e-5,))
+    monkeypatch.setattr(gram, "INTERIOR_STEPS", (2e-5,))
     monkeypatch.setattr(levels, "BELOW", 1e-5)
     monkeypatch.setattr(levels, "ROOT_BITS", 18)
     for name in (*BRACKETS, "ex2-unstable"):

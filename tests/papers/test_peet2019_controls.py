@@ -62,7 +62,7 @@ def agreeing() -> Results:
         "no-gains": {"gap": 0.0, "with_gains": 1.0},
         "self-adjoint": {"coercive": 1.0, "largest": -0.1, "abscissa": 0.5},
     }
-    for name in LOOPS:
+    for name in (*LOOPS, "loop.ex3"):
         norms = [1.0, 1.0]
         found[name] = {"storage": 0.1, "dissipation": -0.1, "abscissa": -1.0, "norms": norms, "orders": [9, 12]}
         found[name] |= {"level": 1.1, "optimum": 1.0, "solver": SOLVER}
@@ -158,16 +158,16 @@ def alterations() -> list[tuple[str, Alteration]]:
         ("scaling.desktop", at("measured/cells/0/peak", to(17.0))),
         ("scaling.desktop", at("measured/cells/0/cpu_seconds", to(1e5))),
     ]
+    for example in EXAMPLES:
+        name = f"loop.ex{example}"
+        found += [(name, at(f"{name}/norms/-1", by(1.2))), (name, at(f"{name}/abscissa", to(1e-9)))]
     for name in LOOPS:
-        claimed = name in ("loop.ex1", "loop.ex2")
         found += [
-            *([(name, at(f"{name}/norms/-1", by(1.2))), (name, at(f"{name}/abscissa", to(1e-9)))] if claimed else []),
             ("theory.theorem-1", at(f"{name}/norms/-1", by(1.2))),
             ("theory.theorem-3", at(f"{name}/norms/-1", by(1.2))),
             ("theory.vanishing-error", at(f"{name}/abscissa", to(1e-9))),
         ]
-    for misprint in ("eq10-factor", "d-sign", "e-transposes", "f-sign", "theorem-1-sign"):
-        found.append((f"theory.{misprint}", at("identities/theorem_3/none", to(WRONG))))
+    found.append(("theory.identity", at("identities/theorem_3/none", to(WRONG))))
     for example in EXAMPLES:
         for degree in DEGREES:
             found.append((f"ex{example}.gamma-d{degree}", everywhere(example, degree)))
@@ -253,10 +253,7 @@ def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_al
     altered = [(n, k, str(float(text) * (2.5 if (n, k) == (1, 10) else 1.0))) for n, k, text in published()]
     monkeypatch.setattr(cost, "published", lambda: altered)
     evidence = claim.answer(agreeing())
-    assert evidence.holds is False
-    assert {outcome.reading: outcome.holds for outcome in evidence.outcomes} == {
-        "cost-factor-2": False, "cost-10-percent": False,
-    }  # fmt: skip
+    assert evidence.holds is False and evidence.outcomes == ()
 
 
 def test_whether_example_4_is_unstable_follows_the_roots() -> None:
@@ -331,9 +328,9 @@ def test_a_bound_is_conservative_under_the_rules_whose_level_misses_the_digits_o
     assert held == {name: name != "z2-outer" for name in READINGS}
     assert verdict(claim, results) is Verdict.UNDETERMINED
     assert conservative({name.removeprefix("peet2019."): value for name, value in results.items()}) == ("z2-outer",)
-    assert PAPER.findings(results)[1].endswith("; 1 other rules miss printed digits.")
+    assert any("; 1 other rules miss printed digits." in finding for finding in PAPER.findings(results))
     results["peet2019.rules"]["z2-inner"]["3"]["3"] *= 1.001
-    assert "; 2 other rules miss printed digits" in PAPER.findings(results)[1]
+    assert any("; 2 other rules miss printed digits" in finding for finding in PAPER.findings(results))
 
 
 def test_without_the_corrected_signs_there_is_no_level() -> None:

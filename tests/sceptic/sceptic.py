@@ -13,7 +13,6 @@ import sys
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
@@ -21,12 +20,14 @@ from types import CodeType, ModuleType
 
 import hypothesis
 import pytest
-from mutants import told_by_a_child
+from mutants import SECONDS, told_by_a_child
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 OWN = ("replication", "papers", "tests")
 """The packages that are imported anew."""
+HEAVY = ("clarabel", "control", "cvxpy", "jinja2", "matplotlib.pyplot", "scipy.optimize", "scipy.signal")
+"""Packages that take long to import."""
 
 
 @dataclass(frozen=True)
@@ -65,18 +66,28 @@ def changes() -> list[Change]:
 
 def noticed(change: Change) -> bool:
     """Whether its test fails under a change; a change that ends in the import, or never, is noticed too."""
-    return told_by_a_child(lambda: _fails(change.test, change)) is not None
+    _import_what_stays()
+    return told_by_a_child(lambda: _fails([change.test], change)) is not None
 
 
-@cache
-def passes(test: str) -> bool:
-    """Whether a test passes in such a process without any change: one that fails anyway notices nothing."""
-    return told_by_a_child(lambda: _fails(test, None)) is None
+def passes(*tests: str) -> bool:
+    """Whether tests pass in such a process without any change: one that fails anyway notices nothing."""
+    _import_what_stays()
+    return told_by_a_child(lambda: _fails(tests, None), SECONDS * len(tests)) is None
 
 
-def _fails(test: str, change: Change | None) -> int | str:
+def _import_what_stays() -> None:
+    """What tests need and no change touches, once for all processes."""
+    for name in HEAVY:
+        importlib.import_module(name)
+
+
+def _fails(tests: Sequence[str], change: Change | None) -> int | str:
     afresh(change)
-    return int(pytest.main(["-qx", "-n0", "-p", "no:cacheprovider", f"{ROOT}/tests/{test}"])) or "none"
+    return (
+        int(pytest.main(["-qx", "-n0", "-p", "no:cacheprovider", *(f"{ROOT}/tests/{test}" for test in tests)]))
+        or "none"
+    )
 
 
 def afresh(change: Change | None) -> None:

@@ -275,13 +275,13 @@ def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> i
     return told_by_a_child(lambda: _first_failure(mutant, tests, order))
 
 
-def told_by_a_child(first: Callable[[], int | str]) -> int | None:
+def told_by_a_child(first: Callable[[], int | str], seconds: int = SECONDS) -> int | None:
     """What `first` finds in a process of its own: a number, or None for "none"; -1 if the process ends before."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
         os.close(reader)
-        _die_alone()
+        _die_alone(seconds)
         answer = "none"
         try:
             answer = str(first())
@@ -296,10 +296,10 @@ def told_by_a_child(first: Callable[[], int | str]) -> int | None:
     return None if answer == "none" else int(answer or -1)
 
 
-def _die_alone() -> None:
+def _die_alone(seconds: int) -> None:
     """End this process after its share of the processor, and say nothing of it, nor of an abort."""
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     faulthandler.disable()
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):

@@ -635,6 +635,6 @@ def test_what_is_said_of_gains_and_recovered_plants_as_data() -> None:
     assert classes == {"periodic one-step observers", "one-step predictors", "all estimators"}
     causal = {one.of.estimators for one in check(load("optimum-case-a")).says if one.of.quantity == "smallest gain"}
     assert causal == {"periodic one-step observers", "one-step predictors"}
-    for name, reading in (("same", "recovered-diagonal"), ("second", "second-diagonal")):
+    for name, reading in (("same", "diagonal in steps"), ("second", "the other real diagonal")):
         assert check(load(f"section-4c-{name}-setting")).says[0].readings == (reading,)
-    assert reading_of({"diagonal": ["6/5", "1/3", "1"]}) == ("second-diagonal",)
+    assert reading_of({"diagonal": ["6/5", "1/3", "1"]}) == ("the other real diagonal",)

@@ -135,13 +135,13 @@ EQUIVALENT = [
     ),
     (
         "nonuniform.grid",
-        "b = fmpq(square.p.isqrt(), square.q.isqrt()) if square > 0 else fmpq(0)",
+        "b = fmpq(isqrt(int(square.numerator)), isqrt(int(square.denominator))) if square > 0 else fmpq(0)",
         "Gt became GtE",
         "the root of zero is zero",
     ),
     (
         "nonuniform.grid",
-        "b = fmpq(square.p.isqrt(), square.q.isqrt()) if square > 0 else fmpq(0)",
+        "b = fmpq(isqrt(int(square.numerator)), isqrt(int(square.denominator))) if square > 0 else fmpq(0)",
         "became 1",
         "what is put for the root of a square that is not positive is refused, as neither zero nor one has that square",
     ),

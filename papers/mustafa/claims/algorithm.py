@@ -71,11 +71,10 @@ def grid_size(e: int, results: Results) -> Evidence:
         as_printed=no_grid(e, results),
         note="Step 3 says that an element covers the interval (9), which bounds (8); Theorem 3 asks for (8) alone. "
         "Where an element covers what (8) itself allows, a new one goes to the middle of each gap. Forms of (9), by "
-        "case U3 and by alpha or its root, "
-        f"in which the middle alone covers the range: {covering}. The algorithm stops at one element if step 3 takes "
-        "the root of alpha that step 4 prints, against the print of step 3 and against the small-gain condition: a "
-        "conjecture about the program behind the paper, and no reading of the text. "
-        f"{WITH_U3}",
+        f"case U3 and by alpha or its root, in which the middle alone covers the range: {covering}. With the root of "
+        "alpha, which step 4 prints, in step 3 too, and U3 corrected, the algorithm would stop at one element in both "
+        "examples. That correction would be against the print of step 3, and its interval is not one on which the "
+        f"small-gain condition gives (8): it would not leave the step valid, and does not count. {WITH_U3}",
     )
 
 
@@ -101,7 +100,7 @@ def condition_8(e: int, results: Results) -> Evidence:
             "largest left side, constant change: bound between the nodes": r["constant_bound"],
             "largest left side, any change, modal coordinates": r["modal"],
             "largest left side, any change, modal coordinates: bound between the nodes": r["modal_bound"],
-            "largest left side, any change, modal coordinates: least over other single elements": r["best"],
+            "largest left side, any change, modal coordinates: least over other single elements tried": r["best"],
         },
         not_checkable="" if not undecided else "The bound between the nodes does not decide; take more of them.",
         note="In modal coordinates the left side is the least that any coordinates give for a constant change: where "
@@ -129,7 +128,14 @@ for e in EXAMPLES:
         erratum="algorithm",
         pinned={1: "differs", 2: "compatible"}[e],
         reading=BOUND_9.name,
-        says=term("elements of the grid", f"example-{e}"),
+        # Where an element covers what (8) allows, the algorithm ends with the first one if (8) holds over the range.
+        says=[
+            term("elements of the grid", f"example-{e}"),
+            *(
+                Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
+                for one in (CONSTANT_CHANGE, ANY_CHANGE)
+            ),
+        ],
     )(of_example(grid_size, e))
     ALGORITHM_1.feasible(
         f"condition-8.{e}",
@@ -167,7 +173,7 @@ def solvers(result: dict[str, Any]) -> tuple[SolverRecord, ...]:
     says=for_both("map of the error system"),
 )
 def map_12(results: Results) -> Evidence:
-    """The map in the condition for robust performance is the one from w to e, for a constant change of the period."""
+    """The transfer function in condition (12) maps w to e, for a constant change of the period."""
     return reordered_map(
         results,
         ("(12) as printed",),
@@ -184,7 +190,8 @@ def map_12(results: Results) -> Evidence:
 )
 @on_motor
 def performance_by_12(results: Results) -> Evidence:
-    """A level with which (8) and (12) hold over the range is one for every sequence of periods."""
+    """Condition (12) over the range, which robust performance is said to require beside (8), also gives the level for
+    every sequence of periods."""
     # (12) as the norm of a transfer matrix is the gain at one constant period; read as a gain, it is the conclusion.
     constant, reached = max(results["curve.2"]["filter"]), results["bracket.2"]["lower"]
     room = constant - reached
@@ -199,15 +206,17 @@ def performance_by_12(results: Results) -> Evidence:
             Outcome(reading=ANY_CHANGE.name, holds=True),
         ),
         quantities={"largest gain at constant periods": constant, "ratio along a sequence": reached},
-        note="Read as the gain for every sequence, (12) is the conclusion itself.",
+        note="The text says that robust performance requires (12), and so it does: a constant period is one of the "
+        "sequences. Whether (12) gives it in turn depends on what Delta(theta_k) may do in its norm, for which the "
+        "text cites a book. Read as the gain for every sequence, (12) is the conclusion itself.",
     )
 
 
 @ROBUST_PERFORMANCE.feasible(
     "same-level",
     place="Sec. V-A",
-    statement="Asking the same level of both channels may lead to conservative results; in Example 1 it does, with "
-    f"(13) as reconstructed here on {CELLS} equal cells of the range and a scalar scaling.",
+    statement="One level for both channels may be conservative: in Example 1 it is, with (13) as reconstructed here, "
+    f"on {CELLS} equal cells of the range.",
     uses=("robust.1", "robust.2"),
     reading=MULTIPLIERS.name,
     says=term("conservative level", "example-1", cells=CELLS),

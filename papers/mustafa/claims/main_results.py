@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace as replace_form
-
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import FILTERED, RANGE
@@ -19,7 +17,7 @@ from papers.mustafa.claims.preliminaries import (
     up_to_rounding,
 )
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.method import CORRECT, UpperEnd
+from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
@@ -31,8 +29,6 @@ THEOREM_3 = Part("Theorem 3, eqs. (10) and (11)", reading=NO_READING)
 
 CONDITIONS = tuple(f"condition.{e}" for e in EXAMPLES)
 GRIDS = tuple(f"grids.{e}" for e in EXAMPLES)
-PRINTED_U3 = replace_form(CORRECT, upper=UpperEnd.PRINTED)
-"""The algorithm with nothing but case U3 as printed."""
 BRACKETS = tuple(f"bracket.{e}" for e in EXAMPLES)
 OWN_GRIDS = tuple(f"own-grid.{e}" for e in EXAMPLES)
 AT_ELEMENTS = 1e-6
@@ -62,7 +58,7 @@ def reached(results: Results, end: str) -> Evidence:
 )
 @on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
-    """In both examples, down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
+    """In both examples the bound of Lemma 3 gives (8) down to the lower end of case L3, and no further."""
     return reached(results, "lower")
 
 
@@ -76,7 +72,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
 )
 @on_motor
 def u3_covers(results: Results) -> Evidence:
-    """In both examples, up to the upper end in case U3, and no further, the bound of Lemma 3 gives (8)."""
+    """In both examples the bound of Lemma 3 gives (8) up to the upper end of case U3, and no further."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
     return replace(corrected, as_printed=printed)
 
@@ -85,13 +81,11 @@ def u3_covers(results: Results) -> Evidence:
     "conservative",
     place="Sec. IV-A, after Theorem 1",
     uses=(*GRIDS, *BRACKETS, *CONDITIONS),
-    erratum="u3",
-    pinned="reproduced after erratum",
     says=for_both("conservative element"),
 )
 @on_motor
 def one_interval_is_conservative(results: Results) -> Evidence:
-    """A direct use of Theorem 1 could be conservative, and several elements reduce that."""
+    """A direct use of Theorem 1 can be conservative, and several elements can reduce that: they do in both examples."""
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
     left_out, elements, covered = {}, {}, True
     for e in EXAMPLES:
@@ -101,7 +95,7 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         elements[e] = run["size"]
         covered &= run["end"] == "COVERED"
     without = "".join(
-        f"(9) as printed is empty around the elements in Example {e}, so that several do not help. "
+        f"With U3 as printed (9) is empty around the elements in Example {e}, so that several do not help there. "
         for e in empty_as_printed(results)
     )
     largest = up(results["condition.2"]["constant_bound"])
@@ -110,7 +104,6 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; whether the "
         "intervals (9) of several elements cover the range.",
         holds=stable and covered and min(left_out.values()) > 0,
-        as_printed=several_as_printed(results),
         note=f"{without}The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), "
         f"evaluated directly for constant changes of the period, is at most {largest} "
         "on the whole range with one element. The elements are those of our run of Algorithm 1; that their intervals "
@@ -119,15 +112,6 @@ def one_interval_is_conservative(results: Results) -> Evidence:
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
             **{f"elements shown to cover, Example {e}": float(size) for e, size in elements.items()},
         },
-    )
-
-
-def several_as_printed(results: Results) -> Evidence:
-    """Whether several elements cover the range of both examples by (9) with U3 as printed."""
-    ends = [results[f"grids.{e}"]["algorithm"][PRINTED_U3.name]["end"] for e in EXAMPLES]
-    return Evidence(
-        method="The same with U3 as printed.",
-        holds=not empty_as_printed(results) and all(end == "COVERED" for end in ends),
     )
 
 
@@ -157,8 +141,8 @@ for e in EXAMPLES:
     THEOREM_2.feasible(
         f"stable.{e}",
         place=GAMMA[e].place,
-        statement=f"The error system of Example {e} is robustly stable over the whole range"
-        f"{', with every filter that satisfies (6) at one period' if e == 1 else ''}.",
+        statement=f"The error system of Example {e} is robustly stable over the whole range, with "
+        f"{ {1: 'every filter that satisfies (6) at one period', 2: 'the printed filter'}[e] }.",
         uses=f"bracket.{e}",
         erratum={1: None, 2: MISNAMED}[e],
         reading=NO_READING,
@@ -246,7 +230,7 @@ def lmi_size_of_f(results: Results) -> Evidence:
     says=term("recovery (11)"),
 )
 def recovery(results: Results) -> Evidence:
-    """The filter by (11) from the unknowns of (10) is the one behind them."""
+    """Formula (11) recovers the filter from the unknowns of (10)."""
     (n, r), _ = sizes()
     return replace(
         identity(results, "recovery", "Transfer matrices of random filters at one point, before and after (11)."),
@@ -268,7 +252,7 @@ def recovery(results: Results) -> Evidence:
     says=term("congruence (10)"),
 )
 def congruence(results: Results) -> Evidence:
-    """(10) is the congruence of (6) by diag(J_1, I, J_1, I)."""
+    """Inequality (10) follows from (6) by a congruence with diag(J_1, I, J_1, I)."""
     # F C is added to an n by n block; the printed F has r rows.
     (n, r), _ = sizes()
     return replace(

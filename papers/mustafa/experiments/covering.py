@@ -23,6 +23,7 @@ from papers.mustafa.method import (
 )
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.filters import periodic_gain
+from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
 from replication.estimation.nonuniform.worst_case import worst_case_gain
@@ -130,6 +131,17 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
             "size": alpha * float(np.linalg.norm(delta_block(plant, sign * reach), 2)),
         }
     return found
+
+
+def loosest(plant: Matrices, periods: list[float], level: float, horizon: int, final_horizon: int, leaves: int) -> Json:
+    """The gain over all sequences of the central filter at a level for the middle of the range: a bracket."""
+    system, span = problem(plant, periods)
+    design = riccati_filter(system, span.middle, level)
+    assert design is not None
+    found = worst_case_gain(
+        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
+    )
+    return {"lower": found.lower, "upper": found.upper}
 
 
 def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, final_horizon: int, leaves: int) -> Json:

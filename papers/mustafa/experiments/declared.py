@@ -58,6 +58,15 @@ def _of_first() -> tuple[Experiment, ...]:
     printed, ends = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, [float(h) for h in np.linspace(0.02, h_u, 5)]
     return (
         experiment("sensitivity.1", common.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
+        experiment(
+            "loosest.1",
+            covering.loosest,
+            **example(1),
+            level=upper_end(GAMMA[1]),
+            horizon=150,
+            final_horizon=600,
+            leaves=2,
+        ),
         experiment("against-range", levels.against_range, plant=plant, h_l=h_l, ends=ends, horizon=200, leaves=12),
     )
 

@@ -71,7 +71,7 @@ for _name, _printed in DATA["simulated-ratio"].items():
     SIMULATION.statistical(
         f"gsim.{_name.lower()}",
         _printed,
-        statement=f"The simulated ratio of eq. (34) for {WHO[_name]}, as one draw of the noise.",
+        statement=f"One simulation gives the printed ratio (34) for {WHO[_name]}.",
         reading=READING_OF[ALL_NOISE],
         pinned="compatible",
         erratum=DENOMINATOR,
@@ -172,8 +172,8 @@ TIMED = Part("Sec. IV-B, simulations, Figs. 6-8", reading=SAME_NOISE, figures="f
 @TIMED.statistical(
     "simulation.timing",
     place="Sec. IV-B, last sentence",
-    statement="From levels, gains and Figs. 6-8 the text concludes that timing is important for the error. In our "
-    "draws of such noise, Case 2 has less energy than each other case in most.",
+    statement="Timing matters for the error: in most of our draws of such noise Case 2 has less of its energy than "
+    "each other case.",
     uses="timing-draws",
 )
 def least_error_of_timings(results: Results) -> Evidence:
@@ -191,5 +191,6 @@ def least_error_of_timings(results: Results) -> Evidence:
             **{f"fraction of draws with the least energy, {who}": found["least"][name] for name, who in names.items()},
             **{f"expected size of the error, {who}": found["long_run"][name] for name, who in names.items()},
         },
-        note="The text names no case here. One draw, as in the figures, need not have this order.",
+        note="The text concludes from levels, gains and Figs. 6-8, and names no case here. One draw, as in the "
+        "figures, need not have this order.",
     )

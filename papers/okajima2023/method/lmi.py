@@ -38,6 +38,9 @@ class LmiDesign:
 def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = SOLVED) -> LmiDesign:
     """Minimise gamma^2 subject to the reduced inequalities of eq. (30) for all phases.
 
+    As printed, (30) keeps all q columns of Y_k and all of w at every phase. Columns of sensors that are not measured
+    have no effect, and an interior-point method stalls on directions without effect; here they are absent. The states
+    of each phase are scaled by the Kalman covariance, without which long periods lose three digits.
     Raises InfeasibleError or SolverError unless Clarabel's status is one of `accept`; it stays in the report.
     """
     require_problem(problem)

@@ -98,6 +98,7 @@ EXPERIMENTS = (
     experiment("printed-signs", examples.as_printed, plant=SECOND, degree=1),
     _loop("ex1", EXAMPLES["1"], 3, [20, 28]),
     _loop("ex2", SECOND, 2, [16, 24], NEAR),
+    _loop("ex3", EXAMPLES["3"], 3, [16, 22], NEAR),
     _loop("own-1", OWN, 2, [40, 52]),
     _loop("own-2", OWN_SYSTEMS["own-2"], 2, [24, 30]),
     _loop("own-3", OWN_SYSTEMS["own-3"], 2, [14, 20]),

@@ -10,7 +10,7 @@ import numpy as np
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
-from replication.estimation.delay.galerkin import check
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
 from replication.estimation.delay.observer import (
     ErrorSystem,
@@ -21,12 +21,12 @@ from replication.estimation.delay.observer import (
     simulate,
     spectral_abscissa,
 )
-from replication.estimation.delay.operators import GainValues, evaluate, observer_gains
+from replication.estimation.delay.operators import GainValues, check, evaluate, observer_gains
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.spectrum import Scheme, grid, hinf_gain, rightmost_roots
-from replication.estimation.delay.system import DelaySystem, delay_system
+from replication.estimation.delay.system import delay_system
 
 Json = dict[str, Any]
 
@@ -55,7 +55,7 @@ def references(plant: Json, order: int, visible: Json | None) -> Json:
     }
 
 
-def _optimum(system: DelaySystem) -> float:
+def _optimum(system: DelayPlant) -> float:
     return riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
 
 
@@ -78,7 +78,7 @@ def synthesised(plant: Json, degree: int) -> Json:
     return found
 
 
-def cross_checked(system: DelaySystem, degree: int) -> Solution:
+def cross_checked(system: DelayPlant, degree: int) -> Solution:
     """The program of Theorem 3, not reduced, solved by Clarabel: for small systems, as a second opinion."""
     task, loose = synthesis.program(synthesis.assemble(system, degree, DegreeRule.TENSOR), 0.0), 1e-8
     return solve_clarabel(task, matrices=True, tol_gap_abs=loose, tol_gap_rel=loose, tol_feas=loose)
@@ -141,7 +141,7 @@ def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: 
     }
 
 
-def _certificate(system: DelaySystem, level: float, degree: int, epsilon: float) -> Certificate:
+def _certificate(system: DelayPlant, level: float, degree: int, epsilon: float) -> Certificate:
     """A certificate at `level` times the optimum."""
     return certificate_at(system, level * _optimum(system), degree, epsilon=epsilon)
 

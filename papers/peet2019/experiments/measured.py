@@ -16,10 +16,11 @@ from papers.peet2019.experiments import scaling
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.models import lmi_gain, pade_model
 from replication.estimation.delay.sos.certificate import STATED_GAP, solved
 from replication.estimation.delay.sos.synthesis import assemble, program, reduced
-from replication.estimation.delay.system import DelaySystem, delay_system, natural_units
+from replication.estimation.delay.system import delay_system, natural_units
 
 RECORD = Path(__file__).parents[1] / "full_run.jsonl"
 PLAIN = "plain"
@@ -68,7 +69,9 @@ def cells(cells: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {"cells": list(cells)}
 
 
-# CPU seconds of assembly and of the solver apart, cell by cell of the published tables, as once measured
+# CPU seconds of assembly and of the solver apart, cell by cell of the published tables, as once measured.
+#
+# `python -m papers.peet2019.experiments.measured` measures them and writes them beside the paper.
 
 
 SECONDS = Path(__file__).parents[1] / "seconds.jsonl"
@@ -135,7 +138,7 @@ def all_cells() -> list[Timed]:
     return found
 
 
-def _theorem_3(system: DelaySystem, degree: int) -> Program:
+def _theorem_3(system: DelayPlant, degree: int) -> Program:
     return program(reduced(assemble(natural_units(system).system, degree)), 0.0)
 
 

@@ -16,10 +16,11 @@ import scipy
 
 from papers.peet2019.experiments.examples import LOOSE
 from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, Index, cone_map
 from replication.estimation.delay.sos.synthesis import Assembly, program, reduced
-from replication.estimation.delay.system import DelaySystem, delay_system, gain_scaled, measured_last
+from replication.estimation.delay.system import delay_system, gain_scaled, measured_last
 
 Json = dict[str, Any]
 
@@ -144,7 +145,7 @@ def _cone(space: FormSpace, shape: Shape) -> tuple[scipy.sparse.csr_array, tuple
     return scipy.sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
 
 
-def least(system: DelaySystem, reading: Rule, epsilon: float, degree: int = 1) -> float:
+def least(system: DelayPlant, reading: Rule, epsilon: float, degree: int = 1) -> float:
     """Least γ of Theorem 3 for one reading, in the units of the system, on which the meaning of ε depends."""
     turned, change = measured_last(system)
     count = 4 * degree + 3  # Legendre coefficients that hold every product of the readings: twice 2d, and the weight

@@ -11,11 +11,12 @@ import scipy
 
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
-from replication.estimation.delay.system import DelaySystem, delay_system, transformed
+from replication.estimation.delay.system import delay_system, transformed
 from replication.estimation.validation import Array
 
 Json = dict[str, Any]
@@ -35,7 +36,7 @@ def level_of(states: int, delays: int) -> float | None:
     return SMALL_LEVEL if delays == 1 and states >= 5 else None
 
 
-def example_4(states: int, delays: int, *, jordan: float) -> DelaySystem:
+def example_4(states: int, delays: int, *, jordan: float) -> DelayPlant:
     """Example 4 with a Jordan block of eigenvalue `jordan`, in the coordinates x_2, .., x_n, y.
 
     γ does not depend on the coordinates; these keep the matrices, and with them the program, sparse.

@@ -141,7 +141,7 @@ for column in COLUMNS:
     CONCLUDED.order(
         f"order.growth-{column}",
         place="Table I",
-        statement=f"The error of DRC-{column.upper()} grows from each frequency of Table I to the next.",
+        statement=f"The error of DRC-{column.upper()} increases from each frequency of Table I to the next.",
         uses=("table", "orderings"),
         pinned="consistent" if COLUMNS[column] == APO else "undetermined",
         says=in_order(column),

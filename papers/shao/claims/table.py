@@ -68,9 +68,11 @@ PRINTED = "[{}]".format("; ".join(f"{row['DRC-PMI']} {row['DRC-APO']}" for row i
 WHERE = {Points.BETWEEN: "at all times", Points.FAST: "at fast instants", Points.SLOW: "at slow instants"}
 
 
-@WHOLE.matrix("table.any-reading", PRINTED, place="Table I", uses=SEARCH, reading="searched", pinned="differs")
+@WHOLE.matrix(
+    "table.any-reading", PRINTED, place="Table I", uses=SEARCH, reading="searched", pinned="differs", ours=True
+)
 def any_reading(results: Results) -> Evidence:
-    """The two columns of numbers of Table I, DRC-PMI and DRC-APO, percent, together under one reading."""
+    """One simulation setting gives both columns of numbers of Table I, DRC-PMI and DRC-APO, percent."""
     found = merged(results[name] for name in SEARCH)
     columns = (found.joint[name].values for name in COLUMNS)
     return Evidence(
@@ -106,9 +108,11 @@ def any_reading(results: Results) -> Evidence:
     )
 
 
-@WHOLE.matrix("table.any-window", PRINTED, place="Table I", uses="windows", reading="window", pinned="differs")
+@WHOLE.matrix(
+    "table.any-window", PRINTED, place="Table I", uses="windows", reading="window", pinned="differs", ours=True
+)
 def any_window(results: Results) -> Evidence:
-    """The numbers of Table I, DRC-PMI and DRC-APO, percent, each by itself over a window of time that suits it."""
+    """Each number of Table I, DRC-PMI and DRC-APO, percent, is the largest error over some window of time."""
     found = results["windows"]
     cells = [cell for column in COLUMNS for cell in found[column]]
     hit = {length: sum(cell["hits"][length] > 0 for cell in cells) for length in ("long", "short")}
@@ -206,7 +210,7 @@ def cell(column: str, index: int, results: Results) -> Evidence:
             f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of half a period or "
             f"more, and under {searched['hits']['short']} with a shorter one, which is no evidence. The readings "
             "listed are not all that were searched: whether a number by itself is met over some window of time, and "
-            "whether all twelve are met under one reading, are claims of their own."
+            "whether all twelve are met under one reading, are remarks of ours."
         ),
     )
 
@@ -236,7 +240,7 @@ for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
     TABLE.feasible(
         f"table.src-{number}",
         place=row["SRC"].place,
-        statement=f"A dash: with the reference {reference} SRC diverges.",
+        statement=f"With the reference {reference}, SRC diverges (a dash in the table).",
         uses=("table", "transients"),
         reading=NO_READING,
         says=unstable(SRC),

@@ -7,8 +7,10 @@ from functools import partial
 from msgspec.structs import replace
 
 from papers.shao.claims.table import by_margin
+from papers.shao.experiments.theorem import PERIODS
 from papers.shao.printed import APO, DATA, RESTARTED
 from replication.audit.declare import Part, below, positive
+from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
@@ -141,12 +143,10 @@ def prediction_rate(results: Results) -> Evidence:
             },
         },
         note=(
-            "(6) has the rate C A ζ_p + C B u of the model alone, and ζ follows (3). Counted from the measurement, "
-            "as the proof does, which integrates the rate from an error of zero, (6) jumps by the error C ξ(t_{k−1}) "
-            "of "
-            "the estimate. Counted from the estimate the changes over T agree up to terms of order T², and the error "
-            "is "
-            "there to begin with."
+            "Counted from the estimate, as in (6), the rate is that of the model, C A ζ_p + C B u, which equals the "
+            "printed one at the start of a period only, since ζ follows (3): the changes over T agree up to terms of "
+            "order T². Counted from the measurement, as the proof needs, which integrates the rate from an error of "
+            "zero, (6) jumps by the error C ξ(t_{k−1}) of the estimate."
         ),
     )
 
@@ -157,15 +157,17 @@ def prediction_rate(results: Results) -> Evidence:
     uses="theorem",
     reading="elapsed-period",
     pinned="refuted",
-    consequence="theorem",
+    statement=f"At every fast period T, {1e6 * PERIODS[-1]:g} µs among them, the error of the virtual measurement is "
+    "at most α₃ T times the root of the largest V.",
     says=term("bound (15)"),
 )
 def prediction_bound(results: Results) -> Evidence:
-    """The error of the virtual measurement is at most α₃ times the root of the largest V times the time elapsed."""
+    """Left over right side of (15) at the smallest T listed and at the printed T."""
     theorem = results["theorem"]
     gaps = theorem["gap"]["motor"]
     (worst, bound), (restarted, allowed) = gaps[-1], theorem["restarted_gap"][-1]
     printed, enough = theorem["printed_gap"]
+    smallest = theorem["periods"][-1]
     return positive(
         1 - worst / bound,
         method=(
@@ -175,20 +177,21 @@ def prediction_bound(results: Results) -> Evidence:
         ),
         cross_check="the same for the scalar loop of the counter-example",
         quantities={
-            "restarted predictor, left over right at the smallest T": restarted / allowed,
-            "left over right at the printed T": printed / enough,
+            f"left over right at T = {smallest:g} s": worst / bound,
+            f"left over right at the printed T = {DATA['period']} s": printed / enough,
+            f"restarted predictor, left over right at T = {smallest:g} s": restarted / allowed,
             **{f"|y_p − y| at T = {T:g} s": gap[0] for T, gap in zip(theorem["periods"], gaps, strict=True)},
             **{f"α₃ T at T = {T:g} s": gap[1] for T, gap in zip(theorem["periods"], gaps, strict=True)},
             "scalar loop, |y_p − y| at the smallest T": theorem["gap"]["scalar"][-1][0],
             "scalar loop, α₃ T at the smallest T": theorem["gap"]["scalar"][-1][1],
         },
         note=(
-            "The left side is an estimation error, which does not vanish with T; the right side does. So (15) fails at "
-            "small T, and for the printed loop (18) allows no others; at the printed T the right side is large enough "
-            "at this instant. With the restarted predictor the right side is the larger at this instant and the "
-            "smallest "
-            "T; that does not mend the result, since (18) has no M. The certificate takes the largest V over two fast "
-            "periods."
+            f"At T = {smallest:g} s the left side is {short(worst / bound, 3)} times the right, at the printed "
+            f"T = {DATA['period']} s {short(printed / enough, 3)} times. The left side is an estimation error, which "
+            "does not vanish with T; the right side does. So (15) fails at small T, and for the printed loop (18) "
+            "allows no others. With the restarted predictor the right side is the larger at this instant and the "
+            "smallest T; that does not mend the result, since (18) has no M. The certificate takes the largest V over "
+            "two fast periods."
         ),
     )
 

@@ -18,7 +18,7 @@ EXPERIMENTS = (
     experiment("common", common.levels, **INPUTS),
     experiment(
         "sensitivity", common.table, prints=common.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
-        ratio=int(DATA["ratio"]),
+        period=float(DATA["period"]), ratio=int(DATA["ratio"]),
         cells=[
             {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}
             for column, observer in COLUMNS.items()
@@ -38,7 +38,7 @@ EXPERIMENTS = (
     experiment("transients", tracking.transients, slow_periods=40, substeps=10),
     experiment("lags", tracking.lags, ratios=list(range(1, 11)), frequency=1e-3),
     experiment("robustness", tracking.robustness, factors=np.geomspace(0.5, 2.0, 49).tolist()),
-    experiment("theorem", theorem.theorem, periods=[1e-4, 1e-5, 1e-6], ratios=[2, 3, 5, 8]),
+    experiment("theorem", theorem.theorem, periods=list(theorem.PERIODS), ratios=[2, 3, 5, 8]),
     experiment("longer", theorem.longer_ratios, stable=5, unstable=2000, beyond=[1100, 1500, 2000, 3000, 5000]),
     experiment("divergence", theorem.divergence, ratio=2000, length=8.0, points=200),
     experiment("bounds", theorem.step_bounds, trials=400, seed=3),

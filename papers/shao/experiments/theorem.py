@@ -28,6 +28,8 @@ from replication.estimation.dualrate.response import time_response
 from replication.estimation.validation import Array
 
 COMPARED = (APO, RESTARTED, FAST)
+PERIODS = (1e-4, 1e-5, 1e-6)
+"""Decreasing T in s, at which both sides of (15) and the slow rates are looked at."""
 POINTS = 40
 """Times looked at within a fast period."""
 

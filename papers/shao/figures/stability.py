@@ -64,7 +64,7 @@ def _grown(drawn: FigureData) -> float:
 
 def say_counter_example(drawn: FigureData) -> str:
     """The message: how far the printed loop has grown."""
-    return f"x grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed, and decays with a fast sensor"
+    return f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
 
 
 def describe_counter_example(drawn: FigureData) -> str:

@@ -14,6 +14,7 @@ from papers.shao.printed import (
     FAST,
     FREQUENCIES,
     HELD,
+    LABELS,
     PMI,
     RESTARTED,
     SINGLE,
@@ -90,7 +91,7 @@ def late(drawn: FigureData, short: str, key: str = "error") -> float:
 def say_responses(drawn: FigureData) -> str:
     """The message: both errors in the second half."""
     apo, pmi = (late(drawn, short) for short in ("apo", "pmi"))
-    return f"In the second half DRC-APO's RMS tracking error is {apo:.3f} rad, DRC-PMI's {pmi:.3f} rad"
+    return f"From a zero estimate DRC-APO's late RMS error is {apo:.3f} rad, slow-observer DRC-PMI's {pmi:.3f} rad"
 
 
 def describe_responses(drawn: FigureData) -> str:
@@ -116,9 +117,9 @@ _RESPONSES = tuple(
         name=f"fig{number}",
         place=f"Fig. {number}",
         title=say_responses,
-        caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, literal "
-        "reading. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean square of the second half. The "
-        "text at hand holds no image of the figure: the axes are ours.",
+        caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
+        "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the "
+        "second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
         published=True,
         uses=("transients",),
         data=partial(responses, sigma),
@@ -183,7 +184,7 @@ def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
 
 
 def say_error_curves(drawn: FigureData) -> str:
-    """The message: how far the printed DRC-APO is from the literal reading."""
+    """The message: how far the printed DRC-APO is from ours."""
     low, high = _print_over_ours(drawn, "apo")
     return f"For DRC-APO Table I prints {low:.2f} to {high:.2f} times the errors that we compute"
 
@@ -195,7 +196,7 @@ def describe_error_curves(drawn: FigureData) -> str:
     return (
         f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
         f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO. The printed "
-        f"errors are multiples of those of the literal reading: {', '.join(told)}."
+        f"errors are multiples of ours: {', '.join(told)}."
     )
 
 
@@ -228,7 +229,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 def say_lag_curves(drawn: FigureData) -> str:
     """The message: the lag of the virtual measurement beside that of the restarted one."""
     printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
-    return f"At the largest M the estimate is {printed:.3f} s late, restarted {restarted:.3f} s"
+    return f"At the largest M DRC-APO's estimate is {printed:.3f} s late, the restarted predictor's {restarted:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:
@@ -285,22 +286,24 @@ PLACES = {
 """Where the name of a curve stands: abscissa, side, and which end of the words is there."""
 
 
-def _largest(drawn: FigureData, parameter: str) -> float:
-    return max(drawn.columns[f"{parameter}_{APO}"])
+def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
+    return max(drawn.columns[f"{parameter}_{loop}"])
 
 
 def say_robustness_curves(drawn: FigureData) -> str:
-    """The message: what the flux does, as the largest error drawn."""
-    return f"A wrong flux raises the tracking error of DRC-APO to {_largest(drawn, 'flux'):.0f} %"
+    """The message: what the flux does to DRC-APO and to a loop with a fast sensor."""
+    apo, fast = (_largest(drawn, "flux", loop) for loop in (APO, FAST))
+    return f"A wrong flux raises DRC-APO's error to {apo:.0f} %, a fast-sensor loop's to {fast:.0f} %"
 
 
 def describe_robustness_curves(drawn: FigureData) -> str:
-    """Largest error over the factors for each parameter under DRC-APO."""
+    """Largest error of each loop with a wrong flux, and of DRC-APO with each wrong parameter."""
     largest = [f"{words} {_largest(drawn, parameter):.0f} %" for parameter, words in PARAMETERS.items()]
+    loops = [f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED]
     factors = drawn.columns["factor"]
     return (
-        f"Largest error of DRC-APO where the model does not know a parameter, true over nominal from {factors[0]:g} to "
-        f"{factors[-1]:g}: {'; '.join(largest)}."
+        f"Largest tracking errors where the model has a wrong parameter, true over nominal from {factors[0]:g} to "
+        f"{factors[-1]:g}. Wrong flux: {'; '.join(loops)}. DRC-APO by parameter: {'; '.join(largest)}."
     )
 
 
@@ -309,8 +312,9 @@ _TRACKING = (
         name="robustness",
         place="Sec. V",
         title=say_robustness_curves,
-        caption="Reference of 1 rad/s, steady state, literal reading. Observer, gains and command keep the printed "
-        "parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far less.",
+        caption="Reference of 1 rad/s, steady state, DRC-PMI with a slow observer. Observer, gains and command keep "
+        "the printed parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far "
+        "less.",
         uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,

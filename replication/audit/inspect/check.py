@@ -250,7 +250,10 @@ def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
 
 
-# A results file held against what the kept results of its experiments give: all of it, not the verdicts alone
+# A results file held against what the kept results of its experiments give: all of it, not the verdicts alone.
+#
+# Nothing is computed but what turns results into records. Where the cache holds no longer what the file was made from,
+# this is said, and the numbers are taken as they stand.
 
 
 PARTS = {"papers": "key", "claims": "id", "errata": "id", "figures": "name", "experiments": "name"}

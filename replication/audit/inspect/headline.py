@@ -1,4 +1,4 @@
-"""The summary of a report: one sentence of verdict, what to bear in mind, and every number in them counted."""
+"""The summary of a report: one sentence of verdict, every number counted, and notes on what nobody would see."""
 
 from __future__ import annotations
 
@@ -167,9 +167,6 @@ def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
         return text
     found = Counter(map(basis, chosen))
     return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
-
-
-# What a run tells besides verdicts: things that are allowed, and that nobody would see otherwise
 
 
 LIKENESS = 0.75

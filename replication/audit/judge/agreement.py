@@ -254,7 +254,7 @@ def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> s
     deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
     interval = f"[{numerals.of_decimals(ends[0])}, {numerals.of_decimals(ends[1])}]"
     return (
-        f"{number.describe(*ends)} {words} {interval}, for which the printed {number.entry.text} stands"
+        f"{number.describe(*ends)} {words} {interval}, the range of the printed {number.entry.text}"
         f" (deviation in units of its last place: {deviation})"
     )
 

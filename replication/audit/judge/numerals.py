@@ -1,19 +1,24 @@
-"""How the report writes numbers: every digit that it shows of a computed number is made here."""
+"""How the report writes numbers, and that its sentences have few: every digit that it shows is made here."""
 
 from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, localcontext
+from collections.abc import Callable, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 
 from replication.audit.model import Numbers
 from replication.errors import AuditError
 
+SHOWN = 6
+"""Significant digits of a number that no print says more of."""
 BEYOND = 4
 CROWDED = 1
 """Digits shown beyond the last printed place; the second where several numbers stand in a line."""
+
+MORE = 3
+"""Digits more that keep a number in its bracket at most."""
 
 NEGLIGIBLE = 1e-6
 """Units of the last printed place below which a deviation is shown as zero."""
@@ -30,7 +35,7 @@ _LONGEST = 15
 """Digits before the point from which a number is written with a power of ten."""
 
 
-def short(number: float, digits: int = 6) -> str:
+def short(number: float, digits: int = SHOWN) -> str:
     """`number` to that many significant digits, with a power of ten where it is very large or small."""
     if isinstance(number, bool):
         return "yes" if number else "no"
@@ -65,20 +70,34 @@ def seconds(number: float) -> str:
     return f"{number:.2f}" if number >= 0.01 or number == 0 else short(number, 1)
 
 
-def at_print(number: float, unit: Fraction, beyond: int = BEYOND) -> tuple[str, str]:
+def at_print(
+    number: float, unit: Fraction, beyond: int = BEYOND, low: Fraction | None = None, high: Fraction | None = None
+) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number.
+    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number. It
+    stays in its bracket from `low` to `high`, with up to `MORE` digits more; where the bracket is narrower than these,
+    it is just rounded.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:
         return short(number), ""
     if not decimals and float(number).is_integer():
         return _typeset(f"{number:.0f}"), ""
-    text = _typeset(f"{number:.{decimals + beyond}f}")
+    text = next(filter(None, (_inside(number, decimals + n, low, high) for n in range(beyond, beyond + MORE + 1))), "")
+    text = text or f"{number:.{decimals + beyond}f}"
     # Beyond a whole last place the point belongs to the muted part.
-    cut = len(text) - beyond - (0 if decimals else 1)
-    return text[:cut], text[cut:]
+    cut = text.index(".") + (1 + decimals if decimals else 0)
+    return _typeset(text[:cut]), text[cut:]
+
+
+def _inside(number: float, places: int, low: Fraction | None, high: Fraction | None) -> str:
+    """`number` rounded to so many places, else down, else up, whichever lies between both ends; empty if none does."""
+    for rounding in (ROUND_HALF_EVEN, ROUND_FLOOR, ROUND_CEILING):
+        shown = Decimal(number).quantize(Decimal(1).scaleb(-places), rounding, Context(prec=MOST_DIGITS))
+        if (low is None or Fraction(shown) >= low) and (high is None or Fraction(shown) <= high):
+            return f"{shown:f}"
+    return ""
 
 
 def agreement(printed: str, computed: str) -> int:
@@ -109,14 +128,14 @@ def decimal(number: Decimal) -> str:
     return _typeset(f"{plain:f}" if not plain or -SMALLEST <= plain.adjusted() < _LONGEST else f"{plain:e}")
 
 
-def layout(numbers: Numbers) -> str:
+def layout(numbers: Numbers, write: Callable[[float], str] = short) -> str:
     """`numbers` in the way of their layout: a scalar, a list in parentheses, or rows in square brackets."""
     if not isinstance(numbers, tuple):
-        return short(numbers)
+        return write(numbers)
     if any(isinstance(row, tuple) for row in numbers):
-        rows = (" ".join(map(short, row)) if isinstance(row, tuple) else short(row) for row in numbers)
+        rows = (" ".join(map(write, row)) if isinstance(row, tuple) else write(row) for row in numbers)
         return f"[{'; '.join(rows)}]"
-    return f"({', '.join(short(number) for number in numbers if not isinstance(number, tuple))})"
+    return f"({', '.join(write(number) for number in numbers if not isinstance(number, tuple))})"
 
 
 def enclosure(low: Fraction | None, high: Fraction | None, *ends: Fraction | None) -> str:
@@ -145,6 +164,12 @@ def at_most(number: float, digits: int = 2) -> str:
 def at_least(number: float, digits: int = 2) -> str:
     """A lower bound to so many significant digits, rounded down: what "at least" stands before."""
     return decimal(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(number)))
+
+
+def outward(low: float, high: float, digits: int = 4) -> tuple[float, float]:
+    """Both ends of a bracket to so many significant digits, rounded outwards."""
+    below, above = (Context(prec=digits, rounding=mode) for mode in (ROUND_FLOOR, ROUND_CEILING))
+    return float(below.create_decimal(Decimal(low))), float(above.create_decimal(Decimal(high)))
 
 
 def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
@@ -188,9 +213,6 @@ def _typeset(text: str) -> str:
         power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
         mantissa = power if mantissa == "1" else f"{mantissa}×{power}"
     return mantissa.replace("-", MINUS)
-
-
-# Sentences that a reader can take in: few words and few numbers; names that hold a number do not count as one
 
 
 MOST_WORDS, MOST_WORDS_OF_TITLE, MOST_NUMBERS = 25, 15, 2

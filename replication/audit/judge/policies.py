@@ -22,16 +22,20 @@ RULES: Mapping[Policy, str] = {
     Policy.SOLVER: "A text that obtains a least level with a numerical solver prints where the solver stopped. A print "
     "above the optimum by no more than the solver's accuracy is compatible; the reason says what the optimum rounds "
     "to, and by how much the print exceeds it at least.",
+    Policy.SOME: "A printed number that some readings of the text give and others do not is compatible: digits are "
+    "seldom met by chance. A statement without a number that holds under some readings only is undetermined. One that "
+    "says the same as a number shares its verdict.",
     Policy.CONSTANT: "A constant that a theorem leaves open, such as a small positive one, is a reading: its limit is "
-    "one, a value of it is another.",
+    "one, a value of it is another. A value fitted to the print shows that the print can be reached, and no more.",
     Policy.RULED_OUT: "A reading that the text rules out is none: its outcome is told and does not count.",
     Policy.FACT: "Claims of a paper with the same predicates are one fact: it has one verdict and is counted once.",
     Policy.OWN: "What rests on a plant, a filter or draws of ours is never reproduced: a statement is consistent at "
     "best, and a number, or what needs a correction too, compatible.",
     Policy.ERRATUM: "A correction never improves a verdict: what agrees only once corrected says so, whether it is a "
-    "number or a statement; a correction that is an inference makes it compatible.",
+    "number or a statement; a correction that is an inference makes it compatible. It must leave the step valid: what "
+    "would fit the print and break a condition that the text asks for is told, and does not count.",
     Policy.SCAN: "A slip that the conversion of the text may have made is corrected and named, and not charged to the "
-    "authors: the verdict is that of the corrected text.",
+    "authors: the verdict is that of the corrected text, if the correction is certain.",
     Policy.INPUTS: "Results that a text prints, and from which another is computed, were rounded for the print: what "
     "this rounding may explain is compatible. Parameters that it chooses are exact.",
     Policy.REMARK: "What we say beside the text, such as that a condition is tight, is judged as a claim is, and no "
@@ -136,6 +140,16 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
 
 def _as_bracket(evidence: Evidence, over: OverInputs) -> Evidence:
     return Evidence(method=evidence.method, value=evidence.value, lower=over.lower, upper=over.upper)
+
+
+def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple[Policy, ...]]:
+    """The verdict where readings disagree, from how many agree, and the policy that decides it if some do.
+
+    numbers: whether a printed number is compared.
+    """
+    if not 0 < agreeing < among:
+        return Verdict.UNDETERMINED, ()
+    return Verdict.COMPATIBLE if numbers else Verdict.UNDETERMINED, (Policy.SOME,)
 
 
 def once_corrected(verdict: Verdict) -> Verdict:

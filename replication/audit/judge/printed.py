@@ -296,9 +296,6 @@ def _refuse_ambiguous(text: str, body: str) -> None:
         )
 
 
-# How far results move while one printed number moves within its own rounding, all others held
-
-
 Parameters = Mapping[str, Any]
 """Printed parameters as numbers: a float, or the rows of a matrix as lists."""
 

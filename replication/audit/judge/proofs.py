@@ -25,7 +25,10 @@ from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
-# By what else a certificate is checked, a second arithmetic or Coq: what their last runs left beside the papers
+# Second checks of certificates, by another arithmetic or Coq: what their last runs left beside the papers.
+#
+# They take too long for every run, so that each records the checksums of the certificates that it accepted, and of all
+# that it read beside them. What has changed since does not count.
 
 
 def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[str, str]]:

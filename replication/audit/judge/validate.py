@@ -1,4 +1,4 @@
-"""Are the papers' claims well formed? All mistakes of all papers are reported together, before anything is computed."""
+"""Are the papers' claims well formed, in types and in names? All mistakes are told before anything is computed."""
 
 from __future__ import annotations
 
@@ -270,9 +270,6 @@ def _missing(user: str, verb: str, names: Iterable[str], known: set[str], at: At
     for name in names:
         if name not in known:
             yield f"{user} {verb} {name!r}, which does not exist; {meant(name, known)}{at(name)}"
-
-
-# Are the papers' declarations made of what they must be made of? A dataclass takes anything; the records do not
 
 
 def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:

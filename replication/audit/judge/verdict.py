@@ -1,4 +1,4 @@
-"""Verdicts: the one place where a claim and its evidence become a verdict; `recording` stores both."""
+"""Verdicts: the one place where a claim and its evidence become a verdict, and are stored with it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value
 from replication.audit.judge.numerals import apart, digits, short
-from replication.audit.judge.policies import once_corrected, slipped, touched, with_excess, with_inputs, with_own
+from replication.audit.judge.policies import (
+    once_corrected,
+    slipped,
+    touched,
+    under_some,
+    with_excess,
+    with_inputs,
+    with_own,
+)
 from replication.audit.judge.proofs import NUMERIC, Standing, with_proofs
 from replication.audit.model import (
     NO_READING,
@@ -208,6 +216,7 @@ def _family(case: Case) -> Judgement:
     if not verdicts:
         raise AuditError(f"the text rules out every reading of the family, {ruled_out}; one at least must be left")
     agreeing, numbers = sum(verdict in AGREES for verdict in verdicts), _compares_numbers(case.claim)
+    decided: tuple[Policy, ...] = ()
     if agreeing == len(verdicts):
         left = [reading for reading in readings if reading.name not in ruled_out]
         chosen = numbers and (case.claim.kind is Kind.STATISTICAL or all(reading.inference for reading in left))
@@ -215,14 +224,14 @@ def _family(case: Case) -> Judgement:
     elif all(verdict in DISAGREES for verdict in verdicts):
         verdict = Verdict.DIFFERS if numbers else Verdict.REFUTED
     else:
-        verdict = Verdict.COMPATIBLE if agreeing and numbers else Verdict.UNDETERMINED
+        verdict, decided = under_some(agreeing, len(verdicts), numbers)
     said = "; ".join(f"{name}: {judgement.reason.rstrip('.')}" for name, judgement in found.items())
     reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings of the text. {said}."
     if ruled_out:
         reason = f"{reason} The text rules out and the verdict leaves out: {', '.join(ruled_out)}."
     shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
-    applied = tuple(dict.fromkeys(policy for judgement in found.values() for policy in judgement.policies))
+    applied = tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies))))
     nearest = min(deviations, key=abs, default=None)
     return Judgement(verdict=verdict, reason=reason, deviation_ulp=nearest, policies=applied)
 
@@ -341,7 +350,9 @@ def require_finite(path: str, value: Any) -> None:
             require_finite(f"{path.rstrip('.')}[{index}].", entry)
 
 
-# Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored
+# Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored.
+#
+# `rejudge` judges a stored record anew. Both go through `judge`, so a verdict set by hand is found out.
 
 
 OUTCOMES = (

@@ -1,7 +1,7 @@
 """One zip of everything: sources, lock, results, figures, certificates, report, exports, with a checksum for each file.
 
-Unpacked, it is a project like the one that it came from: `make report` rebuilds it, `make artifact` packs it again, and
-`sha256sum -c SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
+Unpacked, it is a project like the one that it came from: `replication run` rebuilds it, `replication artifact` packs it
+again, and `sha256sum -c SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import hashlib
 import html
 import io
 import json
+import re
 import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
@@ -132,7 +133,7 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> s
                 {"file": "report/results.json", "comment": "every claim with its evidence and verdict"},
                 *manifest,
             ],
-            "summary": f"{sentence(claims)} Made by `make report` of {software.title}, version {software.version}.",
+            "summary": f"{sentence(claims)} Made by `replication run` of {software.title}, version {software.version}.",
             **({"repository": software.repository_code} if software.repository_code else {}),
         }
     )
@@ -150,7 +151,7 @@ def rescience(results: ResultsFile, software: Software) -> str:
             "abstract": software.abstract,
             "keywords": list(software.keywords),
             "language": "Python",
-            "domain": "Control engineering",
+            **without_empty({"domain": results.project.subject}),
             "code": [
                 without_empty({"url": software.repository_code, "doi": software.doi, "version": software.version})
             ],
@@ -200,6 +201,13 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 """The earliest time that a zip can hold, given to every file: the same content is then the same archive."""
 
 EXECUTABLE, PLAIN = 0o100755, 0o100644
+
+
+def archive_name(root: Path) -> str:
+    """What the archive of the project at `root` is called: title, up to a colon, and version of its CITATION.cff."""
+    software = read_software(root)
+    words = re.findall(r"[a-z0-9]+", software.title.partition(":")[0].lower())
+    return f"{'-'.join([*words, software.version])}-artifact.zip"
 
 
 def write_archive(root: Path, path: Path) -> int:
@@ -265,7 +273,7 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     described = sorted({*map(Path, (*_sources(root), *BUILT)), *tutorials})
     missing = [str(file) for file in described if not (root / file).is_file()]
     if missing:
-        raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out and run `make report`")
+        raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out, then `replication run`")
     software = read_software(root)
     texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
     texts[CRATE] = to_json(crate(results, software, root, described))
@@ -284,7 +292,7 @@ def _require_unedited(root: Path, run: RunRecord) -> str:
     if run.commit != head or run.dirty or dirty:
         state = "edited sources" if run.dirty else f"commit {run.commit[:12]}"
         now = f"{head[:12]}{', edited' if dirty else ''}"
-        raise AuditError(f"the results come from {state}, the sources are at {now}; commit, then `make report`")
+        raise AuditError(f"the results come from {state}, the sources are at {now}; commit, then `replication run`")
     return head
 
 
@@ -292,6 +300,8 @@ def _sources(root: Path) -> list[str]:
     """The files that git knows; in an unpacked archive, those of its manifest that packing does not write anew."""
     if (listed := git(root, "ls-files", "-z")) is not None and git_state(root)[1] is not None:
         return [name for name in listed.split("\0") if name]
+    if not (root / MANIFEST).is_file():
+        raise AuditError(f"{root} is no checkout of git, which says what its sources are; `git init`, commit, then run")
     packed = {name for name, _ in _manifest(root)} - {CRATE, COMMIT_FILE}
     edited = [line for line in changed_files(root) if line.partition("/")[0] not in ("figures", "report")]
     if edited:

@@ -14,7 +14,7 @@ from replication.audit.inspect.headline import sentence
 from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
-# How this package is cited: what CITATION.cff says, read once for every export
+# Citation of this package, from CITATION.cff, read once for every export
 
 
 CITATION = "CITATION.cff"

@@ -187,9 +187,6 @@ def _sources(root: Path) -> bytes:
     return digest.digest()
 
 
-# The examples of documentation and README: run, with what they say, print and draw
-
-
 FIGURE = "figure"
 """The variable in which an example leaves its picture, if it has one."""
 

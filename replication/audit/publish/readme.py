@@ -1,4 +1,4 @@
-"""The parts of the README that come from a run, between markers: a line for each paper, and an example."""
+"""The parts of the README that come from a run, between markers, and its picture of the answer."""
 
 from __future__ import annotations
 
@@ -101,7 +101,10 @@ def _line(paper: PaperRecord, told: BriefView | None) -> str:
     return f"{told.headline.text}." if told.headline.text else told.card.text
 
 
-# The picture of the README: the answer as the report draws it, of a run whose sources were committed
+# The picture of the README: the answer as the report draws it, of a run whose sources were committed.
+#
+# `make picture` takes it; Chromium and its driver must be on the path. The picture notes which commit and which
+# verdicts it shows, so that one that is out of date can be told.
 
 
 WIDTH, HEIGHT = 1240, 2000

@@ -52,7 +52,7 @@ def _page(paper: PaperView, known: Mapping[str, Any], *, sheet: bool) -> str:
             paper=paper,
             sheet=sheet,
             tabled={c.claim.record.id for t in paper.tables for row in t.rows for c in row if c.claim is not None},
-            root="../../",
+            root=known["results"].project.sources(known["run"].commit, known["run"].dirty) or "../../",
             style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("article.css"))),
             drawn=Markup("" if sheet else rules([paper])),
         )

@@ -14,7 +14,10 @@ from replication.audit.judge.agreement import Measured, Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.model import Evidence
 
-# A computed number and its bracket, drawn to scale against the interval that rounds to the printed value
+# A computed number and its bracket, drawn to scale against the interval that rounds to the printed value.
+#
+# All lengths are in units of the last printed place, measured from the printed value. Drawings hold numbers of ours
+# only, so they are markup without escapes; colours come from the style sheet of the report by class.
 
 
 WIDTH, HEIGHT = 132, 18
@@ -113,12 +116,12 @@ class EntryView:
     """One printed number beside what was computed for it.
 
     value, interval: the printed number, and the ends of what it stands for, None beside a relation. head, tail:
-    computed digits up to the last printed place and beyond it. agreed: how many characters of the head agree with
-    the print, all of them if the number lies in the interval; none beside a relation. deviation: in units of the
-    last printed place. sign: what stands between a real part and this imaginary one, in print and as computed, if
-    their own digits have no sign; empty for all other entries. pads: blank columns before print and head that put
-    all decimal points of the claim below each other. literal: a single print as it stands in the text, where that
-    is more or other than the digits in `printed`.
+    computed digits up to the last printed place and beyond it, which are the number `shown`. agreed: how many
+    characters of the head agree with the print, all of them if the number lies in the interval; none beside a relation.
+    deviation: in units of the last printed place. sign: what stands between a real part and this imaginary one, in
+    print and as computed, if their own digits have no sign; empty for all other entries. pads: blank columns before
+    print and head that put all decimal points of the claim below each other. literal: a single print as it stands in
+    the text, where that is more or other than the digits in `printed`.
     """
 
     label: str
@@ -137,6 +140,7 @@ class EntryView:
     pads: tuple[int, int] = (0, 0)
     literal: str = ""
     value: Fraction | None = None
+    shown: float = 0.0
 
     @property
     def imaginary(self) -> bool:
@@ -220,8 +224,10 @@ def _band(relation: str, number: Measured) -> Band:
 
 
 def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: float) -> EntryView:
-    entry, value, bracket = number.entry, float(number.value), number.bracket
-    head, tail = numerals.at_print(value, entry.unit, numerals.CROWDED if _crowded(printed) else numerals.BEYOND)
+    entry, value = number.entry, float(number.value)
+    low, high = (number.bracket.low, number.bracket.high) if number.has_bracket else (None, None)
+    beyond = numerals.CROWDED if _crowded(printed) else numerals.BEYOND
+    head, tail = numerals.at_print(value, entry.unit, beyond, low, high)
     text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
     sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
     inside = band.holds(mark)
@@ -233,12 +239,13 @@ def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: flo
         tail=tail,
         agreed=len(head) if inside and not printed.relation else numerals.agreement(text, head),
         full=numerals.full(value),
-        lower=numerals.full(float(bracket.low)) if number.has_bracket and bracket.low is not None else "",
-        upper=numerals.full(float(bracket.high)) if number.has_bracket and bracket.high is not None else "",
+        lower="" if low is None else numerals.full(float(low)),
+        upper="" if high is None else numerals.full(float(high)),
         deviation=mark.value,
         inside=inside,
         strip=strip([mark], band, span),
         value=Fraction(entry.value),
+        shown=float(f"{head}{tail}".replace(numerals.MINUS, "-")) if tail else value,
         sign=(sign[0], sign[1]) if number.label.startswith(IMAGINARY) else ("", ""),
     )
 

@@ -1,22 +1,26 @@
-"""The evidence of all claims as one packed text, which the page unpacks and draws where a reader opens a claim."""
+"""Evidence as one packed text, which the page unpacks where a claim is opened; proofs to check there; digit ladders."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
 import json
+import math
 import re
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
 
-from replication.audit.report.claim import anchor
-from replication.audit.report.templates import source
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
+from replication.audit.model import Verdict
+from replication.audit.report.claim import ClaimView, anchor
+from replication.audit.report.entries import EntryView
+from replication.audit.report.templates import claim_of, source
+from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, ResultsFile
 from replication.verify.subjects import subject
 
 _SPACE = re.compile(r">\s+<")
@@ -49,7 +53,11 @@ def unpacked(text: str) -> dict[str, str]:
     return found
 
 
-# Proofs that the reader's browser checks: the certificates that `html/check.js` knows, and what each must be about
+# Proofs that the reader's browser checks: the certificates that `html/check.js` knows, and what each must be about.
+#
+# The page holds a certificate byte for byte, if it is the file that the run verified; beside it stands what the paper's
+# own data say that it must be about, made here from `printed.toml` and `theorems.json`. Both are packed, as the
+# evidence is; the script compares them, and checks the rest from the definitions, in exact fractions.
 
 
 MOST_BYTES = 11_000
@@ -118,3 +126,133 @@ def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[st
         and any(said.of in about for said in claim.claim.says)
     ]
     return list(dict.fromkeys(found))
+
+
+MOST = 8
+"""Ladders of a paper."""
+FARTHEST = 2
+"""Units of the last printed place that the first rung shows on either side."""
+
+Ends = tuple[Fraction, Fraction]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rung:
+    """One scale. factor: how many times finer than the first. box: the part of it that rounds to the print.
+
+    ours: the bracket, a line where it is thinner than one. end: the nearer end of the interval.
+    """
+
+    factor: int
+    box: tuple[float, float] | None
+    ours: tuple[float, float]
+    end: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ladder:
+    """One claim; gap: from the bracket to the nearer end of the interval. inside: whether the bracket lies in it.
+
+    end: the nearer end. bracket: what is proved, rounded outwards. room: how many times its width goes into the gap.
+    """
+
+    view: ClaimView
+    entry: EntryView
+    inside: bool
+    gap: float
+    end: Fraction
+    bracket: Ends
+    room: int
+    rungs: tuple[Rung, Rung, Rung]
+
+
+def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
+    """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
+    cells = {claim_of(cell) for table in paper.tables for row in table.rows for cell in row}
+    own = [view for view in claims if view.record.id in cells and view.record.counted]
+    found = [made for view in own if (made := _ladder(view)) is not None]
+    # Several claims of one place may print the same digits; the first of them stands for all.
+    distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()
+    chosen = sorted(distinct, key=lambda made: (made.inside, made.gap / float(_width(made))))[:MOST]
+    return tuple(sorted(chosen, key=lambda made: (made.inside, made.view.place)))
+
+
+def _width(made: Ladder) -> Fraction:
+    interval = made.entry.interval
+    assert interval is not None  # `_ladder` makes none without
+    return interval[1] - interval[0]
+
+
+def _ladder(view: ClaimView) -> Ladder | None:
+    """None unless one printed number has a proved bracket, in sight of its interval, from which its verdict follows."""
+    evidence, judgement = view.record.evidence, view.record.judgement
+    if len(view.entries) != 1 or not judgement.proved or view.record.verdict is Verdict.ERROR:
+        return None
+    (entry,) = view.entries
+    low, high = evidence.lower, evidence.upper
+    if entry.interval is None or not isinstance(low, int | float) or not isinstance(high, int | float):
+        return None
+    ours, box = (Fraction(low), Fraction(high)), entry.interval
+    inside = box[0] <= ours[0] and ours[1] <= box[1]
+    if abs(entry.deviation) > FARTHEST or ours[0] >= ours[1] or (not inside and ours[1] > box[0] and ours[0] < box[1]):
+        return None
+    below, above = ours[0] - box[0], box[1] - ours[1]
+    end, gap = (box[0], abs(below)) if abs(below) <= abs(above) else (box[1], abs(above))
+    if not inside:
+        end, gap = (box[0], box[0] - ours[1]) if ours[1] <= box[0] else (box[1], ours[0] - box[1])
+    # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
+    if not gap or inside is (view.record.verdict is Verdict.DIFFERS):
+        return None
+    return Ladder(
+        view=view,
+        entry=entry,
+        inside=inside,
+        gap=float(gap),
+        end=end,
+        bracket=_outward(ours),
+        room=_two_digits(gap / (ours[1] - ours[0])),
+        rungs=_rungs(box, ours, end),
+    )
+
+
+def _outward(ours: Ends) -> Ends:
+    """The bracket with as many digits as show its width."""
+    unit = Fraction(10) ** math.floor(math.log10(ours[1] - ours[0]))
+    return math.floor(ours[0] / unit) * unit, math.ceil(ours[1] / unit) * unit
+
+
+def _two_digits(number: Fraction) -> int:
+    """A large number to two digits, a whole one in any case."""
+    return int(round(number, min(0, 1 - math.floor(math.log10(number)))))
+
+
+def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, Rung, Rung]:
+    width = box[1] - box[0]
+    first = (min(box[0], ours[0]) - width / 4, max(box[1], ours[1]) + width / 4)
+    near = (min(end, ours[0]), max(end, ours[1]))
+    second = _widened(near, Fraction(1, 3))
+    third = _widened(ours, Fraction(1, 2))
+    scale = first[1] - first[0]
+    return (
+        _rung(first, scale, box, ours, None),
+        _rung(second, scale, box, ours, end),
+        _rung(third, scale, box, ours, None),
+    )
+
+
+def _widened(ends: Ends, part: Fraction) -> Ends:
+    margin = (ends[1] - ends[0]) * part
+    return ends[0] - margin, ends[1] + margin
+
+
+def _rung(window: Ends, scale: Fraction, box: Ends, ours: Ends, end: Fraction | None) -> Rung:
+    def at(number: Fraction) -> float:
+        return round(float(100 * (number - window[0]) / (window[1] - window[0])), 2)
+
+    low, high = (min(max(at(number), 0.0), 100.0) for number in box)
+    return Rung(
+        factor=_two_digits(scale / (window[1] - window[0])),
+        box=(low, high) if low < high else None,
+        ours=(at(ours[0]), at(ours[1])),
+        end=None if end is None else at(end),
+    )

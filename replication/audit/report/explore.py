@@ -1,4 +1,4 @@
-"""Pictures that a reader can move, from the tables of the figures: curves as SVG, their names and values as text.
+"""Pictures that a reader can move: curves as SVG on round axes, their names and values as text.
 
 The frame is 1000 by 1000 and stretched to its place, so that the text beside it keeps its size. Without a script each
 picture stands where its slider begins.
@@ -75,8 +75,8 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class CurveView:
-    """One curve. path: its line or area. value: what it has where the slider begins, if anything; height: of its name,
-    spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
+    """One curve. path: its line or area. value: what is shown where the slider begins, if anything. height: of its
+    name, spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
     """
 
     label: str
@@ -214,22 +214,28 @@ def _curve(
         for line in lines
     ]
     places = range(len(across))
-    value = tuple(line[begin] for line in lines) if at(begin) is not None else ()
     return CurveView(
         label=curve.label,
         quiet=curve.quiet,
         band=len(lines) > 1,
         path=f"M{'L'.join(points[0])}" if len(points) == 1 else f"M{'L'.join([*points[0], *reversed(points[1])])}Z",
-        value=value,
         at=at(begin),
         height=height,
+        value=_shown([line[begin] for line in lines]),
         values="|".join(_named([line[i] for line in lines]) for i in places),
         heights=" ".join("" if (y := at(i)) is None else f"{y:.0f}" for i in places).rstrip(),
     )
 
 
+def _shown(ends: Sequence[float]) -> tuple[float, ...]:
+    """A number, or both ends of a band, rounded outwards; nothing where a curve has ended."""
+    if not all(map(math.isfinite, ends)):
+        return ()
+    return numerals.outward(ends[0], ends[-1]) if len(ends) > 1 else tuple(ends)
+
+
 def _named(ends: Sequence[float]) -> str:
-    return " to ".join(numerals.short(end, 4) for end in ends) if all(map(math.isfinite, ends)) else "none"
+    return " to ".join(numerals.short(end, 4) for end in _shown(ends)) or "none"
 
 
 def _name_height(lines: tuple[Values, ...], scale: Scale) -> float:

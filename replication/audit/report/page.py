@@ -1,4 +1,4 @@
-"""The report: one HTML file that loads nothing, made from a results file and the figures beside it.
+"""Pages: the report, the difference of two runs, and the register of several projects; each loads nothing.
 
 Everything that the page says of a paper comes from the results file; the templates hold words only. The same results
 and figures give the same bytes. The page is the opening, one page per paper (`paper`), then what stands behind the
@@ -78,7 +78,7 @@ def _key(results: ResultsFile, figures: Path, depth: int, proofs: Mapping[str, A
 
 
 def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
-    """The text of the report; root: the way from its folder to that of the project, for the links to code.
+    """The text of the report; root: the way to the folder of the project, for links to code in no public place.
 
     Other arguments and errors as for `build_report`.
     """
@@ -119,19 +119,21 @@ def _inside_script(content: dict[str, Any]) -> str:
 
 
 def _made(
-    results: ResultsFile, figures: Path, root: str, proofs: Mapping[str, Any]
+    results: ResultsFile, figures: Path, beside: str, proofs: Mapping[str, Any]
 ) -> tuple[str, dict[str, str], dict[str, Any]]:
     """The page, the evidence that is packed into it, and what both were made from."""
     made = environment()
     plays = played(proofs)
     wanted = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
     scripts = {name: source(f"{name}.js") for name, there in wanted.items() if there}
+    root = results.project.sources(results.run.commit, results.run.dirty) or beside
     found = shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
     evidence = drawings(made, {**found, "root": root})
     digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
     page = made.get_template("template.html.j2").render(
         found,
         root=root,
+        beside=beside,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
         style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
@@ -162,9 +164,6 @@ def _require_known(results: ResultsFile) -> None:
             f"the results name papers ({strangers}), claims ({unknown}) or certificates ({missing}) that they do not "
             "hold; make them again with `python -m replication run`"
         )
-
-
-# The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs
 
 
 def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
@@ -220,9 +219,6 @@ def _text(value: Any) -> str:
     if value is None or value == "":
         return "—"
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()
-
-
-# Several projects side by side on a page: what each has audited, and with what outcome, from their results alone
 
 
 @dataclass(frozen=True, kw_only=True)

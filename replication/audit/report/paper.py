@@ -19,14 +19,14 @@ from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Policy, Reading, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import MEANING, ClaimView, views
+from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import ExplorerView, explorers
-from replication.audit.report.ladder import Ladder, ladders
 from replication.audit.report.templates import CLAIM_CELL, claim_of, mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
 
-# The tables of a paper: which cells are claims, how many of them agree, what a cell is called where it stands alone
+# The tables of a paper: cells that are claims, how many of them agree, and the name of a cell by itself
 
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")
@@ -73,7 +73,8 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
     judged = [v for v in shown if v.record.claim.printed and v.record.verdict is not Verdict.UNDETERMINED]
     holding = [view for view in judged if view.record.verdict in AGREES]
-    exact = [view for view in holding if view.meant or all(entry.inside for entry in view.entries)]
+    # Of a draw no digit agrees: it is only probable enough.
+    exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
     return TableView(
         record=table,
         rows=rows,
@@ -142,12 +143,14 @@ class PaperView:
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
         failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
+        slips = sum(erratum.scan for erratum in self.errata)
+        copied = f"; {slips} may correct {'slips' if slips > 1 else 'a slip'} of our copy" if slips else ""
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
             "ladder": "How close our proved values lie to the printed ones",
-            "errata": f"We are certain of {certain} of {len(self.errata)} corrections",
+            "errata": f"We are certain of {certain} of {len(self.errata)} corrections{copied}",
             "findings": "What we found",
             "claims": f"{failing or 'None'} of {self.total} claims fail{'s' * (failing < 2)}",
             "figures": "The paper's figures, recomputed",

@@ -1,9 +1,10 @@
-"""The templates of the report: one file `html/<name>.html.j2` for each section, with the words and no number."""
+"""The templates of the report: one file `html/<name>.html.j2` for each section, with the words; formulas as MathML."""
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -149,6 +150,8 @@ def environment() -> Environment:
         "signed": numerals.signed,
         "seconds": numerals.seconds,
         "layout": numerals.layout,
+        "bound_below": partial(numerals.layout, write=partial(numerals.at_least, digits=numerals.SHOWN)),
+        "bound_above": partial(numerals.layout, write=partial(numerals.at_most, digits=numerals.SHOWN)),
         "anchor": lambda name, kind: anchor(kind, name),
         "slug": lambda verdict: str(verdict).replace(" ", "-"),
         "exact": numerals.exact,

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from replication.audit.data import watched
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
+from replication.audit.judge.printed import parse
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Experiment, Proof, Reading, Verdict
+from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Reading, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry, encode
@@ -179,7 +182,7 @@ def _claim(
     readings: tuple[Reading, ...],
     proofs: Mapping[str, tuple[ErratumRecord, Proof | None]],
 ) -> ClaimRecord:
-    evidence, error = state.attempt(claim.uses, claim.answer)
+    evidence, error = _answer(state, claim)
     erratum, proof = proofs[claim.erratum] if claim.erratum is not None else (None, None)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
@@ -196,6 +199,39 @@ def _claim(
         untraced=sorted({words for name in claim.uses for words in _untraced(state.computed[name])}),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
+
+
+def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
+    """What answers the claim. Asked again with its own print moved, it must not follow."""
+    with watched(claim.printed, claim.place) as watch:
+        evidence, error = state.attempt(claim.uses, claim.answer)
+    if not watch.met or evidence is None:
+        return evidence, error
+    moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
+    with watched(claim.printed, claim.place, moved):
+        again, _ = state.attempt(claim.uses, claim.answer)
+    if again is None or not _follows(evidence, again, float(parse(claim.printed).entries[0].unit)):
+        return evidence, ""
+    return None, (
+        f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "
+        f"{again.value}, not {evidence.value}; compute it from what its experiments give"
+    )
+
+
+def _moved_by_one(digit: re.Match[str]) -> str:
+    return str(int(digit[0]) + (1 if digit[0] < "9" else -1))
+
+
+def _follows(evidence: Evidence, again: Evidence, unit: float) -> bool:
+    """Whether a value or an end of the bracket has moved by half a unit of the last printed place."""
+    pairs = [(getattr(evidence, name), getattr(again, name)) for name in ("value", "lower", "upper")]
+    return any(abs(a - b) >= unit / 2 for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False))
+
+
+def _flat(value: object) -> list[float]:
+    if isinstance(value, tuple | list):
+        return [number for entry in value for number in _flat(entry)]
+    return [float(value)] if isinstance(value, int | float) else []
 
 
 def _untraced(done: Computed) -> tuple[str, ...]:

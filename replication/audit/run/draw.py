@@ -1,4 +1,4 @@
-"""The regenerated figures: from results to data, from data to a CSV and an SVG file, each the same bytes every time.
+"""The regenerated figures: from results to data in the digits that are certain, to CSV and SVG, the same bytes always.
 
 A figure is drawn again only if something that it depends on has changed, or a file is not as it was left.
 """
@@ -32,7 +32,10 @@ from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-# The data of a figure as they are written: the digits that are certain, and the same bytes on any processor
+# The data of a figure as they are written: the digits that are certain, and the same bytes on any processor.
+#
+# Another processor rounds otherwise, so the last digits of a number move. No rounding of ours alone can hide that: some
+# number always lies at an edge. So data that lie there already are kept while the new ones agree with them.
 
 
 DIGITS = 10

@@ -1,4 +1,4 @@
-"""Tasks in parallel processes: the answers as they come, and an answer also for a task that kills its process."""
+"""Tasks in parallel processes, an answer also for one that kills its process; what a run says meanwhile."""
 
 from __future__ import annotations
 
@@ -158,9 +158,6 @@ def end_with(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-# What a run says while it runs: a bar on a terminal, plain lines elsewhere, nothing in tests and notebooks
 
 
 class Action(StrEnum):

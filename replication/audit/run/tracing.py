@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import importlib.metadata
 import json
 import os
 import re
@@ -29,7 +28,7 @@ import msgspec
 
 import replication
 from replication.audit.project import CONFIGURATION
-from replication.audit.store.provenance import OWN, kernel, listing, owners, run_record
+from replication.audit.store.provenance import OWN, installed, kernel, listing, owners, run_record
 from replication.audit.store.sources import KEPT, SourceTree, default_packages
 from replication.files import write_atomically
 
@@ -138,16 +137,15 @@ def state(label: str, tree: SourceTree) -> str:
         value = os.environ.get(name)
         return ABSENT if value is None else _sha256(value.encode(errors="surrogateescape"))
     if kind == "package":
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            return importlib.metadata.version(name)
-        return ABSENT
+        found = installed(name)
+        return ABSENT if found is None else found.version
     if kind == "version":
         return _said(tuple(json.loads(name)))
     if kind == "program":
-        found = shutil.which(name)
-        if found is None:
+        program = shutil.which(name)
+        if program is None:
             return ABSENT
-        path = Path(found).resolve()
+        path = Path(program).resolve()
         return f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}"
     path = Path(label) if label.startswith("/") else tree.path(label)
     with contextlib.suppress(OSError, ValueError):
@@ -297,7 +295,12 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-# A run of which nothing has changed since is not repeated: its words are said again, and its files are left alone
+# The last run: where nothing has changed since, its words are said again and its files are left alone.
+#
+# What may matter to a run is every file of the project that is not hidden, the package itself, the results, figures and
+# entries of the cache that it left, the machine, what is installed, and what else it was seen to read. If all that is
+# as it was when the last run ended, so is what a run would write. Whatever is in doubt is run again, from results that
+# are kept one by one.
 
 
 NAME = "last-run"

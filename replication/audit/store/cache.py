@@ -1,4 +1,4 @@
-"""Results kept by content: one JSON file per experiment, valid as long as nothing that it depends on has changed."""
+"""Results kept by content: a JSON file per experiment, valid while nothing that it depends on has changed."""
 
 from __future__ import annotations
 

@@ -90,14 +90,21 @@ def _installed() -> Iterator[str]:
 @functools.cache
 def owners() -> Mapping[str, list[str]]:
     """The distributions that own each top-level module."""
-    return importlib.metadata.packages_distributions()
+    found = importlib.metadata.packages_distributions()
+    return {module: [name for name in names if name] for module, names in found.items()}
+
+
+def installed(name: str) -> importlib.metadata.Distribution | None:
+    """The distribution of that name; an empty folder that an interrupted installation left is none."""
+    with contextlib.suppress(ValueError):
+        return next((found for found in importlib.metadata.distributions(name=name) if found.metadata["Name"]), None)
+    return None
 
 
 @functools.cache
 def _known(name: str) -> tuple[str, str, tuple[str, ...]] | None:
-    try:
-        found = importlib.metadata.distribution(name)
-    except (importlib.metadata.PackageNotFoundError, ValueError):
+    found = installed(name)
+    if found is None:
         return None
     needed = (text for text in found.requires or () if "extra ==" not in text)
     required = tuple(re.split(r"[^A-Za-z0-9._-]", text, maxsplit=1)[0] for text in needed)

@@ -319,9 +319,6 @@ def json_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
-# The text of docs/results.schema.json, which `python -m replication.audit.store.records` prints
-
-
 def schema_text() -> str:
     """The JSON Schema of results.json as published: two spaces, one newline at the end."""
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"

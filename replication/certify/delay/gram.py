@@ -37,7 +37,7 @@ from replication.certify.rounding import as_floats, exact, floats, modelled, rat
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
-from replication.estimation.delay import DelaySystem
+from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.sos import synthesis
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.validation import Array
@@ -71,7 +71,7 @@ class GramPoint:
     margin: float
 
 
-def centred(system: DelaySystem, gamma: float, degree: int, trace: float, rule: str = "each") -> GramPoint:
+def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: str = "each") -> GramPoint:
     """The point of Theorem 3 at the level gamma whose Gram matrices have the largest least eigenvalue.
 
     `system` in coordinates with C_2 = [0 c]; the traces add up to `trace` at most. Raises InfeasibleError if there is

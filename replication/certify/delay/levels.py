@@ -28,7 +28,9 @@ from replication.certify.rounding import (
     stepwise,
 )
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay import DelaySystem, delay_system, lmi_gain, minimum_gain, pade_model, rightmost_roots
+from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
+from replication.estimation.delay.models import lmi_gain, pade_model
+from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.system import natural_units
 from replication.estimation.validation import Array
 from replication.verify.algebra.linear import block, identity, take_rows
@@ -73,7 +75,7 @@ def dynamics_of(plant: Mapping[str, Any], change: fmpq_mat) -> Dynamics:
     )
 
 
-def floating(plant: Mapping[str, Any], change: fmpq_mat | None = None) -> DelaySystem:
+def floating(plant: Mapping[str, Any], change: fmpq_mat | None = None) -> DelayPlant:
     """The plant in floating point, each number rounded once; in the coordinates `change` if they are given."""
     change = identity(len(plant["A0"])) if change is None else change
     dynamics, sensor = dynamics_of(plant, change), floats(exact(plant["C2"]) * change.inv())
@@ -301,7 +303,7 @@ def _lag(order: int, argument: complex) -> complex:
     return (1.0 - value) / (1.0 + value)
 
 
-def _storage(system: DelaySystem, part: Section, gamma: float) -> Array:
+def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
     """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2.
 
     Raises SolverError if there is none, InfeasibleError if the margin is below PADE_ROOM.
@@ -336,7 +338,7 @@ def _storage(system: DelaySystem, part: Section, gamma: float) -> Array:
     return np.asarray(storage.value)
 
 
-def _model(system: DelaySystem, part: Section) -> tuple[Array, Array, Array]:
+def _model(system: DelayPlant, part: Section) -> tuple[Array, Array, Array]:
     """The approximation, one section for each delayed state that has an effect."""
     n = system.states
     a, b, c = (floats(matrix) for matrix in (part.a, part.b, part.c))

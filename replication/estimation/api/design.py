@@ -209,24 +209,12 @@ class Design(GainResult):
         return replace(made, evidence=(facts or cls.facts)(made, error))
 
     def observer(self) -> PeriodicObserver:
-        """The observer, to run in a loop.
-
-        Returns
-        -------
-        PeriodicObserver
-            Its `step` takes y of all sensors; only those that are due are looked at.
-        """
+        """The observer, to run in a loop: its `step` takes y of all sensors, and looks at those that are due."""
         run = self.phases()
         return PeriodicObserver(run.phases, run.expected or (), run.direct).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
-        """The observer over one period; the same as `estimator` unless the method says otherwise.
-
-        Returns
-        -------
-        control.StateSpace
-            `@k` is added to the names for instant k, if there are several.
-        """
+        """The same as `estimator`, unless the method says otherwise."""
         return self.estimator()
 
     def panels(self) -> tuple[Panel, ...]:

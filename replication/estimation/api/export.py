@@ -87,18 +87,7 @@ def comment_text(comment: str) -> str:
 class Phase:
     """One instant of a periodic observer: o+ = transition o + input u + injection y, x^ = readout o.
 
-    Attributes
-    ----------
-    transition : array (N, N)
-        Of the observer's own state o.
-    input : array (N, m)
-        Effect of the known inputs u.
-    injection : array (N, q)
-        Effect of the measurements y.
-    readout : array (n, N)
-        The estimate in the state.
-    due : array of bool (q,)
-        Which sensors measure.
+    transition (N, N), input (N, m), injection (N, q), readout (n, N); due (q,): which sensors measure.
     """
 
     transition: Array
@@ -112,19 +101,10 @@ class Phase:
 class Recursion:
     """o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
 
-    Attributes
-    ----------
-    phases : sequence of Phase
-        One for each instant of the period.
-    starts : int
-        Length of the start; the other entries of o begin at zero.
-    expected : sequence of array (q, N), optional
-        At each instant, what a missing measurement is replaced by: expected o + direct u; without it the observer waits
-        for the next sample.
-    direct : array (q, m), optional
-        Effect of the known inputs on the measurements; none unless given.
-    limits : array (count, q), optional
-        At each instant, how far a measurement may be from the expected one, which replaces it if it is farther.
+    starts: length of the start; the other entries of o begin at zero. expected, (q, N) for each instant: a measurement
+    that is missing is replaced by expected o + direct u; without it the observer waits for the next sample. direct
+    (q, m): effect of the known inputs on the measurements. limits (count, q): how far a measurement may be from the
+    expected one, which replaces it if it is farther.
     """
 
     phases: Sequence[Phase]
@@ -330,21 +310,9 @@ end"""
 
 
 def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
-    """The recursion as a function.
+    """The recursion as a function `name`, with `comment` in its help.
 
-    Parameters
-    ----------
-    name : str
-        Of the function, and of its file.
-    comment : str
-        What it is, for its help.
-    recursion : Recursion
-        What it does.
-
-    Raises
-    ------
-    InvalidInputError
-        `name` is no name of a function, or the observer has a gate.
+    Raises InvalidInputError if `name` is no name of a function, or the observer has a gate.
     """
     if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or RESERVED.fullmatch(name):
         raise InvalidInputError(

@@ -66,16 +66,16 @@ class Signals:
         given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
         own = {name: getattr(self, name) for name in given}
         own_states = sum(not name.startswith(f"{ADDED}[") for name in self.states)
-        told: dict[str, Any] = {}
+        changed: dict[str, Any] = {}
         for name, names in given.items():
             if names is not None:
                 counts = {own_states, len(self.states)} if name == "states" else {len(own[name])}
-                told[name] = _labels(name, names, counts)
-        if "states" in told:
-            if "outputs" not in told and own["outputs"] == own["states"][: len(own["outputs"])]:
-                told["outputs"] = told["states"][: len(own["outputs"])]
-            told["states"] = (*told["states"], *own["states"][len(told["states"]) :])
-        every = replace(self, **told)
+                changed[name] = _labels(name, names, counts)
+        if "states" in changed:
+            if "outputs" not in changed and own["outputs"] == own["states"][: len(own["outputs"])]:
+                changed["outputs"] = changed["states"][: len(own["outputs"])]
+            changed["states"] = (*changed["states"], *own["states"][len(changed["states"]) :])
+        every = replace(self, **changed)
         known = {name for names in (every.states, every.inputs, every.measurements, every.outputs) for name in names}
         if unknown := (units or {}).keys() - known:
             raise InvalidInputError(f"units: no signal {min(unknown)!r}; there are {', '.join(sorted(known))}")
@@ -219,24 +219,11 @@ def parts_of(
     disturbances: Sequence[int | str] | None = None,
     measured: int | Sequence[int | str] | None = None,
 ) -> Parts:
-    """The one reader of a `control.StateSpace`.
+    """The one reader of a `control.StateSpace`, which must be in continuous time, or not.
 
-    Parameters
-    ----------
-    system : control.StateSpace
-        Of continuous or discrete time.
-    continuous : bool
-        Which of the two it must be.
-    disturbances : sequence of int or str, optional
-        Inputs that disturb, by index or name; all unless given. The others are known.
-    measured : int, or sequence of int or str, optional
-        Outputs that are measured; all unless given. The others are wanted.
-
-    Raises
-    ------
-    InvalidInputError
-        Another type or kind of time, an input or output that does not exist or is named twice, or disturbances or known
-        inputs that act directly on what is wanted.
+    disturbances: inputs that disturb, by index or name, all unless given; the others are known. measured: outputs that
+    are measured, all unless given; the others are wanted. Raises InvalidInputError for another type or kind of time, an
+    input or output that does not exist or is named twice, or one that acts directly on what is wanted.
     """
     if not is_statespace(system):
         raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")

@@ -190,7 +190,7 @@ class Portable:
         return to_mat(arrays_in(encoded(self, args, kwargs)))
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The observer as one C99 file that compiles by itself; see `c_code`.
+        """The observer as one C99 file that compiles by itself; see `export.c_source`.
 
         Parameters
         ----------
@@ -212,7 +212,7 @@ class Portable:
         return c_source(name, comment, self._recursion())
 
     def to_matlab(self, name: str = "observer", comment: str = "") -> str:
-        """The observer as a MATLAB function with a memory; see `matlab`.
+        """The observer as a MATLAB function with a memory; see `export.matlab_source`.
 
         Parameters
         ----------
@@ -314,15 +314,13 @@ def load(path: str | Path) -> Portable:
         if not issubclass(kind, Portable):
             raise InvalidInputError(f"{held['observer']} is no running observer")
         made = kind(**{name: decoded(value) for name, value in held["made_with"].items()})
-        return made.named(_signals(held["signals"]))
+        names = held["signals"]
+        return made.named(None if names is None else Signals(**{key: _tuple(value) for key, value in names.items()}))
     except InvalidInputError as error:
         raise InvalidInputError(f"{path}: {error}") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InvalidInputError(f"{path} is not whole: {type(error).__name__} {error}") from None
 
 
-def _signals(names: Any) -> Signals | None:
-    if names is None:
-        return None
-    given: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in names.items()}
-    return Signals(**given)
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

@@ -232,13 +232,7 @@ class GainResult(Shown):
         raise KeyError(f"{what!r}; there are: {', '.join(evidence.what for evidence in self.evidence)}")
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Guaranteed level, bracket, shapes of the gains, evidence.
-
-        Returns
-        -------
-        list of (str, str, str)
-            Quantity, value with unit, and how it was found; ends of the bracket are rounded outwards.
-        """
+        """Guaranteed level, bracket, shapes of the gains, evidence; ends of the bracket are rounded outwards."""
         low, high = outward(self.bracket)
         gains = ", ".join(f"{name} {gain.shape}" for name, gain in self.gains.items())
         return [
@@ -256,13 +250,7 @@ class GainResult(Shown):
         return (Panel(x, x_label, y_label, curves, {**shown, "guaranteed level": self.value}),)
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the plant: level, bracket, gains with their axes, evidence with its methods, names.
-
-        Returns
-        -------
-        dict
-            Plain JSON values; arrays are nested lists in full precision.
-        """
+        """Everything but the plant: level, bracket, gains with their axes, evidence with its methods, names."""
         return {
             "method": self.method,
             "quantity": self.quantity,

@@ -240,13 +240,7 @@ class PeriodicObserver(RunningObserver):
         return Recursion(self.phases, self.states, self.expected, self.direct)
 
     def to_statespace(self) -> control.StateSpace:
-        """From u and y of all instants of a period to x^ at these instants; a sensor that is not due has no effect.
-
-        Returns
-        -------
-        control.StateSpace
-            `@k` is added to the names for instant k if the period is longer than one.
-        """
+        """From u and y of all instants of a period to x^ at these; a sensor that is not due has no effect."""
         return statespace(self.phases, self.signals)
 
     def _begin(self, start: Array) -> None:

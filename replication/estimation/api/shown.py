@@ -76,16 +76,13 @@ class Shown(ABC):
         return draw(self.panels())
 
     def __str__(self) -> str:
-        """One line for each row of the table."""
         return "\n".join(f"{what}: {value}{how and f'  ({how})'}" for what, value, how in self.rows())
 
     def __repr__(self) -> str:
-        """The class and the first row."""
         what, value, _ = self.rows()[0]
         return f"<{type(self).__name__}: {what} {value}>"
 
     def __rich__(self) -> Table:
-        """The table on a terminal."""
         from rich import box
         from rich.table import Table
         from rich.text import Text

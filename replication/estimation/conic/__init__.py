@@ -1,2 +1,2 @@
-"""Semidefinite programs: one form (`program`), one packing for Clarabel (`clarabel`), one call of SDPA (`sdpa`), which
-`refined` repeats where it stops short; and what a solver said of itself (`solvers`)."""
+"""Semidefinite programs: one form for all, Clarabel, and what a solver said of itself (`program`); SDPA, called
+again where it stops short (`sdpa`); one large symmetric matrix and a few scalars (`interior`)."""

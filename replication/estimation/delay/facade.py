@@ -17,16 +17,13 @@ from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general, mean_design
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.result import InnovationsResult
-from replication.estimation.delay.observer import error_system
-from replication.estimation.delay.observer import simulate as simulate_error
-from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
-from replication.estimation.delay.sampled import simulate_error as simulate_innovations
+from replication.estimation.delay.general.result import InnovationsResult, signals_of
+from replication.estimation.delay.result import DelayAnalysis, DelayDesign, DelayResult, result_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
-from replication.estimation.delay.system import DelaySystem, delay_system
+from replication.estimation.delay.system import delay_system, require_independent
 from replication.estimation.validation import at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
@@ -38,17 +35,17 @@ MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
 
 
-class DelaySystemReader(PlantReader[DelaySystem]):
-    """Plants of eq. (1) whose outputs are measured, y, or estimated, z."""
+class DelayPlantReader(PlantReader[DelayPlant]):
+    """Plants whose outputs are measured, y, or estimated, z."""
 
-    kind, arrays = DelaySystem, "delay_system(...)"
+    kind, arrays = DelayPlant, "delay_system(...)"
     refusal = "delayed, delays and measured belong to a control.StateSpace"
 
-    def signals_of(self, plant: DelaySystem) -> Signals:
-        """x[0], y[0], z[0] and so on."""
-        return Signals(numbered("x", plant.states), (), numbered("y", plant.measurements), numbered("z", plant.outputs))
+    def signals_of(self, plant: DelayPlant) -> Signals:
+        """x[0], u[0], y[0], z[0] and so on."""
+        return signals_of(plant)
 
-    def read(self, system: Any, **given: Any) -> tuple[DelaySystem, Signals]:
+    def read(self, system: Any, **given: Any) -> tuple[DelayPlant, Signals]:
         """The delay-free part, with the delayed terms and the outputs that are measured."""
         if any(value is None for value in given.values()):
             raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
@@ -61,12 +58,12 @@ class DelaySystemReader(PlantReader[DelaySystem]):
         return plant, signals
 
 
-read_plant = DelaySystemReader()
+read_plant = DelayPlantReader()
 
 
 @decided
 def design(
-    plant: DelayPlant | DelaySystem | control.StateSpace,
+    plant: DelayPlant | control.StateSpace,
     *,
     goal: Goal | str = Goal.HINF,
     degree: int | None = None,
@@ -82,9 +79,9 @@ def design(
 
     Parameters
     ----------
-    plant : DelayPlant, DelaySystem or control.StateSpace
-        A `DelayPlant(...)` with noise, delayed measurements or known inputs; a `delay_system(...)`; or the delay-free
-        part as a continuous-time system with inputs w and outputs y and z.
+    plant : DelayPlant or control.StateSpace
+        A `DelayPlant(...)`, one without noise of a `delay_system(...)`, or the delay-free part as a continuous-time
+        system with inputs w and outputs y and z.
     goal : "hinf", "h2" or "mixed"
         Least gain; for a plant with noise also the least mean square error for white w of unit intensity (the Kalman
         filter), or a gain below `level` with the least entropy, a bound of the mean square error.
@@ -99,7 +96,7 @@ def design(
         Level to prove, in place of the margin. With "mixed" the level of the design, that at which gain and mean error
         exceed the least ones by the same share unless given.
     order : int
-        Histories are evaluated at order + 1 points; for a plant with noise, moments of each delay in `to_statespace`.
+        How finely `to_statespace` resolves each delay: order + 1 points, or so many moments for a plant with noise.
     delayed : sequence of array (n, n)
         A_1 ... A_K that belong to a `control.StateSpace`.
     delays : sequence of float
@@ -139,66 +136,42 @@ def design(
     True
     """
     rule, goal = one_of(DegreeRule, rule), one_of(Goal, goal)
-    if goal is not Goal.HINF:
-        return _mean(plant, goal, rule, degree, margin, level, order)
-    if isinstance(plant, DelayPlant):
-        if any(value is not None for value in (delayed, delays, measured)):
-            raise InvalidInputError(DelaySystemReader.refusal)
-        if not plant.noiseless:
-            return _general(plant, rule, degree, margin, level, order)
-        plant = plant.system()
     system, signals = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
-    degree = degree_for(system, rule) if degree is None else at_most("degree", degree, HIGHEST)
-    order = at_most("order", order, FINEST)
+    if goal is not Goal.HINF:
+        if system.noiseless:
+            raise InvalidInputError(
+                f"the goal {goal} needs a plant with noise in y: without it the gains are infinite; give a "
+                "DelayPlant(..., d21=..)"
+            )
+        if rule is not DegreeRule.BESSEL or margin != MARGIN:
+            raise InvalidInputError("rule and margin belong to the goal hinf")
+        if goal is Goal.H2 and level is not None:
+            raise InvalidInputError(
+                "level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has"
+            )
+    elif rule is not DegreeRule.BESSEL and not system.noiseless:
+        raise InvalidInputError(f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x")
+    degree = None if degree is None else at_most("degree", degree, HIGHEST)
+    order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
+    level = None if level is None else positive_scalar("level", level)
+    if goal is not Goal.HINF:
+        return mean_design(system, goal=goal, degree=degree, level=level, order=order)
+    if not system.noiseless:
+        return design_general(system, degree=degree, margin=margin, level=level, order=order)
+    require_independent(system.c2)
+    degree = degree_for(system, rule) if degree is None else degree
     if level is None:
         least = _minimum(system, degree, rule)
-        target = least.gamma * (1 + positive_scalar("margin", margin))
+        target = least.gamma * (1 + margin)
         how = f"degree {degree} of the {rule} rule, {least.solution.report.name} {least.solution.report.version}"
         facts: tuple[Evidence, ...] = (Evidence("least level", least.gamma, how),)
     else:
-        target, facts = positive_scalar("level", level), ()
+        target, facts = level, ()
     return result_of(system, signals, certificate_at(system, target, degree, rule), facts, order)
 
 
-def _general(
-    plant: DelayPlant, rule: DegreeRule, degree: int | None, margin: float, level: float | None, order: int
-) -> InnovationsResult:
-    """An observer on the innovation, with every argument checked."""
-    if rule is not DegreeRule.BESSEL:
-        raise InvalidInputError(f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x")
-    return design_general(
-        plant,
-        degree=None if degree is None else at_most("degree", degree, HIGHEST),
-        margin=positive_scalar("margin", margin),
-        level=None if level is None else positive_scalar("level", level),
-        order=at_most("order", order, FINEST),
-    )
-
-
-def _mean(
-    plant: Any, goal: Goal, rule: DegreeRule, degree: int | None, margin: float, level: float | None, order: int
-) -> InnovationsResult:
-    """An observer for white noise, with every argument checked."""
-    if not isinstance(plant, DelayPlant) or plant.noiseless:
-        raise InvalidInputError(
-            f"the goal {goal} needs a plant with noise in y: without it the gains are infinite; give a "
-            "DelayPlant(..., d21=..)"
-        )
-    if rule is not DegreeRule.BESSEL or margin != MARGIN:
-        raise InvalidInputError("rule and margin belong to the goal hinf")
-    if goal is Goal.H2 and level is not None:
-        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
-    return mean_design(
-        plant,
-        goal=goal,
-        degree=None if degree is None else at_most("degree", degree, HIGHEST),
-        level=None if level is None else positive_scalar("level", level),
-        order=at_most("order", order, FINEST),
-    )
-
-
 def analyse(
-    plant: DelaySystem | control.StateSpace,
+    plant: DelayPlant | control.StateSpace,
     *,
     delayed: Sequence[Any] | None = None,
     delays: Sequence[float] | None = None,
@@ -208,7 +181,7 @@ def analyse(
 
     Parameters
     ----------
-    plant : DelaySystem or control.StateSpace
+    plant : DelayPlant or control.StateSpace
         As in `design`.
     delayed : sequence of array (n, n)
         As in `design`.
@@ -229,11 +202,11 @@ def analyse(
     SolverError
         A root or the gain is not found to the accuracy asked for.
     """
-    if isinstance(plant, DelayPlant):
-        raise InvalidInputError(
-            "analyse takes the plant of a delay_system; ask `limit` what any observer of a DelayPlant can do"
-        )
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
+    if not system.noiseless:
+        raise InvalidInputError(
+            "analyse takes the plant of a delay_system; ask `limit` what any observer of a plant with noise can do"
+        )
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
     if root.real < 0:
@@ -241,7 +214,7 @@ def analyse(
         facts.append(Evidence("gain from w to z", gain.upper, "upper bound over all frequencies, exact response"))
     else:
         facts.append(Evidence("gain from w to z", "infinite", "the plant is not stable"))
-    return DelayAnalysis(system=system, evidence=tuple(facts))
+    return DelayAnalysis(plant=system, evidence=tuple(facts))
 
 
 def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: Any) -> Simulation:
@@ -266,12 +239,8 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
     InvalidInputError
         Another shape, unequal steps or a disturbance that is zero.
     """
-    if isinstance(result, InnovationsResult):
-        found = simulate_innovations(result.gains_of, times, disturbance)
-    else:
-        DelayResult.require(result)
-        error = error_system(result.system, result.operators, result.order)
-        found = simulate_error(error, times, disturbance, result.system.states)
+    DelayDesign.require(result)
+    found = result.trajectory(times, disturbance)
     names = result.signals
     signals = {
         "error of z": (found.output, names.called(names.outputs)),
@@ -281,7 +250,7 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
     return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
 
 
-def _minimum(system: DelaySystem, degree: int, rule: DegreeRule) -> LeastGain:
+def _minimum(system: DelayPlant, degree: int, rule: DegreeRule) -> LeastGain:
     """`minimum_gain`, refused where the optimum may be zero: measurements without noise may reveal w."""
     rank = np.linalg.matrix_rank(system.c2 @ system.b)
     advice = (

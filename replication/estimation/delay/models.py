@@ -8,7 +8,6 @@ at every order; no polynomial and none of its roots is ever computed.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,34 +15,22 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import solve_modelled
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.spectrum import generator
-from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array, positive_integer, positive_scalar, undetectable_mode
 
 if TYPE_CHECKING:
-    import control
+    pass
 
 
 @dataclass(frozen=True)
 class Model:
-    """A plant without delays, ẋ = a x + b w, z = c1 x, y = c2 x, with N states.
+    """A plant without delays, ẋ = a x + b w, z = c1 x, y = c2 x, with N states."""
 
-    Attributes
-    ----------
-    a : array (N, N)
-        1/s.
-    b : array (N, r)
-        Effect of the disturbance.
-    c1 : array (p, N)
-        What is estimated.
-    c2 : array (q, N)
-        Measurements.
-    """
-
-    a: Array
-    b: Array
-    c1: Array
-    c2: Array
+    a: Array  # (N, N) 1/s
+    b: Array  # (N, r) Effect of the disturbance
+    c1: Array  # (p, N) What is estimated
+    c2: Array  # (q, N) Measurements
 
 
 @dataclass(frozen=True)
@@ -75,50 +62,11 @@ def lossless_delay(order: int, delay: float) -> AllPass:
     return AllPass((lossless - b @ b.T / 2.0) / time, b / np.sqrt(time), -sign * b.T / np.sqrt(time), sign)
 
 
-def companion_delay(order: int, delay: float) -> AllPass:
-    """The same approximant in companion form: coefficients spread over many decades. Kept as a warning example."""
-    order = positive_integer("order", order)
-    time = positive_scalar("delay", delay, unit="s")
-    powers = np.arange(order + 1)
-    weights = [
-        factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order + 1)
-    ]  # q(s) = Σ weights_k (sτ)^k
-    denominator = np.array(weights) * time**powers
-    numerator = denominator * (-1.0) ** powers
-    feedthrough = numerator[-1] / denominator[-1]
-    monic = denominator[:-1] / denominator[-1]
-    a = np.diag(np.ones(order - 1), 1)
-    a[-1] = -monic
-    b = np.zeros((order, 1))
-    b[-1] = 1.0
-    return AllPass(a, b, (numerator[:-1] / denominator[-1] - feedthrough * monic)[None, :], float(feedthrough))
-
-
-def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> Model:
-    """The plant with each delay replaced by its Padé approximant [order/order].
+def pade_model(system: DelayPlant, order: int) -> Model:
+    """The plant with each delay as its Padé approximant [order/order]; its first n states are those of the plant.
 
     Only the row space of [A_i; C_1i] is delayed: rank × order states per delay.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    order : int
-        Order of the approximants.
-    companion : bool
-        Whether they are realised in companion form, whose coefficients spread over many decades: a warning example.
-
-    Returns
-    -------
-    Model
-        The first n states are those of the plant.
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one.
     """
-    build = companion_delay if companion else lossless_delay
     n = system.states
     a, c1 = system.a0.copy(), system.c10.copy()
     tails: list[tuple[Array, ...]] = []
@@ -126,7 +74,7 @@ def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> M
         _, values, right = np.linalg.svd(np.vstack([matrix, output]))
         rank = int(np.sum(values > 1e-12 * max(1.0, values[0])))
         channels = right[:rank]
-        section = build(order, delay)
+        section = lossless_delay(order, delay)
         a += section.d * matrix @ channels.T @ channels
         c1 += section.d * output @ channels.T @ channels
         eye = np.eye(rank)
@@ -156,91 +104,12 @@ def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> M
     return Model(whole, b, np.hstack(outputs), c2)
 
 
-def chebyshev_model(system: DelaySystem, order: int) -> Model:
-    """The plant with its history collocated at Chebyshev points.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    order : int
-        The history has order + 1 points.
-
-    Returns
-    -------
-    Model
-        The first n states are those of the plant.
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one.
-    """
+def chebyshev_model(system: DelayPlant, order: int) -> Model:
+    """The plant with its history at order + 1 Chebyshev points; the first n states are those of the plant."""
     a, c1 = generator(system, order)
     zeros = a.shape[0] - system.states
     b = np.vstack([system.b, np.zeros((zeros, system.inputs))])
     return Model(a, b, c1, np.hstack([system.c2, np.zeros((system.measurements, zeros))]))
-
-
-def to_control(system: DelaySystem, order: int) -> control.StateSpace:
-    """The Padé model for python-control.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    order : int
-        Order of the approximants.
-
-    Returns
-    -------
-    control.StateSpace
-        Inputs w, outputs (z, y).
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one.
-    """
-    import control
-
-    model = pade_model(system, order)
-    outputs = np.vstack([model.c1, model.c2])
-    return control.StateSpace(model.a, model.b, outputs, np.zeros((outputs.shape[0], model.b.shape[1])))
-
-
-def from_control(plant: control.StateSpace, measurements: int, a: list[Array], delays: list[float]) -> DelaySystem:
-    """A plant whose delay-free part is a `control.StateSpace` with inputs w and outputs (z, y).
-
-    Parameters
-    ----------
-    plant : control.StateSpace
-        Continuous-time, without feedthrough.
-    measurements : int
-        How many of the last outputs are y.
-    a : list of arrays (n, n)
-        A_1 ... A_K, in 1/s.
-    delays : list of float
-        tau_1 < ... < tau_K, s.
-
-    Returns
-    -------
-    DelaySystem
-        The plant of eq. (1).
-
-    Raises
-    ------
-    InvalidInputError
-        The plant is discrete, has feedthrough or too few outputs, or the delayed terms do not fit.
-    """
-    if not plant.isctime():
-        raise InvalidInputError(f"the plant must be in continuous time, its period is {plant.dt}")
-    if np.any(plant.D != 0.0):
-        raise InvalidInputError("the plant must have no feedthrough: disturbances in z or y are not part of system (1)")
-    split = plant.noutputs - positive_integer("measurements", measurements)
-    if split < 1:
-        raise InvalidInputError(f"the plant has {plant.noutputs} outputs: at least one must be left for z")
-    return delay_system(plant.A, a, delays, plant.B, plant.C[:split], plant.C[split:])
 
 
 # LMI (3): the H∞-optimal observer without delays, as printed, with Z eliminated, and by a Riccati equation.
@@ -276,31 +145,11 @@ def require_detectable_model(model: Model) -> None:
 
 
 def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
-    """Least γ of LMI (3) with Clarabel.
+    """Least γ of LMI (3) with Clarabel; with `eliminate`, Z is removed by the kernel of C_2: the same γ and no gain.
 
     The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
-    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check.
-
-    Parameters
-    ----------
-    model : Model
-        The plant without delays.
-    eliminate : bool
-        Whether Z is removed by restricting to the kernel of C_2 (same γ, no gain).
-    tolerance : float
-        Relative gap and residuals asked for.
-
-    Returns
-    -------
-    LmiResult
-        γ, the gain L (n, q) unless Z was eliminated, and the solver's status.
-
-    Raises
-    ------
-    InvalidInputError
-        The model is not detectable.
-    SolverError
-        Clarabel does not report an optimum.
+    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check. Raises InvalidInputError
+    for a model that is not detectable, SolverError unless Clarabel reports an optimum to the relative `tolerance`.
     """
     import cvxpy as cp
 
@@ -344,27 +193,11 @@ def _natural_rate(a: Array) -> float:
 
 
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
-    """Least γ by bisection on the Riccati equation of the unmeasured part; shares no code with the LMI.
+    """Least γ by bisection, to a `relative` width, on the Riccati equation of the unmeasured part; no code of the LMI.
 
-    Parameters
-    ----------
-    model : Model
-        The plant without delays.
-    relative : float
-        Relative width at which the bisection ends.
-
-    Returns
-    -------
-    float
-        γ; zero if it falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs.
-
-    Raises
-    ------
-    InvalidInputError
-        w does not reach every derivative of y (B_m without full row rank: the filter problem is then singular; use
-        `lmi_gain`), or the model is not detectable.
-    InfeasibleError
-        No finite γ is found.
+    Zero if it falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs. Raises
+    InvalidInputError if w does not reach every derivative of y (B_m without full row rank: the filter problem is then
+    singular; use `lmi_gain`) or the model is not detectable, InfeasibleError if there is no finite γ.
     """
     require_detectable_model(model)
     q = model.c2.shape[0]

@@ -11,67 +11,37 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
 
 
 @dataclass(frozen=True)
 class ErrorSystem:
-    """ė = a e + b w, z_e = c e for the discretised error; N states in all.
+    """ė = a e + b w, z_e = c e for the discretised error; N states in all."""
 
-    Attributes
-    ----------
-    a : array (N, N)
-        1/s.
-    b : array (N, r)
-        Effect of the disturbance.
-    c : array (p, N)
-        Error of the estimate of z.
-    """
-
-    a: Array
-    b: Array
-    c: Array
+    a: Array  # (N, N) 1/s
+    b: Array  # (N, r) Effect of the disturbance
+    c: Array  # (p, N) Error of the estimate of z
 
 
 def error_system(
-    system: DelaySystem,
+    system: DelayPlant,
     gains: ObserverGains,
     order: int = 40,
     scheme: Scheme = Scheme.CHEBYSHEV,
 ) -> ErrorSystem:
-    """The error of the observer (2) with `gains`, its histories discretised.
+    """The error of the observer (2) with `gains`, histories at order + 1 points; its first n states are the error of x.
 
-    Gains of an observer close to the optimum vary quickly in η: compare two orders before trusting the result.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    gains : ObserverGains
-        What `observer_gains` gave.
-    order : int
-        Each history has order + 1 points.
-    scheme : Scheme
-        How histories are discretised.
-
-    Returns
-    -------
-    ErrorSystem
-        Its first n states are the error of x.
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one, or the gains are not finite at a point.
+    Gains of an observer close to the optimum vary quickly in η: compare two orders before trusting the result. Raises
+    InvalidInputError if the gains are not finite at a point.
     """
     net = grid(order, scheme)
     return assembled(system, evaluate(gains, net.points), net)
 
 
-def assembled(system: DelaySystem, values: GainValues, net: Grid) -> ErrorSystem:
+def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
     """The matrices of the error system for gains given at the points of `net`."""
     n, k, count = system.states, system.delay_count, net.points.size
     size = n * (1 + k * (count - 1))
@@ -103,7 +73,7 @@ def assembled(system: DelaySystem, values: GainValues, net: Grid) -> ErrorSystem
     return ErrorSystem(a, b, c)
 
 
-# What a discretised error system does: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
+# Analysis of a discretised error system: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
 
 
 @dataclass(frozen=True)
@@ -122,26 +92,9 @@ def spectral_abscissa(error: ErrorSystem) -> float:
 
 
 def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
-    """H∞ norm from w to z_e by the level-set iteration of Bruinsma and Steinbuch.
+    """H∞ norm from w to z_e by the level-set iteration of Bruinsma and Steinbuch; relative: half the relative width.
 
-    Parameters
-    ----------
-    error : ErrorSystem
-        What `error_system` gave.
-    relative : float
-        Half the relative width of the bracket.
-
-    Returns
-    -------
-    NormBracket
-        Both ends, the frequency (rad/s) of the lower one and the spectral abscissa (1/s).
-
-    Raises
-    ------
-    InvalidInputError
-        `relative` is not positive.
-    InfeasibleError
-        The error system is unstable.
+    Raises InfeasibleError if the error system is unstable.
     """
     positive_scalar("relative", relative)
     abscissa = spectral_abscissa(error)
@@ -196,24 +149,12 @@ def _crossings(error: ErrorSystem, level: float) -> Array:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Answer of the error system to a disturbance.
+    """Answer of the error system to a disturbance."""
 
-    Attributes
-    ----------
-    times : array (M,)
-        Equidistant, s.
-    disturbance : array (M, r)
-        w.
-    output : array (M, p)
-        z_e, the error of the estimate of z.
-    state : array (M, n)
-        The error e of the estimate of x.
-    """
-
-    times: Array
-    disturbance: Array
-    output: Array
-    state: Array
+    times: Array  # (M,) Equidistant, s
+    disturbance: Array  # (M, r) w
+    output: Array  # (M, p) z_e, the error of the estimate of z
+    state: Array  # (M, n) The error e of the estimate of x
 
     @property
     def gain(self) -> float:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_integer
 
 # Operators of the form (8)-(10) with polynomial parts, as Legendre coefficients.
 #
@@ -155,78 +156,30 @@ def invert(operator: Operator, quadrature: int = QUADRATURE) -> Inverse:
 
 @dataclass(frozen=True)
 class GainValues:
-    """Gains of eq. (9) at M points of [-1, 0], in 1/s; [s, i, j] names point, delay and delay of y.
+    """Gains of eq. (9) at M points of [-1, 0], in 1/s; [s, i, j] names point, delay and delay of y."""
 
-    Attributes
-    ----------
-    l0 : array (n, q)
-        L_0.
-    l2 : array (K, n, q)
-        L_2.
-    l3 : array (M, K, n, q)
-        L_3.
-    l4 : array (M, K, n, q)
-        L_4.
-    l5 : array (M, K, K, n, q)
-        L_5, [s, i, j].
-    l6 : array (M, K, n, q)
-        L_6.
-    l7 : array (M, K, M', K, n, q)
-        L_7, [s, i, θ, j].
-    """
-
-    l0: Array
-    l2: Array
-    l3: Array
-    l4: Array
-    l5: Array
-    l6: Array
-    l7: Array
+    l0: Array  # (n, q) L_0
+    l2: Array  # (K, n, q) L_2
+    l3: Array  # (M, K, n, q) L_3
+    l4: Array  # (M, K, n, q) L_4
+    l5: Array  # (M, K, K, n, q) L_5, [s, i, j]
+    l6: Array  # (M, K, n, q) L_6
+    l7: Array  # (M, K, M', K, n, q) L_7, [s, i, θ, j]
 
 
 @dataclass(frozen=True)
 class ObserverGains:
-    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units.
+    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units."""
 
-    Attributes
-    ----------
-    inverse : Inverse
-        𝒫⁻¹ (Theorem 4).
-    injection : Operator
-        𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5).
-    change : array (n, n)
-        Coordinates of the program in those of the plant.
-    gamma : float
-        The level that they prove.
-    time : float
-        Unit of time of the program, s.
-    """
-
-    inverse: Inverse
-    injection: Operator
-    change: Array
-    gamma: float
-    time: float = 1.0
+    inverse: Inverse  # 𝒫⁻¹ (Theorem 4)
+    injection: Operator  # 𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5)
+    change: Array  # (n, n) Coordinates of the program in those of the plant
+    gamma: float  # The level that they prove
+    time: float = 1.0  # Unit of time of the program, s
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
-    """The operators 𝒫⁻¹ and 𝒵 of a certificate, by Theorem 4.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        A feasible point of Theorem 3.
-
-    Returns
-    -------
-    ObserverGains
-        `evaluate` gives the gains at points.
-
-    Raises
-    ------
-    InvalidInputError
-        𝒫 is not coercive; solve with epsilon > 0.
-    """
+    """The operators 𝒫⁻¹ and 𝒵 of a certificate, by Theorem 4; raises InvalidInputError if 𝒫 is not coercive."""
     return ObserverGains(
         invert(storage_operator(certificate)),
         injection_operator(certificate),
@@ -281,25 +234,7 @@ def _measured_weight(n: int, q: int) -> Array:
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
-    """All gains of eq. (9) at points, in the plant's own coordinates and time (Lemma 5).
-
-    Parameters
-    ----------
-    gains : ObserverGains
-        What `observer_gains` gave.
-    points : array (M,)
-        Points η of [-1, 0], the scaled histories.
-
-    Returns
-    -------
-    GainValues
-        L_0 ... L_7, in 1/s.
-
-    Raises
-    ------
-    InvalidInputError
-        The multiplier S is not positive definite at a point.
-    """
+    """All gains of eq. (9) at points η (M,) of [-1, 0], in the plant's own coordinates and time, 1/s (Lemma 5)."""
     inverse, z = gains.inverse, gains.injection
     n, k, q = inverse.h.shape[0], inverse.h.shape[1], z.row.shape[2]
     basis = legendre.evaluate(inverse.operator.count, points)
@@ -343,4 +278,109 @@ def evaluate(gains: ObserverGains, points: Array) -> GainValues:
         l5=np.einsum("tkilq->tkliq", ends[..., 1:, :]),
         l6=np.einsum("ij,tkjq->tkiq", back, l6),
         l7=np.einsum("ij,tkjulq->tkuliq", back, l7),
+    )
+
+
+# A Galerkin check of Theorem 1: 𝒫 coercive and the dissipation inequality, on all histories of a given degree.
+#
+# Both quadratic forms are evaluated from the definition of the operators (8)-(10) on polynomial histories that satisfy
+# φ_i(0) = e; no code of the cone or of the derivative of its coefficients is used. On this finite-dimensional space the
+# eigenvalues decide; as the degree grows they bound those of the operators from inside.
+
+
+@dataclass(frozen=True)
+class GalerkinCheck:
+    """Eigenvalues of the two inequalities of Theorem 1 on polynomial histories."""
+
+    storage: float  # Least eigenvalue of 𝒫, which must be positive
+    dissipation: float  # Largest eigenvalue of the form, which must not be positive
+    scale: float  # Largest coefficient in size, against which rounding is to be seen
+
+
+def matrix(operator: Operator, count: int) -> Array:
+    """⟨ψ, 𝒪φ⟩ on histories with `count` coefficients, ordered (x; φ_1 channel by channel, coefficient last; φ_2 ..)."""
+    full = resized(operator, count)
+    product = legendre.products(count, operator.count, count, False)
+    delays, out, _, into = full.column.shape[0], full.column.shape[1], count, full.row.shape[2]
+    local = np.einsum("cad,kija->kicjd", product, operator.multiplier)
+    kernel = full.kernel.copy()
+    for k in range(delays):
+        kernel[k, :, :, k] += local[k]
+    points_out, points_in = full.point.shape
+    return np.block(
+        [
+            [full.point, full.row.reshape(points_out, -1)],
+            [full.column.reshape(-1, points_in), kernel.reshape(delays * out * count, delays * into * count)],
+        ]
+    )
+
+
+def generator(system: DelayPlant, count: int) -> Array:
+    """𝒜 on polynomial histories: (x, φ) ↦ (A_0x + ΣA_iφ_i(-1), φ_i'/τ_i), in the order of `matrix`."""
+    n, k = system.states, system.delay_count
+    size = n + k * n * count
+    late = end_values(system, count, -1.0)
+    result = np.zeros((size, size))
+    result[:n, :n] = system.a0
+    for i, a in enumerate(system.a):
+        result[:n] += a @ late[i]
+    rates = np.kron(np.eye(n), legendre.derivative(count))
+    for i, delay in enumerate(system.delays):
+        part = slice(n + i * n * count, n + (i + 1) * n * count)
+        result[part, part] = rates / delay
+    return result
+
+
+def end_values(system: DelayPlant, count: int, point: float) -> Array:
+    """Rows that evaluate φ_i at `point`: shape (K, n, size)."""
+    n, k = system.states, system.delay_count
+    values = legendre.evaluate(count, point)
+    rows = np.zeros((k, n, n + k * n * count))
+    for i in range(k):
+        start = n + i * n * count
+        rows[i, :, start : start + n * count] = np.kron(np.eye(n), values)
+    return rows
+
+
+def measured_histories(system: DelayPlant, count: int) -> Array:
+    """𝒞_2 with end values: (x, φ) ↦ (y_0, y_1(-1), .., y_K(-1); y_i), in the order of `matrix`."""
+    n, k = system.states, system.delay_count
+    size = n + k * n * count
+    now = np.hstack([system.c2, np.zeros((system.measurements, size - n))])
+    late = [system.c2 @ rows for rows in end_values(system, count, -1.0)]
+    spread = np.kron(np.eye(k), np.kron(system.c2, np.eye(count)))
+    histories = np.hstack([np.zeros((spread.shape[0], n)), spread])
+    return np.vstack([now, *late, histories])
+
+
+def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
+    """Both inequalities of a certificate on polynomial histories up to `degree`: there the eigenvalues decide."""
+    count = positive_integer("degree", degree) + 1
+    system = certificate.system
+    n, r, p = system.states, system.inputs, system.outputs
+    storage = matrix(storage_operator(certificate), count)
+    injection = matrix(injection_operator(certificate), count) @ measured_histories(system, count)
+    rate = storage @ generator(system, count) + injection
+    late = end_values(system, count, -1.0)
+    size = storage.shape[0]
+    output = np.hstack([system.c10, np.zeros((p, size - n))]) + sum(c @ late[i] for i, c in enumerate(system.c1))
+    drive = -storage[:, :n] @ system.b
+    gamma = certificate.gamma
+    form = np.block(
+        [
+            [-gamma * np.eye(r), np.zeros((r, p)), drive.T],
+            [np.zeros((p, r)), -gamma * np.eye(p), output],
+            [drive, output.T, rate + rate.T],
+        ]
+    )
+    # The domain of 𝒜: φ_i(0) = x for every delay.
+    now = end_values(system, count, 0.0)
+    meet = np.vstack([rows - np.eye(n, size) for rows in now])
+    domain = np.linalg.svd(meet)[2][meet.shape[0] :].T
+    basis = np.block([[np.eye(r + p), np.zeros((r + p, domain.shape[1]))], [np.zeros((size, r + p)), domain]])
+    restricted = basis.T @ form @ basis
+    return GalerkinCheck(
+        storage=float(np.linalg.eigvalsh((storage + storage.T) / 2.0)[0]),
+        dissipation=float(np.linalg.eigvalsh((restricted + restricted.T) / 2.0)[-1]),
+        scale=float(np.abs(form).max()),
     )

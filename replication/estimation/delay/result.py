@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -17,12 +18,11 @@ from replication.estimation.api.running import RunningObserver, require_small, s
 from replication.estimation.api.shown import Shown
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import worth
-from replication.estimation.delay.galerkin import check
-from replication.estimation.delay.observer import assembled, error_system, hinf_norm
-from replication.estimation.delay.operators import GainValues, ObserverGains, evaluate, observer_gains
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.observer import ErrorSystem, Trajectory, assembled, error_system, hinf_norm, simulate
+from replication.estimation.delay.operators import GainValues, ObserverGains, check, evaluate, observer_gains
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.spectrum import Grid, frequency_response, grid
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, frozen, positive_scalar
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class RunningDelayObserver(RunningObserver):
 
     Parameters
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant.
     gains : ObserverGains
         What `observer_gains` gave.
@@ -63,7 +63,7 @@ class RunningDelayObserver(RunningObserver):
         dt is not positive, or so short that more than LONGEST measurements would be kept.
     """
 
-    def __init__(self, system: DelaySystem, gains: ObserverGains, *, dt: float, order: int) -> None:
+    def __init__(self, system: DelayPlant, gains: ObserverGains, *, dt: float, order: int) -> None:
         self.dt = positive_scalar("dt", dt, unit="s")
         if system.delays[-1] > LONGEST * self.dt:
             raise InvalidInputError(
@@ -144,7 +144,7 @@ def injection(values: GainValues, net: Grid) -> Array:
     return np.vstack([first, rates[:, 1:].reshape(-1, every.shape[-1])])
 
 
-def reading(system: DelaySystem, net: Grid) -> Array:
+def reading(system: DelayPlant, net: Grid) -> Array:
     """E (K M q, size): C_2 phi_i at all points, history by history; point 0 of each is C_2 x."""
     n, k, inner = system.states, system.delay_count, net.points.size - 1
     rows = np.zeros((k, inner + 1, system.measurements, n * (1 + k * inner)))
@@ -183,81 +183,93 @@ AXES = {
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class DelayResult(GainResult):
+class DelayDesign(GainResult):
+    """Gains of an observer of a plant with delays; hooks: `error_model`, `gain_at` and `trajectory`.
+
+    Attributes
+    ----------
+    order : int
+        How finely each delay is resolved in the state-space model of the error.
+    """
+
+    method: str = "delay"
+    quantity: str = "L2 gain from the disturbance w to the estimation error of z"
+    order: int
+
+    @abstractmethod
+    def error_model(self) -> tuple[ErrorSystem, Array]:
+        """The error of the estimate without delays, and its direct part (p, r)."""
+
+    @abstractmethod
+    def gain_at(self, omega: Array) -> Array:
+        """The largest gain from w to the error of z at frequencies (M,), rad/s."""
+
+    @abstractmethod
+    def trajectory(self, times: Any, disturbance: Any) -> Trajectory:
+        """The error from rest, as in `simulate`."""
+
+    @property
+    @abstractmethod
+    def rate(self) -> float:
+        """The rate of the longest delay, 1/s."""
+
+    def to_statespace(self) -> control.StateSpace:
+        """The estimation error from w to z - z^ in continuous time, each delay resolved by `order`."""
+        import control
+
+        error, direct = self.error_model()
+        outputs = [f"error of {name}" for name in self.signals.outputs]
+        return control.StateSpace(error.a, error.b, error.c, direct, outputs=outputs)
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The gain of the error over the frequency, beside the guaranteed level."""
+        omega = _frequencies(self.rate)
+        curves = {"gain": self.gain_at(omega)}
+        return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class DelayResult(DelayDesign):
     """The gains L_0 ... L_7 of eq. (9) at `points` of the scaled histories [-1, 0].
 
     Attributes
     ----------
-    system : DelaySystem
+    plant : DelayPlant
         The plant for which the level holds.
     certificate : Certificate
         The feasible point of Theorem 3 that proves it.
     operators : ObserverGains
         The operators of which the gains are values.
-    order : int
-        Points of each history less one.
     """
 
-    method: str = "delay"
-    quantity: str = "L2 gain from the disturbance w to the estimation error of z"
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
-    system: DelaySystem
+    plant: DelayPlant
     certificate: Certificate
     operators: ObserverGains
-    order: int
 
     def observer(self, dt: float) -> RunningDelayObserver:
-        """The observer on sampled measurements, to run in a loop.
+        """The observer on measurements sampled every `dt` (s); `step` gives the estimate at the same instant."""
+        return RunningDelayObserver(self.plant, self.operators, dt=dt, order=self.order).named(self.signals)
 
-        Parameters
-        ----------
-        dt : float
-            Sampling period of the measurements, s.
+    def error_model(self) -> tuple[ErrorSystem, Array]:
+        """Histories collocated at `order` + 1 points."""
+        error = error_system(self.plant, self.operators, self.order)
+        return error, np.zeros((len(error.c), error.b.shape[1]))
 
-        Returns
-        -------
-        RunningDelayObserver
-            Its `step` returns the estimate at the same instant.
-        """
-        return RunningDelayObserver(self.system, self.operators, dt=dt, order=self.order).named(self.signals)
-
-    def to_statespace(self) -> control.StateSpace:
-        """The estimation error from w to z^ - z, histories collocated at `order` + 1 points.
-
-        Returns
-        -------
-        control.StateSpace
-            Continuous-time, without feedthrough.
-        """
-        import control
-
-        error = error_system(self.system, self.operators, self.order)
-        feedthrough = np.zeros((len(error.c), error.b.shape[1]))
-        outputs = [f"error of {name}" for name in self.signals.outputs]
-        return control.StateSpace(error.a, error.b, error.c, feedthrough, outputs=outputs)
-
-    def estimator(self, dt: float) -> control.StateSpace:
-        """The observer on sampled measurements, as `observer(dt)` runs, from known inputs and y to x^.
-
-        Parameters
-        ----------
-        dt : float
-            Sampling period of the measurements, s.
-
-        Returns
-        -------
-        control.StateSpace
-            Discrete-time; its states are what the observer remembers. It starts from rest with a first sample of zero.
-        """
-        return self.observer(dt).to_statespace()
-
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain of the error over the frequency, beside the guaranteed level."""
-        error, omega = error_system(self.system, self.operators, self.order), _frequencies(self.system)
+    def gain_at(self, omega: Array) -> Array:
+        """Of the collocated error."""
+        error, _ = self.error_model()
         eye = np.eye(len(error.a))
-        gains = [np.linalg.norm(error.c @ np.linalg.solve(1j * w * eye - error.a, error.b), 2) for w in omega]
-        curves = {"gain": np.array(gains)}
-        return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
+        return np.array([np.linalg.norm(error.c @ np.linalg.solve(1j * w * eye - error.a, error.b), 2) for w in omega])
+
+    def trajectory(self, times: Any, disturbance: Any) -> Trajectory:
+        """Of the collocated error; exact for it."""
+        return simulate(self.error_model()[0], times, disturbance, self.plant.states)
+
+    @property
+    def rate(self) -> float:
+        """The rate of the longest delay, 1/s."""
+        return 1 / self.plant.delays[-1]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -266,13 +278,13 @@ class DelayAnalysis(Shown):
 
     Attributes
     ----------
-    system : DelaySystem
+    plant : DelayPlant
         The plant.
     evidence : tuple of Evidence
         Root (1/s) and gain, with how they were found.
     """
 
-    system: DelaySystem
+    plant: DelayPlant
     evidence: tuple[Evidence, ...]
 
     def rows(self) -> list[tuple[str, str, str]]:
@@ -281,8 +293,8 @@ class DelayAnalysis(Shown):
 
     def panels(self) -> tuple[Panel, ...]:
         """The exact gain from w to z over the frequency."""
-        omega = _frequencies(self.system)
-        gains = np.linalg.norm(frequency_response(self.system, omega), 2, axis=(1, 2))
+        omega = _frequencies(1 / self.plant.delays[-1])
+        gains = np.linalg.norm(frequency_response(self.plant, omega), 2, axis=(1, 2))
         return (Panel(np.log10(omega), "frequency, log10 of rad/s", "gain from w to z", {"gain": gains}, {}),)
 
     def to_dict(self) -> dict[str, Any]:
@@ -290,13 +302,13 @@ class DelayAnalysis(Shown):
         return {"method": "delay", "evidence": [fact.to_dict() for fact in self.evidence]}
 
 
-def _frequencies(system: DelaySystem) -> Array:
-    """Frequencies (rad/s) around the rate of the longest delay."""
-    return np.asarray(1 / system.delays[-1] * np.logspace(-DECADES, DECADES, FREQUENCIES))
+def _frequencies(rate: float) -> Array:
+    """Frequencies (rad/s) around a rate."""
+    return np.asarray(rate * np.logspace(-DECADES, DECADES, FREQUENCIES))
 
 
 def result_of(
-    system: DelaySystem, signals: Signals, certificate: Certificate, facts: tuple[Evidence, ...], order: int
+    system: DelayPlant, signals: Signals, certificate: Certificate, facts: tuple[Evidence, ...], order: int
 ) -> DelayResult:
     """The gains of a certificate, evaluated in the closed loop by a method that shares nothing with the proof."""
     operators = observer_gains(certificate)
@@ -329,7 +341,7 @@ def result_of(
         gains=frozen(arrays),
         evidence=evidence,
         signals=signals,
-        system=system,
+        plant=system,
         certificate=certificate,
         operators=operators,
         order=order,

@@ -34,21 +34,11 @@ FINE, SMALL, LONGEST_CIRCLE = 8, 0.8, 2**22
 
 @dataclass(frozen=True, eq=False)
 class SampledObserver:
-    """The recursion.
+    """The recursion."""
 
-    Attributes
-    ----------
-    dt : float
-        Step, s.
-    sizes : tuple of int
-        n states, p outputs to estimate, q measurements, m known inputs.
-    taps : array (J, n+p+q, n+q+m)
-        H_0 ... H_{J-1}.
-    """
-
-    dt: float
-    sizes: tuple[int, int, int, int]
-    taps: Array
+    dt: float  # Step, s
+    sizes: tuple[int, int, int, int]  # n states, p outputs to estimate, q measurements, m known inputs
+    taps: Array  # (J, n+p+q, n+q+m) H_0 ... H_{J-1}
 
     @property
     def parts(self) -> tuple[slice, slice, slice]:
@@ -362,49 +352,14 @@ class InnovationsObserver(RunningObserver):
 
 
 def running(observer: DelayObserver, dt: float) -> InnovationsObserver:
-    """A designed observer, ready to run on samples.
-
-    Parameters
-    ----------
-    observer : DelayObserver
-        What a synthesis gave.
-    dt : float
-        Sampling period, s.
-
-    Returns
-    -------
-    InnovationsObserver
-        At instant 0.
-
-    Raises
-    ------
-    InvalidInputError
-        As `InnovationsObserver`.
-    """
+    """A designed observer, ready to run on samples; raises as `InnovationsObserver`."""
     return InnovationsObserver(plant_terms(observer.plant), injection_terms(observer), dt=dt)
 
 
 def simulate_error(observer: DelayObserver, times: object, disturbance: object) -> Trajectory:
     """The error of an observer from rest, by the same recursion: of second order in the step.
 
-    Parameters
-    ----------
-    observer : DelayObserver
-        What a synthesis gave.
-    times : array (M,)
-        Equidistant instants, s.
-    disturbance : array (M, r)
-        w at these instants, linear between them.
-
-    Returns
-    -------
-    Trajectory
-        The errors of z and x beside w; its `gain` tends to a lower bound of the exact gain.
-
-    Raises
-    ------
-    InvalidInputError
-        Another shape, unequal steps, a disturbance that is zero, or steps that are too long.
+    Arguments and InvalidInputError as in `simulate`, also for steps that are too long.
     """
     instants, w, dt = equidistant(times, disturbance, observer.plant.inputs)
     plant = plant_terms(observer.plant)

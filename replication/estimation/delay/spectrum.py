@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay.system import DelaySystem, natural_units, reach
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.system import natural_units, reach
 from replication.estimation.validation import Array, as_matrix, positive_integer, positive_scalar
 
 # Discretisation of a history on [-1, 0]: Chebyshev collocation, or the forward difference with lumped states.
@@ -81,7 +82,7 @@ def interpolation(net: Grid, point: float) -> Array:
     return row
 
 
-def generator(system: DelaySystem, order: int) -> tuple[Array, Array]:
+def generator(system: DelayPlant, order: int) -> tuple[Array, Array]:
     """The plant on one history of length τ_K with order+1 Chebyshev points, state (x; values from η < 0 down to -1).
 
     Returns A (n(order+1))² with ẋ = A x for w = 0, and C with z = C x.
@@ -108,7 +109,7 @@ ORDER, FEW = 40, 16
 """Order of the collocation that starts Newton's iteration, and the least one where roots are known to be small."""
 
 
-def characteristic(system: DelaySystem, s: complex | Complex) -> Complex:
+def characteristic(system: DelayPlant, s: complex | Complex) -> Complex:
     """M(s), shape (..., n, n) for s of shape (...)."""
     points = np.asarray(s, dtype=complex)[..., None, None]
     matrix = points * np.eye(system.states) - system.a0
@@ -117,35 +118,11 @@ def characteristic(system: DelaySystem, s: complex | Complex) -> Complex:
     return np.asarray(matrix, dtype=complex)
 
 
-def _slope(system: DelaySystem, s: complex) -> Complex:
-    """dM/ds."""
-    terms = (delay * np.exp(-s * delay) * a for delay, a in zip(system.delays, system.a, strict=True))
-    return np.asarray(np.eye(system.states) + sum(terms), dtype=complex)
+def rightmost_roots(system: DelayPlant, count: int = 5, order: int = ORDER) -> Complex:
+    """The `count` characteristic roots of largest real part (1/s), refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
 
-
-def rightmost_roots(system: DelaySystem, count: int = 5, order: int = ORDER) -> Complex:
-    """The characteristic roots of largest real part, refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    count : int
-        How many roots.
-    order : int
-        The generator is collocated at order + 1 Chebyshev points; its eigenvalues start Newton's method.
-
-    Returns
-    -------
-    array (count,)
-        Complex, in 1/s.
-
-    Raises
-    ------
-    InvalidInputError
-        `count` is below one.
-    SolverError
-        A start does not converge; raise `order`.
+    Eigenvalues of the generator on `order` + 1 Chebyshev points start Newton's method. Raises SolverError where a start
+    does not converge.
     """
     positive_integer("count", count)
     units = natural_units(system)
@@ -155,7 +132,7 @@ def rightmost_roots(system: DelaySystem, count: int = 5, order: int = ORDER) -> 
     return np.array(roots, dtype=complex)
 
 
-def _refined(system: DelaySystem, start: complex) -> complex:
+def _refined(system: DelayPlant, start: complex) -> complex:
     """Newton on M(s)v = 0, cᴴv = 1, from the singular vector of the start."""
     s = start
     vector = np.linalg.svd(characteristic(system, s))[2][-1].conj()
@@ -166,7 +143,9 @@ def _refined(system: DelaySystem, start: complex) -> complex:
         values = np.linalg.svd(matrix, compute_uv=False)
         if values[-1] <= 1e-14 * (1.0 + values[0]):
             break
-        jacobian = np.block([[matrix, (_slope(system, s) @ vector)[:, None]], [normal[None, :], np.zeros((1, 1))]])
+        terms = (delay * np.exp(-s * delay) * a for delay, a in zip(system.delays, system.a, strict=True))
+        slope = np.eye(n) + sum(terms)  # dM/ds
+        jacobian = np.block([[matrix, (slope @ vector)[:, None]], [normal[None, :], np.zeros((1, 1))]])
         residual = np.concatenate([matrix @ vector, [normal @ vector - 1.0]])
         # A multiple root makes the Jacobian singular; the least-squares step still converges, linearly.
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
@@ -177,7 +156,7 @@ def _refined(system: DelaySystem, start: complex) -> complex:
     return s
 
 
-def undetectable_root(system: DelaySystem, tolerance: float = 1e-7) -> complex | None:
+def undetectable_root(system: DelayPlant, tolerance: float = 1e-7) -> complex | None:
     """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None.
 
     tolerance: in `natural_units`, for the real part of the root and for the rank.
@@ -197,7 +176,7 @@ def undetectable_root(system: DelaySystem, tolerance: float = 1e-7) -> complex |
     return None
 
 
-def require_detectable(system: DelaySystem) -> None:
+def require_detectable(system: DelayPlant) -> None:
     """Raise InvalidInputError if an unstable mode does not reach y: then no observer has an error that dies out."""
     root = undetectable_root(system)
     if root is not None:
@@ -206,32 +185,14 @@ def require_detectable(system: DelaySystem) -> None:
         )
 
 
-def frequency_response(system: DelaySystem, omega: Array | float) -> Complex:
-    """The exact response from w to z.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    omega : float or array (M,)
-        Frequencies ω, rad/s.
-
-    Returns
-    -------
-    array (M, p, r)
-        Complex.
-
-    Raises
-    ------
-    InvalidInputError
-        A frequency is not finite.
-    """
+def frequency_response(system: DelayPlant, omega: Array | float) -> Complex:
+    """The exact response from w to z, complex (M, p, r), at finite frequencies (M,) in rad/s."""
     s = 1j * as_matrix("omega", np.atleast_2d(omega), rows=1)[0]
     inner = np.linalg.solve(characteristic(system, s), np.broadcast_to(system.b, (s.size, *system.b.shape)))
     return np.asarray(_output(system, s) @ inner, dtype=complex)
 
 
-def _output(system: DelaySystem, s: Complex, power: int = 0) -> Complex:
+def _output(system: DelayPlant, s: Complex, power: int = 0) -> Complex:
     """d^power C/ds^power at s, shape (len(s), p, n)."""
     value = np.zeros((s.size, *system.c10.shape), dtype=complex)
     if power == 0:
@@ -250,32 +211,12 @@ class GainBracket:
     frequency: float
 
 
-def hinf_gain(system: DelaySystem, relative: float = 1e-9, most: int = 200_000) -> GainBracket:
-    """Supremum of ‖G(jω)‖ over ω by subdivision with an upper bound on every interval.
+def hinf_gain(system: DelayPlant, relative: float = 1e-9, most: int = 200_000) -> GainBracket:
+    """Supremum of ‖G(jω)‖ over ω by subdivision with an upper bound on every interval, `most` at most.
 
     On |ω-c| <= r, with x = ω-c: ‖G‖ <= max‖G_c ± rG_c'‖ + r²/2 sup‖G''‖, the last from ‖M⁻¹‖ <= μ/(1-rℓμ). Intervals
-    that cannot hold the maximum are dropped.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    relative : float
-        Relative width of the bracket.
-    most : int
-        Intervals that are looked at, at most.
-
-    Returns
-    -------
-    GainBracket
-        Both ends, and the frequency (rad/s) of the lower one.
-
-    Raises
-    ------
-    InfeasibleError
-        The plant is unstable: the gain is infinite.
-    SolverError
-        `most` intervals do not suffice.
+    that cannot hold the maximum are dropped. Raises InfeasibleError for an unstable plant, SolverError if `most` do not
+    suffice.
     """
     positive_scalar("relative", relative)
     rightmost = rightmost_roots(system, 1)[0]
@@ -307,7 +248,7 @@ def hinf_gain(system: DelaySystem, relative: float = 1e-9, most: int = 200_000) 
 class _IntervalBound:
     """Bounds of ‖G‖ at the centre and over the whole of intervals of ω."""
 
-    def __init__(self, system: DelaySystem) -> None:
+    def __init__(self, system: DelayPlant) -> None:
         """Norms that do not depend on the interval."""
         self.system = system
         norms = [float(np.linalg.norm(a, 2)) for a in system.a]

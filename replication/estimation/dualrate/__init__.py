@@ -22,4 +22,6 @@ else:
         },
     )
 
-__all__ = ["OBSERVERS", "DualRateResult", "SlowRateResult", "analyse", "compare", "design", "make_plant", "simulate"]
+__all__ = [
+    "OBSERVERS", "DualRateResult", "SlowRateResult", "analyse", "compare", "design", "make_plant", "simulate",
+]  # fmt: skip

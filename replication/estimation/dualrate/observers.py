@@ -33,7 +33,6 @@ class Harmonic:
     continuous: bool = False
 
     def __post_init__(self) -> None:
-        """Check and freeze."""
         frequency = float(as_matrix("frequency σ of the reference (rad/s)", [[self.frequency]])[0, 0])
         amplitude = np.array(self.amplitude)
         if amplitude.ndim != 1 or amplitude.dtype.kind not in "iufc" or not np.all(np.isfinite(amplitude)):

@@ -132,13 +132,7 @@ class DualRateResult(Design):
         return tuple(f"noise of {name}" for name in self.signals.measurements)
 
     def to_statespace(self) -> control.StateSpace:
-        """The closed loop over one slow period M T.
-
-        Returns
-        -------
-        control.StateSpace
-            Inputs are the sensor noises, outputs the plant outputs at the M fast instants, `@k` for instant k.
-        """
+        """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
         lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
         noise = self.disturbances()
         lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))

@@ -40,7 +40,6 @@ class PeriodicSystem:
     stages: tuple[Stage, ...]
 
     def __post_init__(self) -> None:
-        """Check the shapes of every stage and freeze its arrays."""
         if not self.stages:
             raise InvalidInputError("a periodic system needs at least one stage (A, B, C, D)")
         if any(not isinstance(stage, Sequence) or len(stage) != 4 for stage in self.stages):

@@ -246,7 +246,7 @@ def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
     """The sensors of the plant, of which those measure that are due (..., q); S = B_w D'."""
     plant = problem.plant
     used = due.astype(float)
-    R = plant.D @ plant.D.T * used[..., :, None] * used[..., None, :] + _diagonal(1.0 - used)
+    R = plant.D @ plant.D.T * used[..., :, None] * used[..., None, :] + (1.0 - used)[..., None] * np.eye(used.shape[-1])
     S = plant.B_w @ plant.D.T * used[..., None, :] if plant.correlated else None
     return Sensing(plant.C * used[..., None], R, S)
 
@@ -256,10 +256,6 @@ def _identity(size: int) -> Array:
     identity = np.eye(size)
     identity.flags.writeable = False
     return identity
-
-
-def _diagonal(entries: Array) -> Array:
-    return entries[..., None] * np.eye(entries.shape[-1])
 
 
 def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:

@@ -76,7 +76,6 @@ class ContinuousPlant:
     D_u: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        """Check everything at once."""
         self.after(positive_scalar("dt", self.dt, unit="seconds"))
 
     def after(self, time: float) -> MultiratePlant:

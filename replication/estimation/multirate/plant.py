@@ -94,7 +94,6 @@ class MultiratePlant(LinearPlant):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        """Check shapes and entries, fill the defaults, freeze the arrays."""
         sizes = self.check()
         if (largest := np.max(np.abs(self.A))) > LARGEST_OF_A:
             raise InvalidInputError(

@@ -42,7 +42,6 @@ class SensingSchedule:
     offsets: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the periods and offsets."""
         given = _as_tuple("periods", self.periods)
         periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(given))
         if not periods:
@@ -140,7 +139,6 @@ class MultirateProblem:
     schedule: SensingSchedule
 
     def __post_init__(self) -> None:
-        """Check that the plant and the schedule make a well-posed problem."""
         plant, schedule = self.plant, self.schedule
         _of_type("plant", plant, MultiratePlant, "MultiratePlant(...) or MultiratePlant.from_statespace(...)")
         _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")

@@ -124,13 +124,9 @@ class MultirateResult(Design):
         return disturbances(self.problem.plant, self.signals)
 
     def to_statespace(self) -> control.StateSpace:
-        """The observer over one period N of the schedule.
+        """The observer over one period N of the schedule, from (u, y) of all instants to W x^.
 
-        Returns
-        -------
-        control.StateSpace
-            Inputs (u, y) of all N instants, outputs W x^; sampling period N dt. With N = 1 it has the names of the
-            plant; with N > 1 `@k` is added for instant k.
+        Its sampling period is N dt; `@k` is added to the names for instant k unless N = 1.
         """
         system = observer_system(self.problem, self.gains["L"])
         lifted = lifted_statespace(system, dt=self.problem.plant.dt)

@@ -30,16 +30,6 @@ else:
     )
 
 __all__ = [
-    "Filter",
-    "NoisyPlant",
-    "NonuniformResult",
-    "PeriodRange",
-    "SampledPlant",
-    "StampedKalman",
-    "StampedPlant",
-    "StampedResult",
-    "analyse",
-    "design",
-    "design_stamped",
-    "simulate",
-]
+    "Filter", "NoisyPlant", "NonuniformResult", "PeriodRange", "SampledPlant", "StampedKalman", "StampedPlant",
+    "StampedResult", "analyse", "design", "design_stamped", "simulate",
+]  # fmt: skip

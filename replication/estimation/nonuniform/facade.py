@@ -120,20 +120,20 @@ def design(
     range_ = as_range(periods)
     _require_memory(checked, range_)
     if goal == "robust":
-        found = robust_design(checked, range_)
-        report = found.design.report
-        _require_positive(found.design)
+        robust = robust_design(checked, range_)
+        report = robust.design.report
+        _require_positive(robust.design)
         facts: tuple[Evidence, ...] = (
-            Evidence("level of the design", found.design.level, "matrix inequality (10), one Lyapunov function"),
-            Evidence("violation left", found.violation, "largest eigenvalue of that matrix inequality over the range"),
+            Evidence("level of the design", robust.design.level, "matrix inequality (10), one Lyapunov function"),
+            Evidence("violation left", robust.violation, "largest eigenvalue of that matrix inequality over the range"),
             Evidence(
                 "estimated shortfall of the finite-grid level",
-                found.shortfall,
+                robust.shortfall,
                 "relative; dual times violation, first order",
             ),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        return result_of(checked, signals, found.design.filter, range_, facts, leaves, horizon)
+        return result_of(checked, signals, robust.design.filter, range_, facts, leaves, horizon)
     if goal == "nominal":
         nominal = riccati_level(checked, range_.middle)
         how = f"Riccati recursion, constant period {range_.middle:g} s"
@@ -346,12 +346,12 @@ def design_stamped(
     signals = replace(signals, inputs=numbered("u", inputs.shape[1]))
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):
-        found, proof = proved_design(checked, range_, cells=cells)
+        least, proof = proved_design(checked, range_, cells=cells)
         facts = (
             Evidence(
-                "level of the design", found.level, "Lyapunov functions by the period before, gain free in the periods"
+                "level of the design", least.level, "Lyapunov functions by the period before, gain free in the periods"
             ),
-            Evidence("violation left", found.violation, "largest eigenvalue of its inequality over the range"),
-            Evidence("solver", f"{found.report.name} {found.report.version}: {found.report.status}", "its own word"),
+            Evidence("violation left", least.violation, "largest eigenvalue of its inequality over the range"),
+            Evidence("solver", f"{least.report.name} {least.report.version}: {least.report.status}", "its own word"),
         )
-        return stamped_result(checked, signals, found.filter, proof, range_, inputs, facts, horizon)
+        return stamped_result(checked, signals, least.filter, proof, range_, inputs, facts, horizon)

@@ -94,7 +94,6 @@ class Filter(Estimator):
         def __init__(self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
-        """Check and freeze the matrices."""
         A = as_matrix("A_f", self.A)
         A = as_matrix("A_f", A, rows=A.shape[0], columns=A.shape[0])
         B = as_matrix("B_f", self.B, rows=A.shape[0])

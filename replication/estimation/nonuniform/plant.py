@@ -48,7 +48,6 @@ class PeriodRange:
     h_u: float
 
     def __post_init__(self) -> None:
-        """Check the order of the ends."""
         for name in ("h_l", "h_u"):
             object.__setattr__(self, name, positive_scalar(name, getattr(self, name), unit="s"))
         if self.h_l > self.h_u:
@@ -116,7 +115,6 @@ class SampledPlant(LinearPlant):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        """Check and freeze the matrices."""
         self.check()
         for name in self.SHAPES:
             matrix = getattr(self, name)

@@ -177,13 +177,7 @@ class RunningFilter(RunningObserver):
         return Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
 
     def to_statespace(self) -> control.StateSpace:
-        """The filter from y to z^, at its samples.
-
-        Returns
-        -------
-        control.StateSpace
-            Discrete-time, with an unspecified period (True).
-        """
+        """The filter from y to z^, at its samples, whose period is unspecified (True)."""
         system = self.filter.to_statespace()
         if self.signals is not None:
             system.set_inputs(list(self.signals.measurements))
@@ -206,47 +200,62 @@ class RunningFilter(RunningObserver):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class NonuniformResult(GainResult):
-    """A filter (gains A_f, B_f, C_f) with both ends of its worst-case gain.
+class SequenceResult(GainResult):
+    """A filter with both ends of its worst-case gain over every sampling sequence.
 
     Attributes
     ----------
     plant : SampledPlant
         The plant for which the level holds.
-    filter : Filter
-        The gains as a filter of form (4).
     periods : PeriodRange
         The sampling periods for which it holds, s.
+    filter : Estimator
+        The gains as a filter.
+    """
+
+    quantity: str = QUANTITY
+    plant: SampledPlant
+    periods: PeriodRange
+    filter: Estimator
+
+    def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
+        """By name, filters for each of the periods to compare with."""
+        return {}
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The gain at constant periods over the range, of this filter and of others, beside the bracket."""
+        periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
+        filters = {"constant period": [self.filter] * len(periods), **self.others(periods)}
+        curves = {name: self._gains(several, periods) for name, several in filters.items()}
+        lower = self.bracket.lower
+        return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
+
+    def _gains(self, filters: Sequence[Estimator], periods: Array) -> Array:
+        pairs = zip(filters, periods.tolist(), strict=True)
+        return np.array([periodic_gain(self.plant, filter_.at(h), [h]).value for filter_, h in pairs])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class NonuniformResult(SequenceResult):
+    """A filter (gains A_f, B_f, C_f) of form (4), which does not know the periods.
+
+    Attributes
+    ----------
     gain : WorstCaseGain
         `gain.attack` attains the lower end of the bracket, `gain.guarantee` proves the upper one.
     """
 
     method: str = "nonuniform"
-    quantity: str = QUANTITY
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
-    plant: SampledPlant
     filter: Filter
-    periods: PeriodRange
     gain: WorstCaseGain
 
     def observer(self) -> RunningFilter:
-        """The filter of eq. (4), to run in a loop.
-
-        Returns
-        -------
-        RunningFilter
-            One step for each sample; see there for samples that do not come.
-        """
+        """The filter of eq. (4), to run in a loop: one step for each sample."""
         return RunningFilter(self.filter).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
-        """The filter from y to z^.
-
-        Returns
-        -------
-        control.StateSpace
-            Discrete-time; its dt is the sampling period if there is only one, else unspecified (True).
-        """
+        """The filter from y to z^; its dt is the sampling period if there is only one, else unspecified (True)."""
         system = self.observer().to_statespace()
         if self.periods.h_l == self.periods.h_u:
             system.dt = self.periods.h_l
@@ -255,13 +264,6 @@ class NonuniformResult(GainResult):
     def estimator(self, *settings: object, **named: object) -> control.StateSpace:
         """The same as `to_statespace`."""
         return self.to_statespace()
-
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain at constant sampling periods over the range, beside the bracket over all sequences."""
-        periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
-        gains = np.array([periodic_gain(self.plant, self.filter, [float(h)]).value for h in periods])
-        curves, lower = {"constant period": gains}, self.bracket.lower
-        return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
 
 
 def result_of(

@@ -79,7 +79,8 @@ def sequence_gain(
     if len(periods) < 2:
         raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
     filter_.error_output(plant)
-    steps, drives, output = _error_steps(plant, filter_, periods)
+    steps, drives = filter_.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
+    output = filter_.error_output(plant)
     count, size, inputs = drives.shape
     root = np.sqrt(periods)[:, None] if per_duration else np.ones((count, 1))
     e_root = np.vstack([root[1:], root[-1:]])
@@ -115,12 +116,6 @@ def sequence_gain(
         found = np.linalg.svd(np.array([forward(unit).ravel() for unit in np.eye(count * inputs)])).U
     w = found[:, 0] / np.linalg.norm(found[:, 0])
     return float(np.linalg.norm(forward(w))), np.asarray(w.reshape(count, inputs) / root)
-
-
-def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tuple[Array, Array, Array]:
-    """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
-    steps, drives = filter_.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
-    return steps, drives, filter_.error_output(plant)
 
 
 def _banded(steps: Array) -> Array:

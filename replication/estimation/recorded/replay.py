@@ -271,10 +271,10 @@ def replay(observer: StampedKalman, log: Any, *, time: str = "t", inputs: tuple[
     start = Estimate(float(data.t[0]), np.zeros(plant.order), plant.P0)
     known = list(instants(recursion, start, data))
     innovations, whitened = np.full_like(data.y, np.nan), np.full_like(data.y, np.nan)
-    for i, one in enumerate(known):
-        innovations[i, one.used] = one.innovation
-        if len(one.innovation):
-            whitened[i, one.used] = np.linalg.solve(np.linalg.cholesky(one.spread), one.innovation)
+    for i, instant in enumerate(known):
+        innovations[i, instant.used] = instant.innovation
+        if len(instant.innovation):
+            whitened[i, instant.used] = np.linalg.solve(np.linalg.cholesky(instant.spread), instant.innovation)
     used = np.sum(~np.isnan(whitened), axis=0)
     count = int(used.sum())
     if np.any(used <= LAGS):
@@ -296,13 +296,13 @@ def replay(observer: StampedKalman, log: Any, *, time: str = "t", inputs: tuple[
     return Replay(
         log=data,
         sensors=tuple(plant.sensors),
-        estimates=np.array([one.mean for one in known]),
-        covariances=np.array([one.covariance for one in known]),
+        estimates=np.array([instant.mean for instant in known]),
+        covariances=np.array([instant.covariance for instant in known]),
         innovations=innovations,
         whitened=whitened,
         used=used,
         missing=len(data.t) - np.sum(~np.isnan(data.y), axis=0),
-        gated=sum(one.gated for one in known),
+        gated=sum(instant.gated for instant in known),
         white=np.array(white),
         nis=nis,
         interval=(float(low), float(high)),

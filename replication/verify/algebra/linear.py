@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import reduce
+from math import ceil, floor
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
@@ -174,12 +175,12 @@ def half_unit(printed: str) -> fmpq:
 
 def above(number: fmpq, places: int = 9) -> str:
     """`number` rounded up to so many decimals: for a sentence that says "at most"."""
-    return _decimals(int((number * 10**places).ceil()), places)
+    return _decimals(ceil(number * 10**places), places)
 
 
 def below(number: fmpq, places: int = 9) -> str:
     """`number` rounded down to so many decimals: for a sentence that says "at least"."""
-    return _decimals(int((number * 10**places).floor()), places)
+    return _decimals(floor(number * 10**places), places)
 
 
 def _decimals(scaled: int, places: int) -> str:

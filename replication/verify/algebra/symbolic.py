@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import add, sub
-from typing import Any
 
-from flint import Ordering, fmpq, fmpq_mpoly_ctx
+from flint import fmpq
 
 # Sums of words in letters that do not commute: an identity between them holds for matrices of all sizes that fit.
 #
@@ -31,16 +30,31 @@ class Words:
     terms: Mapping[Factors, fmpq]
     symmetric: frozenset[str] = frozenset()
 
-    def __add__(self, other: Words) -> Words:
+    def __add__(self, other: Words | fmpq | int) -> Words:
         """The sum."""
+        other = other if isinstance(other, Words) else one() * other
         total = dict(self.terms)
         for word, coefficient in other.terms.items():
             total[word] = total.get(word, fmpq(0)) + coefficient
         return self._of(total, other)
 
-    def __sub__(self, other: Words) -> Words:
+    __radd__ = __add__
+
+    def __neg__(self) -> Words:
+        """The negative."""
+        return self * -1
+
+    def __sub__(self, other: Words | fmpq | int) -> Words:
         """The difference."""
         return self + other * -1
+
+    def __rsub__(self, other: fmpq | int) -> Words:
+        """The difference from a number."""
+        return -self + other
+
+    def __truediv__(self, divisor: int) -> Words:
+        """A part of it."""
+        return self * fmpq(1, divisor)
 
     def __mul__(self, other: Words | fmpq | int) -> Words:
         """The product, or the multiple by a number."""
@@ -52,6 +66,19 @@ class Words:
                 word = tuple(sorted(numbers + more)), first + second
                 total[word] = total.get(word, fmpq(0)) + a * b
         return self._of(total, other)
+
+    def __rmul__(self, factor: fmpq | int) -> Words:
+        """The multiple by a number."""
+        return self * factor
+
+    def derivative(self, name: str) -> Words:
+        """The derivative in a central letter."""
+        total = self * 0
+        for (numbers, word), a in self.terms.items():
+            if name in numbers:
+                at = numbers.index(name)
+                total += Words({((*numbers[:at], *numbers[at + 1 :]), word): a * numbers.count(name)})
+        return total
 
     @property
     def T(self) -> Words:
@@ -122,23 +149,21 @@ def number(name: str) -> Words:
     return Words({((name,), ()): fmpq(1)})
 
 
-Entry = Any
-"""A polynomial, or a sum of words."""
+Entry = Words
 Change = Callable[[Entry], Entry]
 Shapes = Mapping[str, tuple[int, int]]
 
 
 @dataclass(frozen=True)
 class Symbolic:
-    """A matrix of polynomials in one ring, or of words, by rows."""
+    """A matrix of sums of words, by rows."""
 
     rows: tuple[tuple[Entry, ...], ...]
 
     @property
     def T(self) -> Symbolic:
         """The transpose."""
-        mirrored = Symbolic(tuple(zip(*self.rows, strict=True)))
-        return mirrored.each(lambda entry: entry.T if isinstance(entry, Words) else entry)
+        return Symbolic(tuple(zip(*self.rows, strict=True))).each(lambda entry: entry.T)
 
     @property
     def entry(self) -> Entry:
@@ -159,7 +184,7 @@ class Symbolic:
         return self * -1
 
     def __mul__(self, factor: Entry | fmpq | int) -> Symbolic:
-        """The multiple by a polynomial, a central letter or a number."""
+        """The multiple by a central letter or a number."""
         return self.each(lambda entry: entry * factor)
 
     def __matmul__(self, other: Symbolic) -> Symbolic:
@@ -199,11 +224,9 @@ def symbols(shapes: Shapes, symmetric: Sequence[str] = (), diagonal: Sequence[st
         name: [[symbol(name, i, j) for j in range(columns)] for i in range(rows)]
         for name, (rows, columns) in shapes.items()
     }
-    names = [*dict.fromkeys(entry for table in tables.values() for row in table for entry in row if entry)]
-    ring = fmpq_mpoly_ctx.get(names, Ordering.degrevlex)
-    known = {"": ring.constant(0), **dict(zip(names, ring.gens(), strict=True))}
     return {
-        name: Symbolic(tuple(tuple(known[entry] for entry in row) for row in rows)) for name, rows in tables.items()
+        name: Symbolic(tuple(tuple(number(entry) if entry else NONE for entry in row) for row in rows))
+        for name, rows in tables.items()
     }
 
 

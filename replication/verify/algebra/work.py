@@ -49,12 +49,16 @@ def spend(work: int, what: str) -> None:
 
 def bits(*matrices: fmpq_mat) -> int:
     """The length of the longest numerator or denominator in these matrices."""
-    return estimate_length(entry for M in matrices for entry in M.entries())
+    return max(estimate_length(M.entries()) for M in matrices)
 
 
 def estimate_length(numbers: Iterable[fmpq]) -> int:
-    """The length of the longest numerator or denominator of these numbers."""
-    return max((number.height_bits() for number in numbers), default=1)
+    """The length of the longest numerator or denominator of these numbers: that of all their bits together."""
+    together: Any = 1
+    for number in numbers:
+        top = number.numerator
+        together |= number.denominator | (top if top >= 0 else -top)
+    return int(together.bit_length())
 
 
 def multiplying(first: int, second: int) -> int:
@@ -109,6 +113,6 @@ def spend_characteristic(M: fmpq_mat) -> None:
 def limit_denominator(numbers: Iterable[fmpq], digits: int, path: str) -> None:
     """Refuse a matrix whose common denominator is too long: exact arithmetic soon writes all entries over it."""
     common = 1
-    for denominator in {int(number.q) for number in numbers}:
+    for denominator in {int(number.denominator) for number in numbers}:
         common = lcm(common, denominator)
         require(common < 10**digits, f"{path} has a common denominator of more than {digits} digits")

@@ -121,7 +121,10 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
     A = states(A, f"{path}.A")
     n = A.nrows()
     ratio = positive(M, f"{path}.M")
-    require(ratio.q == 1 and ratio <= LARGEST_RATIO, f"{path}.M must be whole and at most {LARGEST_RATIO}, got {ratio}")
+    require(
+        ratio.denominator == 1 and ratio <= LARGEST_RATIO,
+        f"{path}.M must be whole and at most {LARGEST_RATIO}, got {ratio}",
+    )
     return Loop(
         A=A,
         B=matrix(B, f"{path}.B", n, 1),
@@ -129,7 +132,7 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
         K=matrix(K, f"{path}.K", 1, n),
         L=matrix(L, f"{path}.L", n, 1),
         T=positive(T, f"{path}.T"),
-        M=int(ratio.p),
+        M=int(ratio.numerator),
         start=matrix(first[0], f"{path}.start", n, 1) if first else fmpq_mat(0, 1),
         name=str(name),
     )

@@ -59,8 +59,6 @@ def read_guess(value: Any, path: str) -> acb:
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
     """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the
     spectral radius {lower:down} to {upper:up}.
-
-    Bounds of the largest modulus of the eigenvalues of Φ.
     """
     require_eigenvalue_beyond(plant, observer, root, lower)
     decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", upper))
@@ -76,8 +74,6 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
 def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """Without a reference {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) is stable: its
     spectral radius over one slow period is below {radius:up}.
-
-    All eigenvalues of Φ lie inside a circle of radius below one.
     """
     decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
     decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", radius))
@@ -114,8 +110,6 @@ def no_bounded_error(
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
     y_d' + a₃ y_d>, held over {hold}, {observer.words}< of the plant {plant.name}|> has no bounded tracking error from
     this x(0) and ζ(0) = {listed}: each excites an eigenvalue of modulus {size:down 3} or more.
-
-    The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 
     d(n) = y − (its steady state) at the slow instants is C Φⁿ (z(0) − Im X). With λ an eigenvalue outside the unit
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
@@ -192,19 +186,13 @@ def read_motor(value: Any, path: str) -> Motor:
     says=Says(quantity="torque constant", readings=("surface-magnets",)),
 )
 def torque_constant(plant: Motor) -> Found:
-    """1.5 p Ψ_f is {value} N m/A.
-
-    K_T = 1.5 p Ψ_f of a surface-magnet machine.
-    """
+    """1.5 p Ψ_f is {value} N m/A."""
     return _computed(fmpq(3, 2) * plant.given["p"] * plant.given["Psi"])
 
 
 @on_loop("dualrate.slow-period", bound=None, says="slow period")
 def slow_period(plant: Loop) -> Found:
-    """The sensor's period M T is {value} s.
-
-    T_s = M T.
-    """
+    """The sensor's period M T is {value} s."""
     return _computed(plant.M * plant.T)
 
 
@@ -228,8 +216,6 @@ def coordinates(plant: Motor) -> None:
 def hurwitz(plant: Loop, matrix: str) -> Found:
     """<For the plant {plant.name}, {name}|{name}> is Hurwitz: the Hurwitz determinants of its characteristic polynomial
     are positive.
-
-    All eigenvalues of A + B K (`feedback`) or A − L C (`observer`) have negative real parts.
     """
     matrices = {"feedback": ("A + B K", plant.A + plant.B * plant.K), "observer": ("A − L C", plant.guided)}
     require(matrix in matrices, f"parameters.matrix must be one of {', '.join(matrices)}")

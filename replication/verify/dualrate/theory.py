@@ -10,7 +10,7 @@ from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import identity
 from replication.verify.algebra.symbolic import Symbolic, letters, one, symbols, unit
-from replication.verify.algebra.work import spend_on_products
+from replication.verify.algebra.work import estimate_length, spend_on_products
 from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
@@ -43,7 +43,7 @@ def determinant(loop: Loop, ratio: int) -> fmpq_poly:
     for x, zeta in ((fmpq_poly([1]), fmpq_poly([0])), (fmpq_poly([0]), fmpq_poly([1]))):
         measured = x
         for k in range(ratio):
-            spend_on_products(k + 1, (k + 1) * (loop.K[0, 0].height_bits() + 2), "det(I − Φ)")
+            spend_on_products(k + 1, (k + 1) * (estimate_length([loop.K[0, 0]]) + 2), "det(I − Φ)")
             u = loop.K[0, 0] * zeta
             predicted = GROWTH * (GROWTH * zeta + H * u)
             x, zeta = GROWTH * (GROWTH * x + H * u), zeta + H * u + L * H * measured

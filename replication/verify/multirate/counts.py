@@ -18,7 +18,7 @@ from replication.verify.theorem import Found, require
 
 Plant = Mapping[str, Any]
 """A plant as it stands in the certificate, of which each statement reads what it counts."""
-CYCLIC = ("cyclic-full", "cyclic-blocks")
+CYCLIC = ("one full P", "P in blocks")
 """Readings of the paper: how the P of its earlier design is made up, which changes no rows."""
 
 

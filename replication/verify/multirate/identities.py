@@ -45,8 +45,6 @@ def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> Fo
 def schur(states: int, sensors: int, disturbances: int, inputs: int) -> Found:
     """With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20) ({sizes}).
 
-    Eqs. (30)-(32): with Y = P L, the Schur complement of P in the matrix (30) is the matrix (20).
-
     The blocks beside P are P F with F = [A_e, B_d, -L S D], so that the complement is the rest less F'P F.
     """
     m, closed, level = _closed_loop(*_limited(states, sensors, disturbances, inputs))

@@ -40,7 +40,7 @@ on_sensors = partial(
 """A statement on the two bounds of a gain of a plant that is seen by chosen sensors."""
 OBSERVERS = ("periodic one-step observers", "one-step predictors")
 """The upper bound is that of one of the first; the lower one holds for the second, which are more."""
-UNDER = (NO_READING, "predictors", "table-alone")
+UNDER = (NO_READING, "observers of form (15)", "columns of Table 1")
 """Readings of the paper under which its levels are those of the observers that it designs."""
 
 
@@ -77,8 +77,6 @@ def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, 
     """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), the error
     system of its gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of
     <Theorem 1|a storage function with the period of the schedule>.
-
-    The gain of the given gains L_k: Theorem 1 from above, a disturbance from below.
     """
     require_bracket(lower, upper, chosen["relative"])
     steps = plant.error_system(plant.gains)
@@ -97,8 +95,6 @@ def optimum_noncausal(
     """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
     Theorem 2 |>some observer that predicts one step has a gain of at most {upper:up}; no estimator, not even a
     smoother, has one below {lower:down}.
-
-    The smallest gain where smoothers do no better: Theorem 2 from above, a disturbance that is never seen below.
     """
     require_bracket(lower, upper, chosen["relative"])
     require_theorem_2(plant, P, Y, upper)
@@ -116,8 +112,6 @@ def optimum_causal(
     """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
     Theorem 2 |>some observer that predicts one step has a gain of at most {upper:up}; no one-step predictor, which
     estimates z(k) from the measurements up to k - 1, has one below {lower:down}, but a filter that uses y(k) too may.
-
-    The smallest gain: Theorem 2 from above, a disturbance of finite length that is seen too late from below.
     """
     require_bracket(lower, upper, chosen["relative"])
     require_theorem_2(plant, P, Y, upper)
@@ -184,7 +178,11 @@ def _both(given: Any) -> Any:
         "d": Depends(lambda given: sized(matrices, given.plant[0].B_d.ncols(), 1)),
     },
     holds=False,
-    says=Says(quantity="shorter periods are better", setting={}, readings=("rule", "rule-best-timing")),
+    says=Says(
+        quantity="shorter periods are better",
+        setting={},
+        readings=("all periods, both sensors at instant 0", "all periods, each with its best timing"),
+    ),
 )
 def shorter_periods(
     plant: list[Sensing], shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,

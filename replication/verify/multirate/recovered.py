@@ -42,7 +42,7 @@ DESIGNED: Table = {
     "B_d": Depends(lambda given: sized(matrix, len(given.diagonal))),
     "D": Depends(lambda given: sized(matrix, given.C.nrows())),
 }
-RECOVERED_A, RECOVERED_PLANT = ("recovered-diagonal",), ("recovered-plant",)
+RECOVERED_A, RECOVERED_PLANT = ("diagonal in steps",), ("plant found by search",)
 """Readings of the paper: which of its matrices are found by search."""
 
 
@@ -53,8 +53,8 @@ def diagonal_of(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def reading_of(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """Of the two diagonals with the stated poles, one has two decimals, and the other one has not."""
-    short = all((rational(entry, "diagonal") * 100).q == 1 for entry in parameters["diagonal"])
-    return RECOVERED_A if short else ("second-diagonal",)
+    short = all((rational(entry, "diagonal") * 100).denominator == 1 for entry in parameters["diagonal"])
+    return RECOVERED_A if short else ("the other real diagonal",)
 
 
 def read_stated(value: Any, path: str) -> Plant:
@@ -101,7 +101,7 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
     "multirate.free-setting",
     parameters={**TIMES, "A": square},
     holds=True,
-    says=Says(quantity="stable error system", readings=("any-entries",)),
+    says=Says(quantity="stable error system", readings=("any entries of A",)),
 )
 def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_mat) -> Found:
     """With A = {shown}, which has the poles stated in Sec. IV-C, and C = {sensors} the gains (42) leave all poles of

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import isqrt
 from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
@@ -73,7 +74,7 @@ def modal(A: fmpq_mat) -> fmpq_mat:
     require(A.nrows() == 2, "modal coordinates are written out for two states")
     a = (A[0, 0] + A[1, 1]) / 2
     square = A.det() - a * a
-    b = fmpq(square.p.isqrt(), square.q.isqrt()) if square > 0 else fmpq(0)
+    b = fmpq(isqrt(int(square.numerator)), isqrt(int(square.denominator))) if square > 0 else fmpq(0)
     require(b > 0 and b * b == square, "the eigenvalues of A are not rational, or real")
     return fmpq_mat([[a, b], [-b, a]])
 

@@ -107,8 +107,8 @@ def require_sharp_ends() -> None:
     """
     alpha, m, E, f = (symbol.entry for symbol in symbols(dict.fromkeys(("alpha", "m", "E", "f"), ONE)).values())
     m_f, inside = alpha * (E - 1), alpha + m * f
-    decide(Equal(m_f.derivative(2) * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
-    decide(Equal(inside.derivative(3), m, "the logarithm of (9) is not the time to reach a level at this rate"))
+    decide(Equal(m_f.derivative("E_0_0") * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
+    decide(Equal(inside.derivative("f_0_0"), m, "the logarithm of (9) is not the time to reach a level at this rate"))
 
 
 # Lemma 1, the stability of Theorems 1 to 3 and the level of Theorem 3, for plants, filters and signals of any size.

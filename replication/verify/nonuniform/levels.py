@@ -93,6 +93,8 @@ GAIN, LEAST, GIVEN, EVERY = (
 )
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
 """What the norms count: samples, a reading of the paper, or seconds, beyond its text."""
+NOT_NOMINAL = "every sequence, against Sec. VI-B"
+"""A reading of Example 2 that its text rules out."""
 AT_ONE_PERIOD = (NO_READING, "least nominal level", "periods of the grid")
 
 
@@ -100,7 +102,7 @@ def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """At one constant period both norms count alike, and the text speaks of it as nominal."""
     if parameters["from"] == parameters["to"]:
         return (*AT_ONE_PERIOD, "level of the filter found")
-    some = ("a level, whichever",) if parameters["weight"] == "samples" else ()
+    some = ("a level, whichever", NOT_NOMINAL) if parameters["weight"] == "samples" else ()
     return (SEQUENCES[parameters["weight"]], *some)
 
 
@@ -123,7 +125,7 @@ WITHIN_RANGE = Says(
     quantity=LEAST,
     estimators=(EVERY,),
     setting={"from": PERIODS[0], "to": PERIODS[-1]},
-    readings=(*SEQUENCES.values(), "grid of one element"),
+    readings=(*SEQUENCES.values(), NOT_NOMINAL, "grid of one element"),
 )
 """A constant period is one of the sequences: a lower bound there is one over the range, whatever the norms count."""
 
@@ -291,11 +293,7 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),
         "T": Depends(lambda given: sized(square, given.plant.A.nrows())),
         "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows(), given.filter.cells)),
-        "pattern": gain.read_pattern,
-        "turn": rational,
-        "w": Depends(
-            lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))
-        ),
+        **ATTAINED,
     },
     says=Says(
         quantity="least gain over sequences",

@@ -9,8 +9,9 @@ from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import circle_point
 from replication.verify.kernel import Below, Hurwitz, Positive, decide
-from replication.verify.nonuniform import gain, grid, identities, system
+from replication.verify.nonuniform import grid, identities, system
 from replication.verify.nonuniform.gain import read_storage, require_at, require_attained, require_level
+from replication.verify.nonuniform.levels import ATTAINED
 from replication.verify.nonuniform.system import (
     Case,
     Filter,
@@ -23,7 +24,7 @@ from replication.verify.nonuniform.system import (
     seconds,
 )
 from replication.verify.predicate import Says
-from replication.verify.reading import integer, matrix, positive, rational, sequence, sized, symmetric
+from replication.verify.reading import integer, matrix, positive, sequence, sized, symmetric
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, Refused, require
 
@@ -221,11 +222,7 @@ def _ends(ball: arb) -> tuple[fmpq, fmpq]:
         "level": positive,
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
         "P": Depends(lambda given: sized(symmetric, given.plant.A.nrows() + given.filter.A.nrows())),
-        "pattern": gain.read_pattern,
-        "turn": rational,
-        "w": Depends(
-            lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))
-        ),
+        **ATTAINED,
     },
     holds=False,
     says=Says(quantity="grid solutions of (6) are valid", setting={}, readings=("grid by (9), corrected",)),

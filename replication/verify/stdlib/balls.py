@@ -14,14 +14,45 @@ from math import factorial, frexp, isqrt, log
 from operator import add, mul
 from typing import Any
 
-from replication.verify.stdlib.rationals import fmpq, fmpz
 from replication.verify.theorem import Refused
+
+fmpq = Fraction
 
 BITS = 256
 ONE = 1 << BITS
 REST = ONE - 1
 LARGEST = 20_000
 """Bits of a number before the point; nothing that is asked for is as large."""
+
+
+class fmpz(int):
+    """An integer of the field, which is written as a rational is."""
+
+
+class Ring:
+    """What follows from a sum, a negative and a product, in whatever they are of."""
+
+    __slots__ = ()
+
+    def __radd__(self: Any, other: Any) -> Any:
+        return self + other
+
+    def __rmul__(self: Any, other: Any) -> Any:
+        return self * other
+
+    def __sub__(self: Any, other: Any) -> Any:
+        return self + -other
+
+    def __rsub__(self: Any, other: Any) -> Any:
+        return -self + other
+
+    def __pow__(self: Any, power: int) -> Any:
+        made = self * 0 + 1
+        for _ in range(power):
+            made = made * self
+        return made
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 class _Context:
@@ -55,11 +86,11 @@ def enclosed(value: Any) -> arb | None:
         return ball(int(value) << BITS, 0)
     if not isinstance(value, fmpq):
         return None
-    m, rest = divmod(value.top << BITS, value.low)
+    m, rest = divmod(value.numerator << BITS, value.denominator)
     return ball(m, 1 if rest else 0)
 
 
-class arb:
+class arb(Ring):
     """A real number, enclosed; of a middle and a radius, all that is so near to the middle."""
 
     __slots__ = ("m", "r")
@@ -80,13 +111,6 @@ class arb:
     def __add__(self, other: Any) -> Any:
         b = other if isinstance(other, arb) else enclosed(other)
         return NotImplemented if b is None else ball(self.m + b.m, self.r + b.r)
-
-    def __sub__(self, other: Any) -> Any:
-        b = other if isinstance(other, arb) else enclosed(other)
-        return NotImplemented if b is None else ball(self.m - b.m, self.r + b.r)
-
-    def __rsub__(self, other: Any) -> Any:
-        return -self + other
 
     def __neg__(self) -> arb:
         return ball(-self.m, self.r)
@@ -115,14 +139,6 @@ class arb:
 
     def __rtruediv__(self, other: Any) -> Any:
         return arb(other) / self
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __pow__(self, power: int) -> arb:
-        made = arb(1)
-        for _ in range(power):
-            made = made * self
-        return made
 
     def __abs__(self) -> arb:
         low, high = self.m - self.r, self.m + self.r
@@ -155,8 +171,6 @@ class arb:
         """Whether no number of one is one of the other."""
         b = enclosed(other)
         return b is None or abs(self.m - b.m) > self.r + b.r
-
-    __hash__ = None  # type: ignore[assignment]
 
     def contains(self, number: int) -> bool:
         """Whether a whole number is one of these."""
@@ -260,13 +274,11 @@ class arb:
     __repr__ = __str__
 
 
-class ball(arb):
+def ball(m: int, r: int) -> arb:
     """The ball of all numbers from (m - r)/2^BITS to (m + r)/2^BITS."""
-
-    __slots__ = ()
-
-    def __init__(self, m: int, r: int) -> None:
-        self.m, self.r = m, r
+    made = arb.__new__(arb)
+    made.m, made.r = m, r
+    return made
 
 
 def _logarithm(x: arb) -> arb:
@@ -344,7 +356,7 @@ def times(m: Table, r: Table, other: Table, far: Table) -> tuple[Table, Table]:
     return rows, errors
 
 
-class acb:
+class acb(Ring):
     """A complex number, enclosed by its real and its imaginary part."""
 
     __slots__ = ("imag", "real")
@@ -363,41 +375,26 @@ class acb:
 
     def __add__(self, other: Any) -> Any:
         b = acb.of(other)
-        return NotImplemented if b is None else complex_ball(self.real + b.real, self.imag + b.imag)
+        return NotImplemented if b is None else acb(self.real + b.real, self.imag + b.imag)
 
     def __neg__(self) -> acb:
-        return complex_ball(-self.real, -self.imag)
-
-    def __sub__(self, other: Any) -> Any:
-        b = acb.of(other)
-        return NotImplemented if b is None else complex_ball(self.real - b.real, self.imag - b.imag)
-
-    def __rsub__(self, other: Any) -> Any:
-        return -self + other
+        return acb(-self.real, -self.imag)
 
     def __mul__(self, other: Any) -> Any:
         b = acb.of(other)
         if b is None:
             return NotImplemented
-        return complex_ball(self.real * b.real - self.imag * b.imag, self.real * b.imag + self.imag * b.real)
+        return acb(self.real * b.real - self.imag * b.imag, self.real * b.imag + self.imag * b.real)
 
     def __truediv__(self, other: Any) -> Any:
         b = acb.of(other)
         if b is None:
             return NotImplemented
         size, c = b.real * b.real + b.imag * b.imag, self * acb(b.real, -b.imag)
-        return complex_ball(c.real / size, c.imag / size)
+        return acb(c.real / size, c.imag / size)
 
     def __rtruediv__(self, other: Any) -> Any:
         return acb(other) / self
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __pow__(self, power: int) -> acb:
-        made = acb(1)
-        for _ in range(power):
-            made = made * self
-        return made
 
     def __abs__(self) -> arb:
         square: arb = self.real * self.real + self.imag * self.imag
@@ -406,8 +403,6 @@ class acb:
     def __eq__(self, other: object) -> bool:
         b = acb.of(other)
         return b is not None and self.real == b.real and self.imag == b.imag
-
-    __hash__ = None  # type: ignore[assignment]
 
     def contains(self, number: int) -> bool:
         """Whether a whole number is one of these."""
@@ -429,12 +424,3 @@ class acb:
             return acb(0, (-self.real).sqrt())
         root = ((abs(self) + self.real) * 2).sqrt()
         return acb(root / 2, self.imag / root)
-
-
-class complex_ball(acb):
-    """The complex number with these parts."""
-
-    __slots__ = ()
-
-    def __init__(self, real: arb, imag: arb) -> None:
-        self.real, self.imag = real, imag

@@ -1,20 +1,177 @@
-"""Matrices of rational numbers: integers over one denominator, eliminated without fractions (Bareiss)."""
+"""Exact matrices and polynomials: integers over one denominator, eliminated without fractions; roots enclosed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import cmath
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from math import gcd, lcm
-from operator import add, mul, sub
+from operator import mul
 from typing import Any
 
-from replication.verify.stdlib.polynomials import fmpq_poly
-from replication.verify.stdlib.rationals import fmpq, parts_of
+from replication.verify.stdlib.balls import Ring, acb, arb, fmpq
+from replication.verify.theorem import Refused
 
 Rows = list[list[int]]
 MERSENNE = (
     521, 1279, 2203, 3217, 4423, 9689, 19937, 44497, 86243, 132049, 216091, 756839, 1398269, 3021377, 6972593, 13466917
 )  # fmt: skip
 """Exponents k for which 2^k - 1 is prime."""
+
+
+STEPS = 200
+"""Of the search for roots, which ends as soon as nothing moves any more."""
+NEAR = fmpq(1, 2**200)
+
+
+class Polynomial(Ring):
+    """A polynomial in one variable by its coefficients, lowest first, the last of which is not exactly zero."""
+
+    __slots__ = ("terms",)
+    field: Any = fmpq
+
+    def __init__(self, coefficients: Iterable[Any] = ()) -> None:
+        self.terms = [c if isinstance(c, self.field) else self.field(c) for c in coefficients]
+        while self.terms and self.terms[-1] == 0:
+            self.terms.pop()
+
+    def coeffs(self) -> list[Any]:
+        """The coefficients, lowest first; none of the zero polynomial."""
+        return [*self.terms]
+
+    def degree(self) -> int:
+        """The degree; -1 of the zero polynomial."""
+        return len(self.terms) - 1
+
+    def derivative(self) -> Any:
+        """The derivative."""
+        return type(self)([c * k for k, c in enumerate(self.terms)][1:])
+
+    def __call__(self, point: Any) -> Any:
+        """Its value, by Horner's scheme."""
+        total = point * 0
+        for c in reversed(self.terms):
+            total = total * point + c
+        return total
+
+    def _other(self, other: Any) -> list[Any]:
+        return other.terms if isinstance(other, Polynomial) else [self.field(other)]
+
+    def __add__(self, other: Any) -> Any:
+        pairs = zip_longest(self.terms, self._other(other), fillvalue=self.field(0))
+        return type(self)([a + b for a, b in pairs])
+
+    def __neg__(self) -> Any:
+        return type(self)([-c for c in self.terms])
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, (Polynomial, fmpq, int, arb, acb)):
+            return NotImplemented
+        b = self._other(other)
+        made = [self.field(0)] * (len(self.terms) + len(b))
+        for i, x in enumerate(self.terms):
+            for j, y in enumerate(b):
+                made[i + j] = made[i + j] + x * y
+        return type(self)(made)
+
+    def __eq__(self, other: object) -> bool:
+        return self.terms == type(self)(self._other(other)).terms
+
+
+class fmpq_poly(Polynomial):
+    """A polynomial with rational coefficients."""
+
+    __slots__ = ()
+
+    def divided(self, other: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
+        """Quotient and remainder."""
+        rest, found = [*self.terms], []
+        for shift in range(len(rest) - len(other.terms), -1, -1):
+            factor = rest[shift + other.degree()] / other.terms[-1]
+            found.append(factor)
+            for i, c in enumerate(other.terms):
+                rest[shift + i] = rest[shift + i] - factor * c
+        return fmpq_poly(found[::-1]), fmpq_poly(rest)
+
+    def common(self, other: fmpq_poly) -> fmpq_poly:
+        """The greatest common divisor, with the leading coefficient one (Euclid)."""
+        a, b = self, other
+        while b.terms:
+            a, b = b, a.divided(b)[1]
+        return fmpq_poly([c / a.terms[-1] for c in a.terms])
+
+    def complex_roots(self) -> list[tuple[acb, int]]:
+        """Enclosures of all roots, apart from each other, with their multiplicities: real ones first, rising.
+
+        The factors of the multiplicities 1, 2, .. are common divisors of the polynomial and its derivatives (Yun).
+        """
+        found, multiplicity = [], 0
+        whole = self.common(self.derivative()) if self.degree() > 0 else self
+        left = self.divided(whole)[0]
+        while left.degree() > 0:
+            multiplicity += 1
+            common = left.common(whole)
+            found += [(root, multiplicity) for root in _simple_roots(left.divided(common)[0])]
+            left, whole = common, whole.divided(common)[0]
+        _require_apart([root for root, _ in found])
+        return sorted(found, key=lambda each: _place(each[0]))
+
+
+def _place(root: acb) -> tuple[bool, float, float]:
+    return root.imag != 0, float(root.real), -float(root.imag)
+
+
+def _require_apart(discs: Sequence[acb]) -> None:
+    for i, one in enumerate(discs):
+        for other in discs[:i]:
+            if (one.real - other.real).contains(0) and (one.imag - other.imag).contains(0):
+                raise Refused("the roots of a polynomial are not told apart")
+
+
+def _simple_roots(polynomial: fmpq_poly) -> list[acb]:
+    """Enclosures of the roots of a polynomial that has no root twice.
+
+    Around each point near a root there is one within n |p/p'|. As many such regions, apart from each other, as there
+    are roots hold one each; so one that meets its mirror image holds a real root.
+    """
+    n = polynomial.degree()
+    if n < 1:
+        return []
+    monic = fmpq_poly([c / polynomial.terms[-1] for c in polynomial.terms])
+    slope, found = monic.derivative(), []
+    for z in _guesses(monic):
+        rate = slope(z)
+        if rate.contains(0):
+            raise Refused("the roots of a polynomial are not told apart")
+        far = (abs(monic(z) / rate) * n).upper()
+        real = abs(z.imag) <= far
+        found.append(acb(arb(z.real, far + abs(z.imag)), arb(0)) if real else acb(arb(z.real, far), arb(z.imag, far)))
+    _require_apart(found)
+    return found
+
+
+def _guesses(monic: fmpq_poly) -> list[acb]:
+    """Approximations of all roots, by the iteration of Durand and Kerner in middles of balls; nothing is proved."""
+    n = monic.degree()
+    try:
+        radius = max((abs(float(c)) ** (1 / (n - k)) for k, c in enumerate(monic.terms[:-1])), default=0.0) or 1.0
+    except OverflowError:
+        raise Refused("the roots of a polynomial are beyond the range of floats") from None
+    start = [cmath.rect(radius, 2 * cmath.pi * k / n + 0.4) for k in range(n)]
+    roots = [acb(fmpq(z.real), fmpq(z.imag)).mid() for z in start]
+    for _ in range(STEPS):
+        moved = False
+        for i, z in enumerate(roots):
+            apart = acb(1)
+            for j, other in enumerate(roots):
+                apart = apart * (z - other).mid() if j != i else apart
+            if not apart.contains(0):
+                step = (monic(z) / apart).mid()
+                roots[i] = (z - step).mid()
+                moved = moved or not abs(step) <= NEAR
+        if not moved:
+            break
+    return roots
 
 
 def shaped(rows: Any, columns: int | None, entries: Iterable[Any] | None) -> list[list[Any]] | None:
@@ -29,7 +186,7 @@ def shaped(rows: Any, columns: int | None, entries: Iterable[Any] | None) -> lis
     return [flat[i * columns : (i + 1) * columns] for i in range(rows)]
 
 
-class fmpq_mat:
+class fmpq_mat(Ring):
     """A matrix of integers `rows` over one denominator `low` > 0, without a common factor."""
 
     __slots__ = ("columns", "low", "rows")
@@ -42,11 +199,10 @@ class fmpq_mat:
         if table is None:
             self.rows, self.low, self.columns = [[*row] for row in rows.rows], rows.low, rows.columns
             return
-        parts = [[parts_of(entry) or (0, 0) for entry in row] for row in table]
-        self.low = lcm(*{low for row in parts for _, low in row})
-        if not self.low:
+        if not all(isinstance(entry, (int, fmpq)) for row in table for entry in row):
             raise TypeError("a matrix of rationals has an entry that is none")
-        self.rows = [[top * (self.low // low) for top, low in row] for row in parts]
+        self.low = lcm(*{entry.denominator for row in table for entry in row})
+        self.rows = [[entry.numerator * (self.low // entry.denominator) for entry in row] for row in table]
         self.columns = columns if columns is not None else len(table[0]) if table else 0
         if any(len(row) != self.columns for row in table):
             raise ValueError("the rows of a matrix differ in length")
@@ -90,14 +246,12 @@ class fmpq_mat:
             return NotImplemented
         return (self.columns, self.low, self.rows) == (other.columns, other.low, other.rows)
 
-    __hash__ = None  # type: ignore[assignment]
-
     def transpose(self) -> fmpq_mat:
         """The transpose."""
         rows = [list(column) for column in zip(*self.rows, strict=True)] or [[] for _ in range(self.columns)]
         return fmpq_mat.over(rows, self.low, self.nrows())
 
-    def _sum(self, other: Any, operation: Callable[[int, int], int]) -> Any:
+    def __add__(self, other: Any) -> Any:
         if not isinstance(other, fmpq_mat):
             return NotImplemented
         if (self.nrows(), self.columns) != (other.nrows(), other.columns):
@@ -105,14 +259,9 @@ class fmpq_mat:
         common = lcm(self.low, other.low)
         a, b = common // self.low, common // other.low
         pairs = zip(self.rows, other.rows, strict=True)
-        rows = [[operation(a * x, b * y) for x, y in zip(*pair, strict=True)] for pair in pairs]
-        return fmpq_mat.over(rows, common, self.columns)
-
-    def __add__(self, other: Any) -> Any:
-        return self._sum(other, add)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._sum(other, sub)
+        return fmpq_mat.over(
+            [[a * x + b * y for x, y in zip(*pair, strict=True)] for pair in pairs], common, self.columns
+        )
 
     def __neg__(self) -> fmpq_mat:
         return fmpq_mat.over([[-entry for entry in row] for row in self.rows], self.low, self.columns)
@@ -124,12 +273,10 @@ class fmpq_mat:
             columns = list(zip(*other.rows, strict=True)) or [()] * other.columns
             rows = [[sum(map(mul, row, column)) for column in columns] for row in self.rows]
             return fmpq_mat.over(rows, self.low * other.low, other.columns)
-        parts = parts_of(other)
-        if parts is None:
+        if not isinstance(other, (int, fmpq)):
             return NotImplemented
-        return fmpq_mat.over([[x * parts[0] for x in row] for row in self.rows], self.low * parts[1], self.columns)
-
-    __rmul__ = __mul__
+        top, low = other.numerator, other.denominator
+        return fmpq_mat.over([[x * top for x in row] for row in self.rows], self.low * low, self.columns)
 
     def __truediv__(self, other: Any) -> Any:
         return self * (fmpq(1) / other)
@@ -144,7 +291,7 @@ class fmpq_mat:
         if (size, size) != (self.columns, right.nrows()):
             raise ValueError("the shapes of an equation do not fit")
         table = [[*a, *b] for a, b in zip(self.rows, right.rows, strict=True)]
-        found, last = eliminated(table, size, both=True)
+        found, last, _ = eliminated(table, size, both=True)
         if found < size:
             raise ZeroDivisionError("the matrix has no inverse")
         # self/low X = right/low', and the table is now last times the identity beside the solution for integers.
@@ -189,55 +336,32 @@ class fmpz_mat(fmpq_mat):
     def fflu(self) -> tuple[fmpz_mat, None, None, fmpz_mat]:
         """The permutation of the rows, and the upper triangle U of the elimination without fractions.
 
-        The k-th pivot is the leading minor of order k of the permuted matrix. Of a symmetric matrix only the upper
-        triangle is made, as long as no pivot is zero.
+        The k-th pivot is the leading minor of order k of the permuted matrix.
         """
-        size = self.nrows()
-        rows, symmetric = [[*row] for row in self.rows], self.transpose() == self
-        order, last = list(range(size)), 1
-        for k in range(size):
-            if symmetric and not rows[k][k]:  # so far only this half was made: the rest mirrors it
-                symmetric, rows = (
-                    False,
-                    [
-                        [rows[min(i, j)][max(i, j)] if min(i, j) >= k else rows[i][j] for j in range(size)]
-                        for i in range(size)
-                    ],
-                )
-            pivot = next((i for i in range(k, size) if rows[i][k]), None)
-            if pivot is None:
-                continue
-            rows[k], rows[pivot], order[k], order[pivot] = rows[pivot], rows[k], order[pivot], order[k]
-            head, top = rows[k][k], rows[k]
-            for i in range(k + 1, size):
-                first = i if symmetric else k + 1
-                left, row = (top[i] if symmetric else rows[i][k]), rows[i]
-                row[first:] = [(head * a - left * b) // last for a, b in zip(row[first:], top[first:], strict=True)]
-                row[k] = 0
-            last = head
-        upper = [[rows[i][j] if j >= i else 0 for j in range(size)] for i in range(size)]
-        moved = [[int(order[i] == j) for j in range(size)] for i in range(size)]
+        size, upper = self.nrows(), [[*row] for row in self.rows]
+        order = eliminated(upper, size)[2]
+        moved = [[int(place == j) for j in range(size)] for place in order]
         return fmpz_mat(moved), None, None, fmpz_mat(upper)
 
 
-def eliminated(table: Rows, columns: int, *, both: bool = False) -> tuple[int, int]:
-    """Eliminate the first columns in place, without fractions; the rank of these and the last pivot.
+def eliminated(table: Rows, columns: int, *, both: bool = False) -> tuple[int, int, list[int]]:
+    """Eliminate the first columns in place, without fractions; their rank, the last pivot, the order of the rows.
 
     both: above the pivots too, so that a regular part becomes the last pivot times the identity (Gauss and Jordan).
     """
-    rank, last = 0, 1
+    rank, last, order = 0, 1, list(range(len(table)))
     for k in range(columns):
         place = next((i for i in range(rank, len(table)) if table[i][k]), None)
         if place is None:
             continue
-        table[rank], table[place] = table[place], table[rank]
-        top = table[rank]
+        table[rank], table[place], order[rank], order[place] = table[place], table[rank], order[place], order[rank]
+        top, start = table[rank], 0 if both else k
         for i in range(0 if both else rank + 1, len(table)):
             if i != rank:
-                row = table[i]
-                table[i] = [(top[k] * a - row[k] * b) // last for a, b in zip(row, top, strict=True)]
+                row, left = table[i], table[i][k]
+                row[start:] = [(top[k] * a - left * b) // last for a, b in zip(row[start:], top[start:], strict=True)]
         rank, last = rank + 1, top[k]
-    return rank, last
+    return rank, last, order
 
 
 def _hessenberg(rows: Rows, modulus: int) -> list[int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.delay.operators import Operator, padded, resized
+from replication.estimation.delay.operators import QUADRATURE, Inverse, Operator, multiplier_inverse, padded, resized
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 
@@ -128,3 +128,20 @@ def largest(operator: Operator) -> float:
     """The largest coefficient in size: zero only for the zero operator; the measure of residuals."""
     parts = (operator.point, operator.row, operator.column, operator.multiplier, operator.kernel)
     return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+
+
+# The inverse of an operator of the form (8) as one of that form again, to be composed with others
+
+
+def as_operator(inverse: Inverse, count: int, quadrature: int = 2 * QUADRATURE) -> Operator:
+    """The inverse with its rational functions projected on `count` Legendre polynomials (converges geometrically)."""
+    operator = inverse.operator
+    nodes, weights = legendre.gauss(max(quadrature, count + 8))
+    fine = legendre.evaluate(count, nodes) * weights[:, None]
+    basis = legendre.evaluate(operator.count, nodes)
+    s = multiplier_inverse(operator, nodes)
+    shape = np.einsum("te,tkij,tc->kiejc", fine, s, basis, optimize=True)  # coefficients of Ŝ p_c, column by column
+    row = np.einsum("mkjc,kiejc->mkie", inverse.h, shape, optimize=True)  # S symmetric
+    multiplier = np.einsum("te,tkij->kije", fine, s)
+    kernel = np.einsum("kiejc,kjclqd,lrfqd->kielrf", shape, inverse.gamma, shape, optimize=True)
+    return Operator(inverse.point, row, np.einsum("mkie->kiem", row), multiplier, kernel)

@@ -10,26 +10,24 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.delay import DelayPlant, certificate_at, check, delay_system, design, frequency_response
+from replication.estimation.delay import DelayPlant, delay_system, design
 from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.exact.limit import _angle, _hamiltonian, filter_level
 from replication.estimation.delay.exact.loop import error_response, injection_terms, plant_terms
 from replication.estimation.delay.exact.response import Cells
-from replication.estimation.delay.galerkin import generator
-from replication.estimation.delay.general.scaling import require_noise
-from replication.estimation.delay.general.synthesis import _Program
+from replication.estimation.delay.general.synthesis import _Program, require_noise
 from replication.estimation.delay.models import pade_model
+from replication.estimation.delay.operators import check, generator
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.sos.certificate import _found, minimum_gain
+from replication.estimation.delay.sos.certificate import _found, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.spectrum import _IntervalBound, undetectable_root
-from replication.estimation.delay.system import DelaySystem
+from replication.estimation.delay.spectrum import _IntervalBound, frequency_response, undetectable_root
 from tests.estimation.delay.exact_cases import late, two_delays
 
 EYE = np.eye(2)
 
 
-def tanks(delay: float = 0.4) -> DelaySystem:
+def tanks(delay: float = 0.4) -> DelayPlant:
     return delay_system([[-1, 0.2], [0.5, -2]], [[[-0.3, 0], [0.5, 0.2]]], [delay], EYE, EYE, [[1, 0]], [0.3 * EYE])
 
 

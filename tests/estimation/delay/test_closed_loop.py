@@ -8,32 +8,29 @@ import numpy as np
 import pytest
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay import (
-    Certificate,
-    DelaySystem,
-    ErrorSystem,
-    Scheme,
-    certificate_at,
-    chebyshev_model,
+from replication.estimation.delay import DelayPlant
+from replication.estimation.delay.models import chebyshev_model, riccati_gain
+from replication.estimation.delay.observer import ErrorSystem, error_system, hinf_norm, simulate
+from replication.estimation.delay.operators import (
+    GainValues,
     check,
-    error_system,
     evaluate,
-    hinf_norm,
+    injection_operator,
     observer_gains,
-    riccati_gain,
+    storage_operator,
 )
-from replication.estimation.delay.observer import simulate
-from replication.estimation.delay.operators import GainValues, injection_operator, storage_operator
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at
+from replication.estimation.delay.spectrum import Scheme
 from tests.estimation.delay import algebra
-from tests.estimation.delay.inverses import as_operator
+from tests.estimation.delay.algebra import as_operator
 from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
 
 MARGIN = 1e-4
 """The closed loop must achieve γ(1 + MARGIN)."""
 
 
-def designed(system: DelaySystem, degree: int) -> tuple[Certificate, float]:
+def designed(system: DelayPlant, degree: int) -> tuple[Certificate, float]:
     """A certificate within MARGIN of the optimum, and the optimum."""
     best = riccati_gain(chebyshev_model(system, 12))
     return certificate_at(system, best * (1 + MARGIN), degree), best
@@ -59,7 +56,7 @@ def moderate() -> Certificate:
         pytest.param(three_delays(), 2, (14, 20), marks=pytest.mark.slow),
     ],
 )
-def test_closed_loop_achieves_the_level(system: DelaySystem, degree: int, orders: tuple[int, int]) -> None:
+def test_closed_loop_achieves_the_level(system: DelayPlant, degree: int, orders: tuple[int, int]) -> None:
     certificate, best = designed(system, degree)
     gains = observer_gains(certificate)
     norms = [hinf_norm(error_system(system, gains, order)).upper for order in orders]

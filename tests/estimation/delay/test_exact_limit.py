@@ -7,6 +7,7 @@ from math import factorial
 from typing import Any
 from unittest.mock import patch
 
+import control
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
@@ -14,14 +15,17 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay import DelaySystem, pade_model, riccati_gain
+from replication.estimation import delay
+from replication.estimation.api.results import Evidence
+from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.exact import limit as filtering
 from replication.estimation.delay.exact import limit as module
 from replication.estimation.delay.exact.central import FilterModel, ladder_model, shift
 from replication.estimation.delay.exact.limit import filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.smoothing import smoother_gains
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.exact.smoothing import kalman_level, smoother_gains, worth
+from replication.estimation.delay.models import pade_model, riccati_gain
+from replication.estimation.delay.spectrum import hinf_gain
 from tests.estimation.delay import plants
 from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
 
@@ -82,7 +86,7 @@ def test_the_public_examples() -> None:
 
 @pytest.mark.parametrize("make", [plants.one_delay, plants.two_delays, plants.unstable_pair, plants.blind_pair])
 def test_the_plant_of_the_paper(make: Any) -> None:
-    system: DelaySystem = make()
+    system: DelayPlant = make()
     assert limit(system).level == pytest.approx(riccati_gain(pade_model(system, 14)), rel=1e-7)
 
 
@@ -243,3 +247,85 @@ def test_where_a_filter_leaves_only_a_sign_the_least_level_is_found_by_halving(s
 
     with patch.object(filtering, "_angle", angle):
         assert filtering._filter_level(model, 0.0).value == pytest.approx(least, rel=1e-10)
+
+
+# The levels beside that of a delay observer: by other code where there is some, and where all is known
+
+
+EYE = np.eye(2)
+TANKS = delay.delay_system([[-1, 0.2], [0.5, -2]], [[[0, 0], [0.5, 0.2]]], [0.4], EYE, EYE, [[1, 0]])
+
+
+def noisy(size: float, **changes: Any) -> delay.DelayPlant:
+    given: dict[str, Any] = {
+        "a0": [[-1, 0.2], [0.5, -2]],
+        "a": [[[0, 0], [0.5, 0.2]]],
+        "delays": [0.4],
+        "b": [[1, 0, 0], [0, 1, 0]],
+        "c10": EYE,
+        "c2": [[1, 0]],
+        "d21": [[0, 0, size]],
+    }
+    return delay.DelayPlant(**{**given, **changes})
+
+
+def facts(plant: Any, level: float) -> dict[str, Evidence]:
+    return {fact.what: fact for fact in worth(plant_terms(plant), level)}
+
+
+def test_without_sensors_it_is_the_gain_of_the_plant() -> None:
+    found = facts(TANKS, 1.0)
+    assert found["level without sensors"].value == pytest.approx(hinf_gain(TANKS).upper, rel=1e-4)
+    assert found["level of the Kalman filter"].value == "none"
+    unstable = noisy(0.3, a0=[[0.5, 0.2], [0.5, -2]])
+    assert facts(unstable, 1.0)["level without sensors"].value == "infinite"
+    integrator = noisy(0.3, a0=[[0, 0.2], [0, -2]], a=[[[0, 0], [0, 0.2]]])
+    assert facts(integrator, 1.0)["level without sensors"].value in ("open", "infinite")
+
+
+def test_the_levels_are_in_order() -> None:
+    result = delay.design(noisy(0.3))
+    kalman, limit, without = (
+        result.fact(what).value
+        for what in ("level of the Kalman filter", "limit of any smoother", "level without sensors")
+    )
+    assert isinstance(kalman, float) and isinstance(limit, float) and isinstance(without, float)
+    least = result.fact("least level of any observer").value
+    assert limit <= least * (1 + 1e-6) and least <= kalman * (1 + 1e-6) and kalman < without
+    assert "advice" not in {fact.what for fact in result.evidence}
+
+
+def test_poor_sensors_are_told_of() -> None:
+    found = facts(noisy(1e3), 1.36)
+    assert "without sensors" in str(found["advice"].value)
+    kalman, without = found["level of the Kalman filter"].value, found["level without sensors"].value
+    assert kalman == pytest.approx(without, rel=1e-3)
+
+
+def test_a_model_with_more_moments_changes_nothing() -> None:
+    levels = [kalman_level(ladder_model(plant_terms(noisy(0.3)), order)) for order in (6, 12)]
+    assert levels[0] == pytest.approx(levels[1], rel=1e-8)
+
+
+def test_without_delays_it_is_the_filter_of_control() -> None:
+    model = ladder_model(plant_terms(noisy(0.3)), 3)
+    direct = replace(model, dz=0.2 * np.ones_like(model.dz))
+    for each in (model, direct):
+        L, _, _ = control.lqe(each.a, each.b, each.cy, np.eye(3), each.dy @ each.dy.T)
+        Lz = each.dz @ each.dy.T / (each.dy @ each.dy.T)
+        closed = each.a - L @ each.cy, each.b - L @ each.dy, each.cz - Lz @ each.cy, each.dz - Lz @ each.dy
+        omega = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 4000)])
+        gains = [
+            np.linalg.norm(
+                closed[3] + closed[2] @ np.linalg.solve(1j * w * np.eye(len(each.a)) - closed[0], closed[1]), 2
+            )
+            for w in omega
+        ]
+        assert kalman_level(each) == pytest.approx(max(gains), rel=1e-5)
+
+
+def test_white_noise_finds_its_filter_best() -> None:
+    """The level of another gain is another number: the comparison above can fail."""
+    model = ladder_model(plant_terms(noisy(0.3)), 3)
+    louder = replace(model, dy=1.5 * model.dy)
+    assert kalman_level(louder) != pytest.approx(kalman_level(model), rel=1e-3)

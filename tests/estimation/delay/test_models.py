@@ -1,16 +1,27 @@
-"""Padé in lossless and companion form, Chebyshev collocation, and the exchange with python-control."""
+"""Padé in lossless form, Chebyshev collocation."""
 
 from __future__ import annotations
 
 import control
 import numpy as np
 import pytest
+import scipy
 
-from replication.errors import InvalidInputError
-from replication.estimation.delay import chebyshev_model, from_control, pade_model, to_control
-from replication.estimation.delay.models import AllPass, companion_delay, lossless_delay
-from replication.estimation.delay.spectrum import Scheme, frequency_response, grid
-from tests.estimation.delay.plants import one_delay, scalar, two_delays
+from replication.errors import InvalidInputError, ReplicationError
+from replication.estimation.delay import DelayPlant
+from replication.estimation.delay import models as lmi
+from replication.estimation.delay.models import (
+    AllPass,
+    Model,
+    chebyshev_model,
+    lmi_gain,
+    lossless_delay,
+    pade_model,
+    riccati_gain,
+)
+from replication.estimation.delay.observer import ErrorSystem, hinf_norm
+from replication.estimation.delay.spectrum import Scheme, frequency_response, grid, hinf_gain
+from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, two_delays, unstable_pair
 
 OMEGA = np.array([0.1, 1.0, 4.0])
 
@@ -21,13 +32,12 @@ def response(part: AllPass, s: complex) -> complex:
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 7, 10])
-def test_both_forms_are_the_approximant_of_python_control(order: int) -> None:
+def test_it_is_the_approximant_of_python_control(order: int) -> None:
     numerator, denominator = control.pade(0.7, order)
-    for build in (lossless_delay, companion_delay):
-        part = build(order, 0.7)
-        for omega in OMEGA:
-            expected = np.polyval(numerator, 1j * omega) / np.polyval(denominator, 1j * omega)
-            assert response(part, 1j * omega) == pytest.approx(expected, abs=1e-9)
+    part = lossless_delay(order, 0.7)
+    for omega in OMEGA:
+        expected = np.polyval(numerator, 1j * omega) / np.polyval(denominator, 1j * omega)
+        assert response(part, 1j * omega) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2, 5, 10, 30])
@@ -56,31 +66,6 @@ def test_only_the_row_space_is_delayed() -> None:
     assert pade_model(scalar([-1.0, 0.0], [0.5, 1.0]), 5).a.shape[0] == 1 + 5
 
 
-def test_to_control_has_the_outputs_z_then_y() -> None:
-    plant = to_control(two_delays(), 8)
-    assert (plant.ninputs, plant.noutputs) == (2, 3)
-    assert plant(1j)[:2] == pytest.approx(frequency_response(two_delays(), 1.0)[0], abs=1e-8)
-
-
-def test_from_control() -> None:
-    plant = control.ss([[-1.0]], [[1.0]], [[2.0], [1.0]], [[0.0], [0.0]])
-    system = from_control(plant, 1, [np.array([[0.5]])], [0.3])
-    assert system.c10.item() == 2.0 and system.c2.item() == 1.0 and system.delays == (0.3,)
-
-
-@pytest.mark.parametrize(
-    ("plant", "measurements", "message"),
-    [
-        (control.ss([[0.5]], [[1]], [[1], [1]], [[0], [0]], 0.1), 1, "continuous"),
-        (control.ss([[0.5]], [[1]], [[1], [1]], [[1], [0]]), 1, "feedthrough"),
-        (control.ss([[0.5]], [[1]], [[1]], [[0]]), 1, "at least one"),
-    ],
-)
-def test_plants_that_do_not_fit(plant: control.StateSpace, measurements: int, message: str) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        from_control(plant, measurements, [np.array([[0.1]])], [1.0])
-
-
 def test_grids_differentiate_and_integrate() -> None:
     net = grid(12)
     assert net.points[0] == 0.0 and net.points[-1] == -1.0
@@ -97,3 +82,88 @@ def test_bad_orders(order: float) -> None:
         lossless_delay(order, 1.0)  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="order"):
         chebyshev_model(scalar([-1.0], [1.0]), order)  # type: ignore[arg-type]
+
+
+# LMI (3): printed form, Z eliminated and Riccati agree with the exact anchors; the companion form misleads
+
+
+SEVEN_DIGITS = 1e-7
+
+
+def anchors() -> list[object]:
+    return [
+        (unstable_pair(), 1 / np.sqrt(18)),
+        (blind_pair(), hinf_gain(scalar([-1.0], [1.0])).upper),
+        pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
+    ]
+
+
+@pytest.mark.parametrize(("system", "exact"), anchors())
+def test_anchors(system: object, exact: float) -> None:
+    pade, chebyshev = pade_model(system, 10), chebyshev_model(system, 10)  # type: ignore[arg-type]
+    assert lmi_gain(pade).gamma == pytest.approx(exact, rel=SEVEN_DIGITS)
+    assert riccati_gain(pade) == pytest.approx(exact, rel=SEVEN_DIGITS)
+    assert riccati_gain(chebyshev) == pytest.approx(exact, rel=SEVEN_DIGITS)
+
+
+def test_elimination_does_not_change_the_level() -> None:
+    model = pade_model(one_delay(), 4)
+    assert lmi_gain(model).gamma == pytest.approx(lmi_gain(model, eliminate=False).gamma, rel=1e-6)
+    assert lmi_gain(model).gamma == pytest.approx(riccati_gain(model), rel=1e-6)
+
+
+def in_companion_form(system: DelayPlant, order: int) -> Model:
+    """The Padé model of a plant with one delay, the states of the delay in companion coordinates."""
+    model, section = pade_model(system, order), lossless_delay(order, system.delays[0])
+    powers = [np.linalg.matrix_power(section.a, k) @ section.b for k in range(order)]
+    channels = (len(model.a) - system.states) // order
+    back = scipy.linalg.block_diag(np.eye(system.states), np.kron(np.eye(channels), np.hstack(powers)))
+    change = np.linalg.inv(back)
+    return Model(change @ model.a @ back, change @ model.b, model.c1 @ back, model.c2 @ back)
+
+
+def test_companion_form_misleads() -> None:
+    """The same plant in other coordinates: the program is never accepted as solved at the right level."""
+    exact = 1 / np.sqrt(18)
+    for order in (4, 6, 10):
+        try:
+            gamma = lmi_gain(in_companion_form(unstable_pair(), order), tolerance=1e-8).gamma
+        except ReplicationError:
+            continue
+        assert abs(gamma / exact - 1) > 1e-3
+
+
+def test_gain_of_the_printed_form_stabilises() -> None:
+    model = pade_model(one_delay(), 3)
+    result = lmi_gain(model, eliminate=False, tolerance=1e-7)
+    assert result.gain is not None
+    error = model.a + result.gain @ model.c2
+    assert np.linalg.eigvals(error).real.max() < 0
+    assert hinf_norm(ErrorSystem(error, -model.b, model.c1)).lower <= result.gamma * (1 + 1e-5)
+
+
+def test_undetectable_model() -> None:
+    model = Model(np.diag([1.0, -1.0]), np.eye(2), np.eye(2), np.array([[0.0, 1.0]]))
+    for solve in (lmi_gain, riccati_gain):
+        with pytest.raises(InvalidInputError, match="not detectable"):
+            solve(model)
+
+
+def test_singular_filter_problem_is_refused_by_the_riccati_route() -> None:
+    model = Model(np.array([[-1.0, 1], [0, -1]]), np.array([[1.0], [0]]), np.eye(2), np.array([[0.0, 1.0]]))
+    with pytest.raises(InvalidInputError, match="C_2 B"):
+        riccati_gain(model)
+
+
+def test_optimum_of_zero() -> None:
+    """y shows w, or all states, or z does not depend on what is hidden: no level is too low."""
+    a, eye = np.array([[-1.0, 0.5], [0.3, -2.0]]), np.eye(2)
+    for b, c1, c2 in (([[1.0], [1.0]], eye, [[1.0, 0.0]]), (eye, eye, eye), (eye, [[0.0, 3.0]], [[0.0, 1.0]])):
+        assert riccati_gain(Model(a, np.array(b), np.array(c1), np.array(c2))) == 0.0
+
+
+def test_a_negative_solution_of_the_equation_is_none() -> None:
+    """Y^2 + 4 Y + 1 = 0 has a stabilising solution, and it is negative; with -4 Y both are positive."""
+    one, zero = np.eye(1), np.zeros((1, 1))
+    assert not lmi._solvable(2.0 * one, one, one, zero, 1.0)
+    assert lmi._solvable(-2.0 * one, one, one, zero, 1.0)

@@ -12,7 +12,7 @@ from replication.estimation.delay.operators import Operator, invert
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 from tests.estimation.delay import algebra
-from tests.estimation.delay.inverses import as_operator
+from tests.estimation.delay.algebra import as_operator
 
 IDENTITY = 1e-10
 SEEDS = st.integers(0, 2**31)

@@ -8,21 +8,11 @@ import pytest
 from papers.peet2019.experiments.examples import cross_checked
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.conic.sdpa import solve_sdpa
-from replication.estimation.delay import (
-    DegreeRule,
-    DelaySystem,
-    SdpaOptions,
-    certificate_at,
-    chebyshev_model,
-    delay_system,
-    hinf_gain,
-    lmi_gain,
-    minimum_gain,
-    pade_model,
-    riccati_gain,
-)
-from replication.estimation.delay.sos.certificate import STATED_GAP
+from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
+from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
+from replication.estimation.delay.sos.certificate import STATED_GAP, certificate_at
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
+from replication.estimation.delay.spectrum import hinf_gain
 from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,
@@ -49,7 +39,7 @@ NARROW = 1e-4
         pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
     ],
 )
-def test_degree_three_reaches_the_exact_optimum(system: DelaySystem, exact: float) -> None:
+def test_degree_three_reaches_the_exact_optimum(system: DelayPlant, exact: float) -> None:
     certificate = minimum_gain(system, 3)
     assert certificate.gamma == pytest.approx(exact, rel=SEVEN_DIGITS)
     assert certificate.solution.report.residuals["equalities"] < 1e-8

@@ -98,6 +98,7 @@ class EntriesView:
     kind = "entries"
     columns: tuple[str, ...]
     rows: tuple[tuple[str, tuple[Boxed | None, ...]], ...]
+    text: str = ""
     box = (50 - 25 / SHOWN, 50 / SHOWN)
 
     @property
@@ -181,7 +182,7 @@ def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | Entries
         return BarsView(pairs=shared, printed=picture.printed, bound=picture.bound) if made else None
     if isinstance(picture, Entries):
         listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
-        return EntriesView(columns=picture.columns, rows=tuple(listed))
+        return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
     return next(filter(None, map(_of_table, paper.tables)), None)
 
 

@@ -1,4 +1,4 @@
-"""The sentences of a brief: each link leads to a claim or an erratum that says what the sentence says of it.
+"""The sentences of a brief, each link of which leads to a claim that says the same; and its sketch as SVG.
 
 Numbers in them are filled in from the run, as `Brief` describes.
 """

@@ -2,7 +2,7 @@
 
 A section is a line in `_SECTIONS` and a template `html/<name>.html.j2`, which finds what the builder of the section
 returned under the name `shown`. A builder that returns None leaves its section out. Whatever takes more than a
-few lines to build is a module of its own (`rounding`, for example), and a section that is
+few lines to build is a module of its own (`across`, for example), and a section that is
 about all papers together stands first. What a builder derives from the results it hands over as numbers, which the
 template writes: a number inside a text of the builder's own stops the build (`guard`).
 """

@@ -1,4 +1,4 @@
-"""What stands behind the claims: the theorems with their certificates, and the experiments, drawn line by line."""
+"""What stands behind the claims: theorems, experiments drawn line by line, and the rounding of the digits."""
 
 from __future__ import annotations
 
@@ -147,9 +147,6 @@ def _claim_node(record: ClaimRecord, key: str, y: float) -> Node:
 def _short(name: str, key: str) -> str:
     text = name.removeprefix(f"{key}.")
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
-
-
-# What agreement to the digits rests on: what a verdict allows, and how much rounding of parameters a claim bears
 
 
 @dataclass(frozen=True)

@@ -30,24 +30,14 @@ and the number of delays up to which their differences are cuts."""
 
 @dataclass(frozen=True, eq=False)
 class FilterModel:
-    """x' = a x + b w, z = cz x + dz w, y = cy x + dy w.
+    """x' = a x + b w, z = cz x + dz w, y = cy x + dy w."""
 
-    Attributes
-    ----------
-    a, b : array (N, N), (N, r)
-        Dynamics.
-    cz, dz : array (p, N), (p, r)
-        What is estimated.
-    cy, dy : array (q, N), (q, r)
-        Measurements.
-    """
-
-    a: Array
-    b: Array
-    cz: Array
-    dz: Array
-    cy: Array
-    dy: Array
+    a: Array  # (N, N) Dynamics
+    b: Array  # (N, r) Dynamics
+    cz: Array  # (p, N) What is estimated
+    dz: Array  # (p, r) What is estimated
+    cy: Array  # (q, N) Measurements
+    dy: Array  # (q, r) Measurements
 
 
 def ladder_model(plant: PlantTerms, order: int) -> FilterModel:

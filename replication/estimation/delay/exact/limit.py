@@ -13,9 +13,8 @@ from replication.estimation.delay.exact.central import FilterModel, ladder_model
 from replication.estimation.delay.exact.loop import decided, plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.plant import DelayPlant, plant_of
-from replication.estimation.delay.general.scaling import scaling_of
-from replication.estimation.delay.system import DelaySystem
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.synthesis import scaling_of
 from replication.estimation.validation import Array, positive_scalar
 
 # The least H-infinity level of a filter for a delay-free model, by the filter Riccati equation; D_11 and D_21 at will.
@@ -38,18 +37,10 @@ NOTHING, HIGHEST = 1e-7, 1e9
 
 @dataclass(frozen=True)
 class FilterLevel:
-    """The least level, and the part of it that no smoother goes below.
+    """The least level, and the part of it that no smoother goes below."""
 
-    Attributes
-    ----------
-    value : float
-        The least level.
-    smoother : float
-        The least level of a filter that knows the future.
-    """
-
-    value: float
-    smoother: float
+    value: float  # The least level
+    smoother: float  # The least level of a filter that knows the future
 
 
 def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
@@ -271,12 +262,12 @@ class Limit:
 
 
 @decided
-def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
+def limit(plant: DelayPlant, tolerance: float = 1e-8) -> Limit:
     """The least level, by the filter Riccati equation on models of rising order until its digits stand.
 
     Parameters
     ----------
-    plant : DelayPlant or DelaySystem
+    plant : DelayPlant
         The plant, at its nominal delays.
     tolerance : float
         Relative change over two rungs at which the climb ends.
@@ -311,9 +302,8 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
     True
     """
     positive_scalar("tolerance", tolerance)
-    general = plant_of(plant) if isinstance(plant, DelaySystem) else plant
-    scaling = scaling_of(general)
-    scaled = plant_terms(scaling.plant(general))
+    scaling = scaling_of(plant)
+    scaled = plant_terms(scaling.plant(plant))
     require_seen(scaled, scaling.time)
     least = limit_of(scaled, tolerance)
     return replace(least, frequency=least.frequency / scaling.time)

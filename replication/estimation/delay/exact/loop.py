@@ -18,18 +18,15 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, polynomial, projected, stacked
 from replication.estimation.delay.general.lines import DelayObserver
-from replication.estimation.delay.general.plant import DelayPlant, plant_of
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, as_array, positive_scalar
 
 # A delay plant, and an observer of it, as matrix functions of s; field by field, apart from the synthesis
 
 
-def plant_terms(plant: DelayPlant | DelaySystem) -> PlantTerms:
+def plant_terms(plant: DelayPlant) -> PlantTerms:
     """(x', z, y) = M(s) (x, w) + N(s) u of a plant."""
-    if isinstance(plant, DelaySystem):
-        plant = plant_of(plant)
     n, p, q, r, m = plant.states, plant.outputs, plant.measurements, plant.inputs, plant.known_inputs
     constant = np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
     delayed, kernels, known = [], [], []

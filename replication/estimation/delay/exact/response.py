@@ -57,24 +57,12 @@ class Surroundings(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """The gain matrix from w to z.
+    """The gain matrix from w to z."""
 
-    Attributes
-    ----------
-    loop : Terms
-        L(s); rows and columns: states, other signals, z, w.
-    sizes : tuple of int
-        Number of states, of z and of w.
-    direct : Terms
-        What z is of w at frequencies beyond all dynamics; no kernels.
-    ranges : tuple of pairs of floats
-        Shortest and longest delay of each line of `loop`, s.
-    """
-
-    loop: Terms
-    sizes: tuple[int, int, int]
-    direct: Terms
-    ranges: tuple[tuple[float, float], ...]
+    loop: Terms  # L(s); rows and columns: states, other signals, z, w
+    sizes: tuple[int, int, int]  # Number of states, of z and of w
+    direct: Terms  # What z is of w at frequencies beyond all dynamics; no kernels
+    ranges: tuple[tuple[float, float], ...]  # Shortest and longest delay of each line of `loop`, s
 
     def cells(self, edges: Array, *, nominal: bool = False) -> Cells:
         """Cells between sorted edges of the frequency, over the whole ranges of the delays or at the nominal ones."""

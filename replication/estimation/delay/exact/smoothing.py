@@ -33,20 +33,7 @@ class SmootherBound:
 
 
 def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherBound:
-    """The bound over a grid that the delays and the plant set, refined at its peaks.
-
-    Parameters
-    ----------
-    plant : PlantTerms
-        The plant.
-    further : array (M,), optional
-        Frequencies to look at beside the grid, rad/s.
-
-    Returns
-    -------
-    SmootherBound
-        Level and frequency.
-    """
+    """The bound over a grid that the delays and the plant set, refined at its peaks; further: other frequencies too."""
     longest = max(plant.terms.delays, default=0.0)
     n = plant.sizes[0]
     rate = max(float(np.linalg.norm(plant.terms.bound()[:n, :n], 2)), 1e-6 / longest if longest else 1e-6)
@@ -99,7 +86,7 @@ def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
     return turned * moved[:, None, :], hidden
 
 
-# What a level of a delay observer is worth: the same gain without sensors, of a Kalman filter, of a smoother
+# Comparisons of the level of a delay observer: the gain without sensors, of a Kalman filter, of a smoother
 
 
 WIDTH = 1e-4

@@ -30,17 +30,10 @@ DEGREE, MOST_PANELS = 15, 200
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """K(lag) on [0, 1].
+    """K(lag) on [0, 1]."""
 
-    Attributes
-    ----------
-    edges : array (m+1,)
-        From 0 to 1, increasing.
-    series : array (m, d+1, a, b)
-        On each panel the Legendre coefficients, in the variable that runs from -1 to 1 over it.
-    """
-
-    edges: Array
+    edges: Array  # (m+1,) From 0 to 1, increasing
+    # (m, d+1, a, b) On each panel the Legendre coefficients, in the variable that runs from -1 to 1 over it
     series: Array
 
     @property
@@ -185,24 +178,12 @@ def axis(omega: Array) -> Complex:
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """M(s), of a rows and b columns.
+    """M(s), of a rows and b columns."""
 
-    Attributes
-    ----------
-    constant : array (a, b)
-        M_0.
-    delays : tuple of K floats
-        tau_i, s; positive.
-    delayed : tuple of K arrays (a, b)
-        M_i.
-    kernels : tuple of K kernels or None
-        K_i; None for zero.
-    """
-
-    constant: Array
-    delays: tuple[float, ...] = ()
-    delayed: tuple[Array, ...] = ()
-    kernels: tuple[Kernel | None, ...] = ()
+    constant: Array  # (a, b) M_0
+    delays: tuple[float, ...] = ()  # tau_i, s; positive
+    delayed: tuple[Array, ...] = ()  # (a, b) M_i
+    kernels: tuple[Kernel | None, ...] = ()  # K_i; None for zero
 
     @property
     def spread(self) -> tuple[tuple[float, Array, Kernel | None], ...]:
@@ -283,21 +264,11 @@ def stacked(blocks: Sequence[tuple[Terms, Array, Array]], constant: Array) -> Te
 
 @dataclass(frozen=True, eq=False)
 class PlantTerms:
-    """(x', z, y) = M(s) (x, w) + N(s) u.
+    """(x', z, y) = M(s) (x, w) + N(s) u."""
 
-    Attributes
-    ----------
-    sizes : tuple of int
-        n states, p outputs to estimate, q measurements, r disturbances.
-    terms : Terms
-        M, rows (x', z, y), columns (x, w).
-    known : Terms
-        N, the same rows, a column for each known input.
-    """
-
-    sizes: tuple[int, int, int, int]
-    terms: Terms
-    known: Terms
+    sizes: tuple[int, int, int, int]  # n states, p outputs to estimate, q measurements, r disturbances
+    terms: Terms  # M, rows (x', z, y), columns (x, w)
+    known: Terms  # N, the same rows, a column for each known input
 
     @property
     def rows(self) -> tuple[slice, slice, slice]:

@@ -46,30 +46,16 @@ class LineRates:
 
 @dataclass(frozen=True)
 class Rates:
-    """Rows over zeta, N in all: u, its rate, z, w; and zeta in terms of (u, eps, rest).
+    """Rows over zeta, N in all: u, its rate, z, w; and zeta in terms of (u, eps, rest)."""
 
-    Attributes
-    ----------
-    u, rate : arrays (k, N)
-        u and du/dt without injection.
-    z, y, w : arrays (p, N), (q, N), (r, N)
-        Error of z without L_z, innovation, disturbance.
-    lines : tuple of LineRates
-        Each line.
-    change : array (N, N)
-        zeta = change (u, eps / unit, rest).
-    unit : array (q, q)
-        In these units eps has orthonormal rows in (psi(-1), w).
-    """
-
-    u: Array
-    rate: Array
-    z: Array
-    y: Array
-    w: Array
-    lines: tuple[LineRates, ...]
-    change: Array
-    unit: Array
+    u: Array  # (k, N) u and du/dt without injection
+    rate: Array  # (k, N) u and du/dt without injection
+    z: Array  # (p, N) Error of z without L_z, innovation, disturbance
+    y: Array  # (q, N) Error of z without L_z, innovation, disturbance
+    w: Array  # (r, N) Error of z without L_z, innovation, disturbance
+    lines: tuple[LineRates, ...]  # Each line
+    change: Array  # (N, N) zeta = change (u, eps / unit, rest)
+    unit: Array  # (q, q) In these units eps has orthonormal rows in (psi(-1), w)
 
     def without_innovation(self) -> Array:
         """zeta as a function of (u, rest), where eps = 0."""

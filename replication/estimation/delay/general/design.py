@@ -18,8 +18,14 @@ from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
-from replication.estimation.delay.general.scaling import require_noise, scaling_of
-from replication.estimation.delay.general.synthesis import GeneralLevel, degree_of, least_level, observer_at
+from replication.estimation.delay.general.synthesis import (
+    GeneralLevel,
+    degree_of,
+    least_level,
+    observer_at,
+    require_noise,
+    scaling_of,
+)
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"

@@ -22,24 +22,12 @@ RANK = 1e-12
 
 @dataclass(frozen=True)
 class Line:
-    """One delay: what it carries, m signals, and what the plant does with them.
+    """One delay: what it carries, m signals, and what the plant does with them."""
 
-    Attributes
-    ----------
-    delay : float
-        tau, s.
-    carry : array (m, n + r)
-        E = [E_x E_w].
-    end : array (n + p + q, m)
-        Effect of psi(-1) on (x', z, y).
-    moments : array (c, n + p + q, m)
-        Effect of the moments mu_0 .. mu_{c-1}; c = 0 without averages.
-    """
-
-    delay: float
-    carry: Array
-    end: Array
-    moments: Array
+    delay: float  # tau, s
+    carry: Array  # (m, n + r) E = [E_x E_w]
+    end: Array  # (n + p + q, m) Effect of psi(-1) on (x', z, y)
+    moments: Array  # (c, n + p + q, m) Effect of the moments mu_0 .. mu_{c-1}; c = 0 without averages
 
     @property
     def width(self) -> int:
@@ -49,24 +37,12 @@ class Line:
 
 @dataclass(frozen=True)
 class LineForm:
-    """A plant as lines; n states, r disturbances, p outputs to estimate, q measurements.
+    """A plant as lines; n states, r disturbances, p outputs to estimate, q measurements."""
 
-    Attributes
-    ----------
-    states : int
-        n.
-    outputs : int
-        p.
-    now : array (n + p + q, n + r)
-        [[A_0, B], [C_10, D_11], [C_2, D_21]].
-    lines : tuple of Line
-        One for each delay that carries something.
-    """
-
-    states: int
-    outputs: int
-    now: Array
-    lines: tuple[Line, ...]
+    states: int  # n
+    outputs: int  # p
+    now: Array  # (n + p + q, n + r) [[A_0, B], [C_10, D_11], [C_2, D_21]]
+    lines: tuple[Line, ...]  # One for each delay that carries something
 
     @property
     def inputs(self) -> int:
@@ -90,18 +66,7 @@ class LineForm:
 
 
 def line_form(plant: DelayPlant) -> LineForm:
-    """The plant as lines.
-
-    Parameters
-    ----------
-    plant : DelayPlant
-        Any plant.
-
-    Returns
-    -------
-    LineForm
-        Known inputs are left out: the observer copies them.
-    """
+    """The plant as lines; known inputs are left out: the observer copies them."""
     now = np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
     lines = (_line(plant, i) for i in range(plant.delay_count))
     return LineForm(plant.states, plant.outputs, now, tuple(line for line in lines if line.width))

@@ -21,7 +21,7 @@ from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms,
 from replication.estimation.delay.general.cone import moment_plant
 from replication.estimation.delay.general.lines import DelayObserver, line_form
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.scaling import require_noise, scaling_of
+from replication.estimation.delay.general.synthesis import require_noise, scaling_of
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.

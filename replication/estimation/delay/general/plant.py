@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.system import DelaySystem, PlantSizes, checked_delays, delay_system, listed
 from replication.estimation.validation import Array, as_matrix, noise_factors, positive_scalar
 
 Matrices = tuple[Array, ...]
@@ -26,7 +26,7 @@ HIGHEST_POWER = 5
 
 
 @dataclass(frozen=True)
-class DelayPlant(PlantSizes):
+class DelayPlant:
     """Plant with n states, r disturbances w, m known inputs u, p outputs z to estimate, q measurements y, K delays.
 
     What is not given is zero; without the terms from `b_delayed` on this is the plant of `delay_system`.
@@ -157,6 +157,31 @@ class DelayPlant(PlantSizes):
         return cls(b=B @ drive, d21=np.hstack([np.zeros((sensors, noise.F.shape[1])), noise.D]), **terms)
 
     @property
+    def states(self) -> int:
+        """Number of states n."""
+        return int(self.a0.shape[0])
+
+    @property
+    def delay_count(self) -> int:
+        """Number of delays K."""
+        return len(self.delays)
+
+    @property
+    def inputs(self) -> int:
+        """Number of disturbances r."""
+        return int(self.b.shape[1])
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs to estimate p."""
+        return int(self.c10.shape[0])
+
+    @property
+    def measurements(self) -> int:
+        """Number of measurements q."""
+        return int(self.c2.shape[0])
+
+    @property
     def known_inputs(self) -> int:
         """Number of known inputs m."""
         return int(self.b_known.shape[1])
@@ -168,45 +193,23 @@ class DelayPlant(PlantSizes):
         spread = (*self.b_known_delayed, *self.a_spread, *self.c1_spread, *self.c2_spread)
         return not any(np.any(part) for part in (*more, *spread))
 
-    def system(self) -> DelaySystem:
-        """The same as a `delay_system`.
 
-        Returns
-        -------
-        DelaySystem
-            The plant of eq. (1).
-
-        Raises
-        ------
-        InvalidInputError
-            It is not `noiseless`, or rows of C_2 depend on each other.
-        """
-        if not self.noiseless:
-            raise InvalidInputError(
-                "the plant has noise, delayed measurements or inputs: use `design` on the plant itself"
-            )
-        return delay_system(self.a0, self.a, self.delays, self.b, self.c10, self.c2, self.c1)
+def checked_delays(delays: Any) -> tuple[float, ...]:
+    """At least one, positive and increasing (s); raises InvalidInputError otherwise."""
+    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(listed("delays", delays)))
+    if not times:
+        raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
+    if any(later <= earlier for earlier, later in pairwise(times)):
+        raise InvalidInputError(f"delays must increase strictly, got {times}; sort them together with their matrices")
+    return times
 
 
-def plant_of(system: DelaySystem) -> DelayPlant:
-    """A plant of `delay_system` with the fields of the general one.
-
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant of eq. (1).
-
-    Returns
-    -------
-    DelayPlant
-        The same plant.
-
-    Raises
-    ------
-    InvalidInputError
-        The arrays do not fit; those that `delay_system` has checked do.
-    """
-    return DelayPlant(system.a0, system.delays, system.b, system.c10, system.c2, system.a, system.c1)
+def listed(name: str, value: Any) -> list[Any]:
+    """The entries of what is given for each delay; raises InvalidInputError if it has none to list."""
+    try:
+        return list(value)
+    except TypeError as error:
+        raise InvalidInputError(f"{name} must be a list with one entry per delay, got {value!r}") from error
 
 
 def _checked(plant: DelayPlant) -> dict[str, Any]:

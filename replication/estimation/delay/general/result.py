@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from replication.drawing.panels import Panel
 from replication.estimation.api.plants import Signals, numbered
-from replication.estimation.api.results import GainResult
 from replication.estimation.api.shown import TradeOff
 from replication.estimation.delay.exact.loop import error_response, injection_terms, plant_terms
 from replication.estimation.delay.general.cone import moment_plant
@@ -17,19 +15,14 @@ from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.mean_square import tradeoff
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.synthesis import GeneralLevel
-from replication.estimation.delay.observer import ErrorSystem
-from replication.estimation.delay.sampled import InnovationsObserver, running
+from replication.estimation.delay.observer import ErrorSystem, Trajectory
+from replication.estimation.delay.result import DelayDesign
+from replication.estimation.delay.sampled import InnovationsObserver, running, simulate_error
 from replication.estimation.validation import Array, positive_integer
-
-if TYPE_CHECKING:
-    import control
-
-DECADES, FREQUENCIES = 2, 200
-"""The plot: decades on both sides of the rate of the longest delay, and points."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class InnovationsResult(GainResult):
+class InnovationsResult(DelayDesign):
     """The gains L_0, L_z and, for each delay i, the Legendre coefficients L_i and what the delay carries, E_i.
 
     Attributes
@@ -41,16 +34,11 @@ class InnovationsResult(GainResult):
         exact closed loop.
     covariance : array (p, p) or None
         Of the error of z for white w of unit intensity; None with the goal hinf.
-    order : int
-        Moments of each delay in the state-space model of the error.
     """
 
-    method: str = "delay"
-    quantity: str = "L2 gain from the disturbance w to the estimation error of z"
     gains_of: DelayObserver
     proof: GeneralLevel | None = None
     covariance: Array | None = None
-    order: int
 
     @property
     def plant(self) -> DelayPlant:
@@ -58,48 +46,25 @@ class InnovationsResult(GainResult):
         return self.gains_of.plant
 
     def observer(self, dt: float) -> InnovationsObserver:
-        """The observer on sampled measurements, to run in a loop.
-
-        Parameters
-        ----------
-        dt : float
-            Sampling period of the measurements, s.
-
-        Returns
-        -------
-        InnovationsObserver
-            Its `step(u, y)` returns the estimate at the same instant.
-        """
+        """The observer on measurements sampled every `dt` (s); `step(u, y)` gives the estimate at the same instant."""
         return running(self.gains_of, dt).named(self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
-        """The estimation error from w to z - z^, each delay by `order` Legendre moments.
+    def error_model(self) -> tuple[ErrorSystem, Array]:
+        """Each delay by `order` Legendre moments."""
+        return moment_model(self.gains_of, self.order)
 
-        Returns
-        -------
-        control.StateSpace
-            Continuous-time.
-        """
-        import control
+    def gain_at(self, omega: Array) -> Array:
+        """With true exponentials."""
+        return error_response(plant_terms(self.plant), injection_terms(self.gains_of)).gains(omega)
 
-        error, direct = moment_model(self.gains_of, self.order)
-        outputs = [f"error of {name}" for name in self.signals.outputs]
-        return control.StateSpace(error.a, error.b, error.c, direct, outputs=outputs)
+    def trajectory(self, times: Any, disturbance: Any) -> Trajectory:
+        """By the recursion that runs; of second order in the step."""
+        return simulate_error(self.gains_of, times, disturbance)
 
-    def estimator(self, dt: float) -> control.StateSpace:
-        """The observer on sampled measurements, as `observer(dt)` runs, from known inputs and y to x^.
-
-        Parameters
-        ----------
-        dt : float
-            Sampling period of the measurements, s.
-
-        Returns
-        -------
-        control.StateSpace
-            Discrete-time; its states are what the observer remembers. It starts from rest with a first sample of zero.
-        """
-        return self.observer(dt).to_statespace()
+    @property
+    def rate(self) -> float:
+        """The rate of the longest delay, 1/s."""
+        return 1.0 / self.plant.delays[-1]
 
     def tradeoff(self, points: int = 12) -> TradeOff:
         """What a smaller guaranteed gain costs in mean error of z, for this plant.
@@ -125,14 +90,6 @@ class InnovationsResult(GainResult):
         """
         return tradeoff(self.plant, points)
 
-    def panels(self) -> tuple[Panel, ...]:
-        """The exact gain of the error over the frequency, beside the guaranteed level."""
-        rate = 1.0 / self.plant.delays[-1]
-        omega = rate * np.logspace(-DECADES, DECADES, FREQUENCIES)
-        response = error_response(plant_terms(self.plant), injection_terms(self.gains_of))
-        curves = {"gain": response.gains(omega)}
-        return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
-
 
 def signals_of(plant: DelayPlant) -> Signals:
     """x[0], u[0], y[0], z[0] and so on."""
@@ -154,24 +111,9 @@ def arrays_of(observer: DelayObserver) -> tuple[dict[str, Array], dict[str, str]
 
 
 def moment_model(observer: DelayObserver, order: int) -> tuple[ErrorSystem, Array]:
-    """The error with each line replaced by its first moments (Legendre-tau method), and its direct part (p, r).
+    """The error with each line replaced by `order` moments (Legendre-tau method), and its direct part (p, r).
 
-    Parameters
-    ----------
-    observer : DelayObserver
-        What a synthesis gave.
-    order : int
-        Moments of each line.
-
-    Returns
-    -------
-    ErrorSystem, array (p, r)
-        Its first n states are the error of x.
-
-    Raises
-    ------
-    InvalidInputError
-        `order` is below one, or below what the averages of the plant need.
+    Its first n states are the error of x. Raises InvalidInputError where `order` is below what the averages need.
     """
     plant = moment_plant(observer.form, positive_integer("order", order))
     injection = np.vstack([observer.l0, *(_moments(kernel, order) for kernel in observer.kernels)])
@@ -180,7 +122,6 @@ def moment_model(observer: DelayObserver, order: int) -> tuple[ErrorSystem, Arra
 
 
 def _moments(kernel: Array, order: int) -> Array:
-    """The first `order` Legendre coefficients of L_i, moment by moment."""
     padded = np.zeros((order, *kernel.shape[1:]))
     padded[: len(kernel)] = kernel[:order]
     return padded.reshape(-1, kernel.shape[2])

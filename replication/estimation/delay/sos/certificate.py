@@ -9,11 +9,12 @@ import numpy as np
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program, reduced
 from replication.estimation.delay.spectrum import require_detectable
-from replication.estimation.delay.system import DelaySystem, gain_scaled, natural_units, rounded
+from replication.estimation.delay.system import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
 
 # The least γ that Theorem 3 proves with polynomials of a given degree, as a bracket
@@ -47,7 +48,7 @@ class LeastGain:
 
     Attributes
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant in the coordinates of the program.
     degree : int
         Degree of the polynomials.
@@ -63,7 +64,7 @@ class LeastGain:
         The matrices of the cones, with status and residuals of the solver.
     """
 
-    system: DelaySystem
+    system: DelayPlant
     degree: int
     rule: DegreeRule
     epsilon: float
@@ -73,7 +74,7 @@ class LeastGain:
 
 
 def minimum_gain(
-    system: DelaySystem,
+    system: DelayPlant,
     degree: int,
     rule: DegreeRule = DegreeRule.TENSOR,
     *,
@@ -88,7 +89,7 @@ def minimum_gain(
 
     Parameters
     ----------
-    system : DelaySystem
+    system : DelayPlant
         The plant.
     degree : int
         Degree of the polynomials.
@@ -164,45 +165,19 @@ def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) 
 
 @dataclass(frozen=True)
 class Certificate:
-    """A feasible point of Theorem 3, in coordinates with C_2 = [0 c] and in units of time: x' = change·x, t' = t/time.
+    """A feasible point of Theorem 3, in coordinates with C_2 = [0 c] and units of time: x' = change·x, t' = t/time."""
 
-    Attributes
-    ----------
-    system : DelaySystem
-        The plant in these coordinates.
-    change : array (n, n)
-        The coordinates in those of the plant.
-    degree : int
-        Degree of the polynomials.
-    rule : DegreeRule
-        Which monomials that stands for.
-    epsilon : float
-        Strictness of both inequalities.
-    gamma : float
-        The level that is proved, up to the residuals in `solution`.
-    count : int
-        Legendre coefficients of each history.
-    storage : array
-        Coefficients of V.
-    residual : array
-        Coefficients that 2⟨e, 𝒵C_2e⟩ must have.
-    solution : Solution
-        The matrices of the cones, with status and residuals of the solver.
-    time : float
-        Unit of time, s.
-    """
-
-    system: DelaySystem
-    change: Array
-    degree: int
-    rule: DegreeRule
-    epsilon: float
-    gamma: float
-    count: int
-    storage: Array
-    residual: Array
-    solution: Solution
-    time: float = 1.0
+    system: DelayPlant  # The plant in these coordinates
+    change: Array  # (n, n) The coordinates in those of the plant
+    degree: int  # Degree of the polynomials
+    rule: DegreeRule  # Which monomials that stands for
+    epsilon: float  # Strictness of both inequalities
+    gamma: float  # The level that is proved, up to the residuals in `solution`
+    count: int  # Legendre coefficients of each history
+    storage: Array  # Coefficients of V
+    residual: Array  # Coefficients that 2⟨e, 𝒵C_2e⟩ must have
+    solution: Solution  # The matrices of the cones, with status and residuals of the solver
+    time: float = 1.0  # Unit of time, s
 
 
 FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
@@ -210,7 +185,7 @@ FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
 
 
 def certificate_at(
-    system: DelaySystem,
+    system: DelayPlant,
     gamma: float,
     degree: int,
     rule: DegreeRule = DegreeRule.TENSOR,
@@ -220,34 +195,9 @@ def certificate_at(
 ) -> Certificate:
     """A certificate of the level γ with moderate gains: the cone matrices of least trace, in `natural_units`.
 
-    Parameters
-    ----------
-    system : DelaySystem
-        The plant.
-    gamma : float
-        The level.
-    degree : int
-        Degree of the polynomials.
-    rule : DegreeRule
-        Which monomials that stands for.
-    epsilon : float
-        Strictness of both inequalities.
-    options : SdpaOptions
-        Stopping rules of the solver; any feasible point serves.
-
-    Returns
-    -------
-    Certificate
-        The feasible point of Theorem 3.
-
-    Raises
-    ------
-    InvalidInputError
-        A bad degree or level, or a system that is not detectable.
-    InfeasibleError
-        γ is proved to be out of reach by the lower end of the least γ, whatever the solver calls it.
-    SolverError
-        The solver settles on no point.
+    epsilon: strictness of both inequalities. Any feasible point serves, so `options` stop early. Raises
+    InvalidInputError for a bad degree or level or a plant that is not detectable, InfeasibleError where the lower end
+    of the least γ proves γ out of reach, whatever the solver calls it, SolverError if it settles on no point.
     """
     level = positive_scalar("gamma", gamma)
     units = natural_units(system)
@@ -266,7 +216,7 @@ def certificate_at(
 
 
 def _bracket(
-    error: InfeasibleError | SolverError, system: DelaySystem, level: float, degree: int, rule: DegreeRule
+    error: InfeasibleError | SolverError, system: DelayPlant, level: float, degree: int, rule: DegreeRule
 ) -> LeastGain:
     """The least γ where the solver failed at `level`. Raises InfeasibleError if it proves the level out of reach."""
     try:

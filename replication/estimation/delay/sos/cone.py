@@ -111,7 +111,7 @@ class DegreeRule(StrEnum):
 
     tensor: a, b <= d; total: a + b <= d; inner: a <= d, b = 0; outer: a = 0, b <= d; all with a weighted term of
     degree d-1, so that both terms reach the same degrees; for outer it keeps b <= d. wide: a <= d, b <= 2d, both terms
-    of degree d; no strictly feasible point exists, and solvers stop early. bessel: the smaller cone of `bessel` with d
+    of degree d; no strictly feasible point exists, and solvers stop early. bessel: the smaller cone by Bessel with d
     moments of each history; it lies in that of the tensor rule of degree max(1, d-1), and in that of the total rule of
     degree 1 if d = 1.
     """

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.cone import FormSpace, Index, triangle
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array
 
 # Point variables h = (ω, v, e, φ_1(-1), .., φ_K(-1)) of the dissipation, with ω = w or with the rates ẋ in ω.
@@ -38,13 +38,13 @@ class Drive:
     signal: Array
 
 
-def direct(system: DelaySystem) -> Drive:
+def direct(system: DelayPlant) -> Drive:
     """ω = w."""
     rate = np.hstack([-system.b, np.zeros((system.states, system.outputs)), system.a0, *system.a])
     return Drive(rate, np.eye(system.inputs, rate.shape[1]))
 
 
-def by_rates(system: DelaySystem) -> Drive:
+def by_rates(system: DelayPlant) -> Drive:
     """ω_i = ẋ_j/|b_j|, b_j the row of B, for all states j; the other ω_i = w_i. `direct` if w does not reach all states
     well, as PIVOT and WEAK say.
     """
@@ -64,25 +64,25 @@ def by_rates(system: DelaySystem) -> Drive:
     return Drive(rate, signal)
 
 
-def state_space(system: DelaySystem, count: int) -> FormSpace:
+def state_space(system: DelayPlant, count: int) -> FormSpace:
     """Space of V: n point variables and nK histories with `count` Legendre coefficients."""
     return FormSpace(system.states, system.states, system.delay_count, count)
 
 
-def derivative_space(system: DelaySystem, count: int) -> FormSpace:
+def derivative_space(system: DelayPlant, count: int) -> FormSpace:
     """Space of the derivative of V: point variables (w, v, e, φ_1(-1), .., φ_K(-1))."""
     points = system.inputs + system.outputs + system.states * (system.delay_count + 1)
     return FormSpace(points, system.states, system.delay_count, count)
 
 
-def point_offsets(system: DelaySystem) -> tuple[int, int, int]:
+def point_offsets(system: DelayPlant) -> tuple[int, int, int]:
     """First index of v, of e and of φ_1(-1) among the point variables of `derivative_space`."""
     v = system.inputs
     e = v + system.outputs
     return v, e, e + system.states
 
 
-def _rates(system: DelaySystem, source: FormSpace, target: FormSpace, drive: Drive) -> tuple[Array, Array]:
+def _rates(system: DelayPlant, source: FormSpace, target: FormSpace, drive: Drive) -> tuple[Array, Array]:
     """E and D with u = E h and du/dt = D h for the functionals u of V; shapes (source, target functionals)."""
     n, width, count = system.states, source.functions, source.count
     _, e, late = point_offsets(system)
@@ -105,7 +105,7 @@ def _rates(system: DelaySystem, source: FormSpace, target: FormSpace, drive: Dri
     return embed, rate
 
 
-def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) -> scipy.sparse.csr_array:
+def lie_derivative(system: DelayPlant, count: int, drive: Drive | None = None) -> scipy.sparse.csr_array:
     """Map from the coefficients of V to those of dV/dt; sparse, shape (derivative space size, state space size).
 
     drive: the variables of the derivative; `direct` if None.
@@ -134,7 +134,7 @@ def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) 
     return scipy.sparse.coo_array(data, shape=(target.size, source.size)).tocsr()
 
 
-def _multiplier_terms(system: DelaySystem, source: FormSpace, target: FormSpace) -> tuple[Index, Index, Array]:
+def _multiplier_terms(system: DelayPlant, source: FormSpace, target: FormSpace) -> tuple[Index, Index, Array]:
     """Triples (row, column, value) of d/dt ∫p_c φ_ik φ_il = (p_c(0)e_k e_l - p_c(-1)φ_ik(-1)φ_il(-1) - ∫p_c'φφ)/τ_i."""
     n = system.states
     _, e, late = point_offsets(system)
@@ -157,13 +157,13 @@ def _multiplier_terms(system: DelaySystem, source: FormSpace, target: FormSpace)
     return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
 
 
-def storage_identity(system: DelaySystem, count: int) -> Array:
+def storage_identity(system: DelayPlant, count: int) -> Array:
     """Coefficients of |e|² + Σ∫|φ_i|² in the space of V: what ε multiplies in Theorem 3."""
     space = state_space(system, count)
     return _identity(space, np.arange(system.states))
 
 
-def dissipation_identity(system: DelaySystem, count: int) -> Array:
+def dissipation_identity(system: DelayPlant, count: int) -> Array:
     """Coefficients of |e|² + Σ∫|φ_i|² in the space of dV/dt."""
     _, e, _ = point_offsets(system)
     return _identity(derivative_space(system, count), np.arange(e, e + system.states))
@@ -177,7 +177,7 @@ def _identity(space: FormSpace, points: Index) -> Array:
     return coefficients
 
 
-def supply(system: DelaySystem, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
+def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
     """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1).
 
     drive: as in `lie_derivative`.
@@ -197,7 +197,7 @@ def supply(system: DelaySystem, count: int, drive: Drive | None = None) -> tuple
     return cross, level
 
 
-def absorbed(system: DelaySystem, count: int) -> npt.NDArray[np.bool_]:
+def absorbed(system: DelayPlant, count: int) -> npt.NDArray[np.bool_]:
     """Mask of the coefficients of dV/dt that the free operator 𝒵 can cancel, for a system with C_2 = [0 c].
 
     𝒵C_2 adds 2⟨e, 𝒵C_2e⟩, so: (e,e), (e,φ), (φ,φ) where either side is measured, (e,φ(-1)) and (φ(-1),φ) where the

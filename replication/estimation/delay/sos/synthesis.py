@@ -15,6 +15,7 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.conic.program import Program
+from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import (
@@ -27,7 +28,7 @@ from replication.estimation.delay.sos.cone import (
     triangle,
 )
 from replication.estimation.delay.sos.lie import Drive, by_rates
-from replication.estimation.delay.system import DelaySystem, measured_last
+from replication.estimation.delay.system import measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 DEGREES, MONOMIALS = (3, 2, 1), 2000
@@ -45,7 +46,7 @@ class Assembly:
     `direct` if None.
     """
 
-    system: DelaySystem
+    system: DelayPlant
     change: Array
     degree: int
     rule: DegreeRule
@@ -59,9 +60,7 @@ class Assembly:
     drive: Drive | None = None
 
 
-def assemble(
-    system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, rates: bool = False
-) -> Assembly:
+def assemble(system: DelayPlant, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, rates: bool = False) -> Assembly:
     """Maps from the cone matrices to the coefficients of V and N, and from V to dV/dt; with `rates`, as in `by_rates`.
 
     Raises InvalidInputError for degree < 1.
@@ -80,12 +79,12 @@ def assemble(
     )
 
 
-def monomials(system: DelaySystem, degree: int, rule: DegreeRule) -> int:
+def monomials(system: DelayPlant, degree: int, rule: DegreeRule) -> int:
     """How many monomials of dV/dt have to match: at least as many as the program has equalities; nothing is built."""
     return int(np.count_nonzero(~lie.absorbed(system, required_count(degree, rule))))
 
 
-def degree_for(system: DelaySystem, rule: DegreeRule) -> int:
+def degree_for(system: DelayPlant, rule: DegreeRule) -> int:
     """The degree that a design takes unless one is asked for, see DEGREES."""
     return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
 

@@ -166,13 +166,7 @@ class SlowRateResult(Design):
         return RunningController(self.problem, self.controller).named(replace(self.signals, inputs=()))
 
     def to_statespace(self) -> control.StateSpace:
-        """The controller over one period of the schedules.
-
-        Returns
-        -------
-        control.StateSpace
-            From the readings to the inputs of all instants, `@k` for instant k.
-        """
+        """The controller over one period of the schedules, from readings to inputs; `@k` for instant k."""
         phases = self.running().phases
         n = self.problem.plant.order
         stages = tuple(

@@ -160,17 +160,17 @@ def patterns(edges: Sequence[Edge], word: Word) -> str:
     return " ".join("".join(str(int(came)) for came in edges[i].arrived) for i in word)
 
 
-def require_detectable(problem: MultirateProblem, given: Automaton) -> list[Word]:
+def require_detectable(problem: MultirateProblem, cases: Automaton) -> list[Word]:
     """The periodic patterns; raises InvalidInputError if one hides an unstable mode."""
-    words = given.cycles()
+    words = cases.cycles()
     for word in words:
         transition, outputs = np.eye(problem.plant.order), [np.zeros((0, problem.plant.order))]
         for i in word:
-            outputs.append(problem.plant.C[list(given.edges[i].arrived)] @ transition)
+            outputs.append(problem.plant.C[list(cases.edges[i].arrived)] @ transition)
             transition = problem.plant.A @ transition
         if (mode := undetectable_mode(transition, np.vstack(outputs), discrete=True)) is not None:
             raise InvalidInputError(
-                f"the plant is not detectable under losses: where the samples come as {patterns(given.edges, word)} "
+                f"the plant is not detectable under losses: where the samples come as {patterns(cases.edges, word)} "
                 f"(1: comes), again and again, the mode with multiplier {mode:.6g} is never seen; allow fewer losses "
                 "in a row, change the periods, or add a sensor"
             )
@@ -193,9 +193,9 @@ def along(problem: MultirateProblem, gains: Array, edges: Iterator[int] | Sequen
     return PeriodicSystem(tuple(stages))
 
 
-def gains_by_edge(given: Automaton, gains: Array) -> Array:
+def gains_by_edge(cases: Automaton, gains: Array) -> Array:
     """Gains (N, n, q) of the schedule for each edge: no correction by a sample that does not come."""
-    return np.stack([gains[edge.phase] * np.array(edge.arrived, dtype=float) for edge in given.edges])
+    return np.stack([gains[edge.phase] * np.array(edge.arrived, dtype=float) for edge in cases.edges])
 
 
 MOST_UNKNOWNS = 1500
@@ -218,29 +218,29 @@ class MeanSquare:
     radius: float
 
 
-def visits(given: Automaton) -> Array:
+def visits(cases: Automaton) -> Array:
     """The stationary probability of each node at its phase, (nodes,).
 
     From the start and one period on: the least-squares solution of pi T = pi, sum 1, of the chain at phase 0.
     """
-    first = [i for i, phase in enumerate(given.phases) if phase == 0]
-    moves = _over_period(given, [np.array([[edge.probability]]) for edge in given.edges], 1)
+    first = [i for i, phase in enumerate(cases.phases) if phase == 0]
+    moves = _over_period(cases, [np.array([[edge.probability]]) for edge in cases.edges], 1)
     count = len(first)
     system = np.vstack([np.eye(count) - moves, np.ones(count)])
-    pi = np.zeros(len(given.phases))
+    pi = np.zeros(len(cases.phases))
     pi[first] = np.linalg.lstsq(system, np.append(np.zeros(count), 1.0), rcond=None)[0]
-    for phase in range(max(given.phases)):
-        for edge in given.edges:
+    for phase in range(max(cases.phases)):
+        for edge in cases.edges:
             if edge.phase == phase:
                 pi[edge.target] += edge.probability * pi[edge.source]
     return np.where(pi > RARE, pi, 0.0)
 
 
-def require_seen(problem: MultirateProblem, given: Automaton) -> None:
+def require_seen(problem: MultirateProblem, cases: Automaton) -> None:
     """Raise InvalidInputError if an unstable mode is hidden from all samples that ever come."""
-    pi = visits(given)
+    pi = visits(cases)
     came = np.zeros((problem.schedule.period, problem.plant.sensors), dtype=bool)
-    for edge in given.edges:
+    for edge in cases.edges:
         if pi[edge.source] > 0:
             came[edge.phase] |= np.array(edge.arrived)
     transition, outputs = np.eye(problem.plant.order), []
@@ -254,14 +254,14 @@ def require_seen(problem: MultirateProblem, given: Automaton) -> None:
         )
 
 
-def mean_square(problem: MultirateProblem, given: Automaton, gains: Array) -> MeanSquare:
+def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> MeanSquare:
     """The stationary mean square error of gains (edges, n, q); raises InfeasibleError if there is none."""
-    n, pi = problem.plant.order, visits(given)
-    _require_size(given, n)
+    n, pi = problem.plant.order, visits(cases)
+    _require_size(cases, n)
     loops = [closed_loop(problem, gain) for gain in gains]
     short, long = _halves(n)
-    maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(given.edges, loops, strict=True)]
-    period = _over_period(given, maps, len(short))
+    maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(cases.edges, loops, strict=True)]
+    period = _over_period(cases, maps, len(short))
     radius = float(np.max(np.abs(np.linalg.eigvals(period))))
     if radius >= 1 - MARGIN:
         raise InfeasibleError(
@@ -270,32 +270,32 @@ def mean_square(problem: MultirateProblem, given: Automaton, gains: Array) -> Me
         )
     added = [
         edge.probability * pi[edge.source] * (short @ (B @ B.T).ravel())
-        for edge, (_, B) in zip(given.edges, loops, strict=True)
+        for edge, (_, B) in zip(cases.edges, loops, strict=True)
     ]
-    first = [i for i, phase in enumerate(given.phases) if phase == 0]
-    states = _along(given, maps, added, np.zeros((len(given.phases), len(short))))
+    first = [i for i, phase in enumerate(cases.phases) if phase == 0]
+    states = _along(cases, maps, added, np.zeros((len(cases.phases), len(short))))
     start = np.linalg.solve(np.eye(len(period)) - period, states[first].ravel())
     before = np.zeros_like(states)
     before[first] = start.reshape(len(first), len(short))
-    states = _along(given, maps, added, before)
+    states = _along(cases, maps, added, before)
     X = (states @ long.T).reshape(-1, n, n)
     total = np.einsum("za,kab,zb->", problem.plant.W, X, problem.plant.W)
     return MeanSquare(pi, X, float(np.sqrt(total / problem.schedule.period)), radius)
 
 
-def mean_square_gains(problem: MultirateProblem, given: Automaton) -> Array:
+def mean_square_gains(problem: MultirateProblem, cases: Automaton) -> Array:
     """The gains (edges, n, q) with the least mean square error of all that know phase, memory and what came.
 
     The coupled Riccati recursion from X = 0. Raises InfeasibleError if it grows without end: no gains keep the mean
     square finite then; SolverError if it does not settle.
     """
-    pi, n = visits(given), problem.plant.order
-    X = np.zeros((len(given.phases), n, n))
+    pi, n = visits(cases), problem.plant.order
+    X = np.zeros((len(cases.phases), n, n))
     scale = float(np.trace(problem.plant.drive @ problem.plant.drive.T)) or 1.0
     for _ in range(ROUNDS):
         previous = X[0].copy(), X
         for phase in range(problem.schedule.period):
-            X = _corrected_step(problem, given, pi, X, phase)
+            X = _corrected_step(problem, cases, pi, X, phase)
         size = float(np.abs(X).max())
         if not np.isfinite(size) or size > LOST * scale:
             raise InfeasibleError(
@@ -303,17 +303,17 @@ def mean_square_gains(problem: MultirateProblem, given: Automaton) -> Array:
                 "often"
             )
         if np.abs(X - previous[1]).max() <= SETTLED * size:
-            return np.stack([_gain(problem, edge, X[edge.source], pi[edge.source]) for edge in given.edges])
+            return np.stack([_gain(problem, edge, X[edge.source], pi[edge.source]) for edge in cases.edges])
     raise SolverError(
         f"the gains under losses did not settle in {ROUNDS} periods: the losses are next to those at which the mean "
         "square error becomes infinite; lose less, or measure more often"
     )
 
 
-def _corrected_step(problem: MultirateProblem, given: Automaton, pi: Array, X: Array, phase: int) -> Array:
+def _corrected_step(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array, phase: int) -> Array:
     following = X.copy()
-    following[[edge.target for edge in given.edges if edge.phase == phase]] = 0.0
-    for edge in given.edges:
+    following[[edge.target for edge in cases.edges if edge.phase == phase]] = 0.0
+    for edge in cases.edges:
         if edge.phase == phase and pi[edge.source] > 0:
             A, B = closed_loop(problem, _gain(problem, edge, X[edge.source], pi[edge.source]))
             following[edge.target] += edge.probability * (A @ X[edge.source] @ A.T + pi[edge.source] * B @ B.T)
@@ -331,8 +331,8 @@ def _gain(problem: MultirateProblem, edge: Edge, X: Array, pi: float) -> Array:
     return gain
 
 
-def _require_size(given: Automaton, n: int) -> None:
-    unknowns = max(given.phases.count(phase) for phase in set(given.phases)) * n * (n + 1) // 2
+def _require_size(cases: Automaton, n: int) -> None:
+    unknowns = max(cases.phases.count(phase) for phase in set(cases.phases)) * n * (n + 1) // 2
     if unknowns > MOST_UNKNOWNS:
         raise InvalidInputError(
             f"the covariances of one instant have {unknowns} entries, more than {MOST_UNKNOWNS}; send the samples "
@@ -350,14 +350,14 @@ def _halves(n: int) -> tuple[Array, Array]:
     return short, long
 
 
-def _over_period(given: Automaton, maps: list[Array], size: int) -> Array:
+def _over_period(cases: Automaton, maps: list[Array], size: int) -> Array:
     """The map of the stacked states of the nodes at phase 0 over one period."""
-    place = [given.phases[:i].count(phase) for i, phase in enumerate(given.phases)]
-    period = max(given.phases) + 1
-    total = np.eye(given.phases.count(0) * size)
+    place = [cases.phases[:i].count(phase) for i, phase in enumerate(cases.phases)]
+    period = max(cases.phases) + 1
+    total = np.eye(cases.phases.count(0) * size)
     for phase in range(period):
-        step = np.zeros((given.phases.count((phase + 1) % period) * size, given.phases.count(phase) * size))
-        for edge, part in zip(given.edges, maps, strict=True):
+        step = np.zeros((cases.phases.count((phase + 1) % period) * size, cases.phases.count(phase) * size))
+        for edge, part in zip(cases.edges, maps, strict=True):
             if edge.phase == phase:
                 to, at = place[edge.target] * size, place[edge.source] * size
                 step[to : to + size, at : at + size] += part
@@ -365,15 +365,15 @@ def _over_period(given: Automaton, maps: list[Array], size: int) -> Array:
     return total
 
 
-def _along(given: Automaton, maps: list[Array], added: list[Array], states: Array) -> Array:
+def _along(cases: Automaton, maps: list[Array], added: list[Array], states: Array) -> Array:
     """The states of all nodes over one period, from those of phase 0; these are those after the period."""
     states, after = states.copy(), np.zeros_like(states)
-    period = max(given.phases) + 1
+    period = max(cases.phases) + 1
     for phase in range(period):
         to = after if phase == period - 1 else states
-        for edge, part, more in zip(given.edges, maps, added, strict=True):
+        for edge, part, more in zip(cases.edges, maps, added, strict=True):
             if edge.phase == phase:
                 to[edge.target] += part @ states[edge.source] + more
-    first = [i for i, phase in enumerate(given.phases) if phase == 0]
+    first = [i for i, phase in enumerate(cases.phases) if phase == 0]
     states[first] = after[first]
     return states

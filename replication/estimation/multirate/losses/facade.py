@@ -95,13 +95,7 @@ class LossResult(GainResult):
         return LossObserver(self.problem, self.automaton, self.gains["L"]).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
-        """There is none: the observer switches with the losses.
-
-        Raises
-        ------
-        InvalidInputError
-            Always; it says what to use instead.
-        """
+        """There is none, as the observer switches with the losses; raises InvalidInputError."""
         raise InvalidInputError("an observer that switches with the losses is no StateSpace; run it by observer()")
 
     def rows(self) -> list[tuple[str, str, str]]:
@@ -131,17 +125,17 @@ class LossResult(GainResult):
 
 def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = None) -> LossResult:
     """What `gains` (cases, n, q), or those of `base`, are worth under losses."""
-    problem, given = base.problem, automaton(base.problem, model)
-    fixed = gains_by_edge(given, base.gains["L"])
+    problem, cases = base.problem, automaton(base.problem, model)
+    fixed = gains_by_edge(cases, base.gains["L"])
     used = fixed if gains is None else gains
     judged = _worst_case if isinstance(model, InARow) else _mean_error
-    worth = judged(problem, given, model, used, base)
+    worth = judged(problem, cases, model, used, base)
     table = {
         "L": used,
-        "phase": [edge.phase for edge in given.edges],
-        "before": [edge.source for edge in given.edges],
-        "after": [edge.target for edge in given.edges],
-        "arrived": [edge.arrived for edge in given.edges],
+        "phase": [edge.phase for edge in cases.edges],
+        "before": [edge.source for edge in cases.edges],
+        "after": [edge.target for edge in cases.edges],
+        "arrived": [edge.arrived for edge in cases.edges],
     }
     return LossResult(
         quantity=worth.quantity,
@@ -151,21 +145,17 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
         signals=base.signals,
         problem=problem,
         model=model,
-        automaton=given,
+        automaton=cases,
         worst=worth.worst,
     )
 
 
-def _kalman(problem: MultirateProblem) -> tuple[float, str]:
-    return rms_error(problem, kalman_design(problem).gains), "periodic Lyapunov equation"
-
-
-def _unaware(problem: MultirateProblem, given: Automaton, gains: Array, fixed: Array) -> tuple[Evidence, ...]:
+def _unaware(problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array) -> tuple[Evidence, ...]:
     """What gains that do not know of losses are worth under them, unless they are the ones in question."""
     if np.array_equal(gains, fixed):
         return ()
     try:
-        rms: float | str = mean_square(problem, given, fixed).rms
+        rms: float | str = mean_square(problem, cases, fixed).rms
     except InfeasibleError:
         rms = "infinite"
     return (Evidence("rms error of the design without losses, under them", rms, "covariances of all cases"),)
@@ -181,17 +171,17 @@ class Worth(NamedTuple):
 
 
 def _worst_case(
-    problem: MultirateProblem, given: Automaton, model: LossModel, gains: Array, base: MultirateResult
+    problem: MultirateProblem, cases: Automaton, model: LossModel, gains: Array, base: MultirateResult
 ) -> Worth:
-    words = require_detectable(problem, given)
-    worst = bracket(problem, given, gains, words)
-    shown = patterns(given.edges, worst.word)
+    words = require_detectable(problem, cases)
+    worst = bracket(problem, cases, gains, words)
+    shown = patterns(cases.edges, worst.word)
     without = gain_if_finite(problem.without_sensors())
     evidence = (
         Evidence("worst pattern found", shown, "samples that come, instant by instant, sensor by sensor; it repeats"),
-        Evidence("level without losses", l2_gain(along(problem, gains, given.without_losses())).upper, "exact gain"),
+        Evidence("level without losses", l2_gain(along(problem, gains, cases.without_losses())).upper, "exact gain"),
         Evidence("cases of the proof", len(worst.tree.edges), "instants with what came before, one inequality each"),
-        *_unaware_level(problem, given, gains, gains_by_edge(given, base.gains["L"]), words),
+        *_unaware_level(problem, cases, gains, gains_by_edge(cases, base.gains["L"]), words),
         *baselines(worst.upper, "exact gain", without=without),
     )
     how = "exact gain of the worst pattern found; storage functions of all patterns, checked by their eigenvalues"
@@ -200,27 +190,28 @@ def _worst_case(
 
 
 def _unaware_level(
-    problem: MultirateProblem, given: Automaton, gains: Array, fixed: Array, words: list[Word]
+    problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array, words: list[Word]
 ) -> tuple[Evidence, ...]:
     if np.array_equal(gains, fixed):
         return ()
     try:
-        level: float | str = found_level(problem, given, fixed, words)
+        level: float | str = found_level(problem, cases, fixed, words)
     except InfeasibleError:
         level = "infinite"
     return (Evidence("level of the design without losses, under them, at least", level, "some patterns, exact gains"),)
 
 
 def _mean_error(
-    problem: MultirateProblem, given: Automaton, model: LossModel, gains: Array, base: MultirateResult
+    problem: MultirateProblem, cases: Automaton, model: LossModel, gains: Array, base: MultirateResult
 ) -> Worth:
-    require_seen(problem, given)
-    mean = mean_square(problem, given, gains)
+    require_seen(problem, cases)
+    mean = mean_square(problem, cases, gains)
     how = "covariances of all cases, by linear equations"
+    kalman = rms_error(problem, kalman_design(problem).gains)
     evidence = (
         Evidence("growth of the mean square over a period", mean.radius, "largest eigenvalue; below 1 is stable"),
-        Evidence("rms error of the Kalman filter without losses", *_kalman(problem)),
-        *_unaware(problem, given, gains, gains_by_edge(given, base.gains["L"])),
+        Evidence("rms error of the Kalman filter without losses", kalman, "periodic Lyapunov equation"),
+        *_unaware(problem, cases, gains, gains_by_edge(cases, base.gains["L"])),
     )
     quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"
     return Worth(quantity, Bracket(mean.rms, mean.rms, how), evidence)
@@ -299,12 +290,12 @@ def design(result: MultirateResult, model: LossModel) -> LossResult:
         Nothing was proved.
     """
     _require(result, model)
-    problem, given = result.problem, automaton(result.problem, model)
+    problem, cases = result.problem, automaton(result.problem, model)
     if isinstance(model, InARow):
-        require_detectable(problem, given)
-        return loss_result(result, model, least_gains(problem, given, result.value))
-    require_seen(problem, given)
-    return loss_result(result, model, mean_square_gains(problem, given))
+        require_detectable(problem, cases)
+        return loss_result(result, model, least_gains(problem, cases, result.value))
+    require_seen(problem, cases)
+    return loss_result(result, model, mean_square_gains(problem, cases))
 
 
 def simulate(

@@ -102,7 +102,6 @@ class InARow(LossModel):
         return [arrival, (False, state + 1, np.nan)] if state < _entry(self.misses, channel) else [arrival]
 
     def __str__(self) -> str:
-        """At most m lost in a row."""
         return f"at most {_listed(self.misses)} lost in a row{self._packet}"
 
 
@@ -136,7 +135,6 @@ class Independent(LossModel):
         return [(True, 0, 1 - p), (False, 0, p)]
 
     def __str__(self) -> str:
-        """Probability of a loss."""
         return f"each sample is lost with probability {_listed(self.probability)}{self._packet}"
 
 
@@ -180,7 +178,6 @@ class Markov(LossModel):
         return [(True, 0, 1 - p), (False, 1, p)]
 
     def __str__(self) -> str:
-        """Both probabilities."""
         return (
             f"lost with probability {_listed(self.after_arrival)} after an arrival, {_listed(self.after_loss)} after "
             f"a loss{self._packet}"

@@ -90,43 +90,34 @@ int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
 """
 
 
-def c_form(name: str, comment: str, problem: MultirateProblem, given: Automaton, gains: Array) -> str:
+def c_form(name: str, comment: str, problem: MultirateProblem, cases: Automaton, gains: Array) -> str:
     """The C99 source for gains (edges, n, q); raises InvalidInputError if `name` is no C identifier."""
     plant, starts = problem.plant, problem.plant.order - problem.plant.under_way
     tables = {
         "transition": plant.A, "output": plant.C, "gain": gains, "input": plant.B_u, "direct": plant.D_u,
         # The edges of each node follow each other, as they were found.
-        "first": [0, *np.cumsum([len(leaving) for leaving in given.out])],
-        "target": [edge.target for edge in given.edges],
-        "phase": given.phases,
-        "memory": given.memories,
-        "arrived": [edge.arrived for edge in given.edges],
+        "first": [0, *np.cumsum([len(leaving) for leaving in cases.out])],
+        "target": [edge.target for edge in cases.edges],
+        "phase": cases.phases,
+        "memory": cases.memories,
+        "arrived": [edge.arrived for edge in cases.edges],
         "due": problem.schedule.mask,
     }  # fmt: skip
     sizes = {"order": plant.order, "starts": starts, "estimates": starts, "inputs": plant.B_u.shape[1]}
-    sizes |= {"measurements": plant.sensors, "nodes": len(given.phases), "channels": len(given.memories[0])}
+    sizes |= {"measurements": plant.sensors, "nodes": len(cases.phases), "channels": len(cases.memories[0])}
     return c_file(name, comment, USAGE, BODY, sizes, tables)
 
 
 class LossObserver(RunningObserver):
     """x^(k+1) = A x^ + B_u u + L (y - C x^ - D_u u) with the gain L of what came now and of what is known of before.
 
-    A loss that the model does not foresee is left out like the others; `unforeseen` counts such instants, after which
-    nothing is guaranteed.
-
-    Parameters
-    ----------
-    problem : MultirateProblem
-        Plant and schedule.
-    given : Automaton
-        What may happen.
-    gains : array (edges, n, q)
-        A gain for each edge.
+    A loss that the automaton `cases` does not foresee is left out like the others; `unforeseen` counts such instants,
+    after which nothing is guaranteed. gains (edges, n, q): one for each edge.
     """
 
-    def __init__(self, problem: MultirateProblem, given: Automaton, gains: Array) -> None:
-        self._problem, self._given, self._gains = problem, given, gains
-        self._nodes = {pair: i for i, pair in enumerate(zip(given.phases, given.memories, strict=True))}
+    def __init__(self, problem: MultirateProblem, cases: Automaton, gains: Array) -> None:
+        self._problem, self._given, self._gains = problem, cases, gains
+        self._nodes = {pair: i for i, pair in enumerate(zip(cases.phases, cases.memories, strict=True))}
         plant = problem.plant
         super().__init__(plant.order - plant.under_way, plant.B_u.shape[1], plant.sensors)
 
@@ -218,20 +209,20 @@ class DrawnLosses(Shown):
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
 
 
-def drawn_nodes(given: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
+def drawn_nodes(cases: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """The node at which each run begins, from the stationary distribution at phase 0."""
-    first = np.flatnonzero(np.array(given.phases) == 0)
+    first = np.flatnonzero(np.array(cases.phases) == 0)
     return np.asarray(rng.choice(first, size=runs, p=visited[first] / visited[first].sum()), dtype=np.intp)
 
 
 def drawn_walks(
-    given: Automaton, nodes: NDArray[np.intp], steps: int, rng: np.random.Generator
+    cases: Automaton, nodes: NDArray[np.intp], steps: int, rng: np.random.Generator
 ) -> Iterator[NDArray[np.intp]]:
     """The edge that each run takes from its node on, (runs,), instant by instant."""
     runs = len(nodes)
-    targets = np.array([edge.target for edge in given.edges])
-    choices = [np.array(out) for out in given.out]
-    shares = [np.cumsum([given.edges[i].probability for i in out]) for out in given.out]
+    targets = np.array([edge.target for edge in cases.edges])
+    choices = [np.array(out) for out in cases.out]
+    shares = [np.cumsum([cases.edges[i].probability for i in out]) for out in cases.out]
     for _ in range(steps):
         taken = np.zeros(runs, dtype=np.intp)
         numbers = rng.random(runs)
@@ -265,11 +256,11 @@ def drawn_errors(
     return np.stack(squares)
 
 
-def kalman_errors(problem: MultirateProblem, given: Automaton, walks: list[NDArray[np.intp]], start: Array) -> Array:
+def kalman_errors(problem: MultirateProblem, cases: Automaton, walks: list[NDArray[np.intp]], start: Array) -> Array:
     """tr W P W' (steps, runs) of the Kalman filter that knows which samples came, from P = `start` on."""
     plant, P, traces = problem.plant, start, list[Array]()
     Q = plant.drive @ plant.drive.T
-    arrived = np.array([edge.arrived for edge in given.edges])
+    arrived = np.array([edge.arrived for edge in cases.edges])
     for taken in walks:
         traces.append(np.einsum("za,rab,zb->r", plant.W, P, plant.W))
         P = corrected(plant.A, Q, sensing(problem, arrived[taken]), P).following

@@ -99,6 +99,7 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         width = M.shape[1] if kernels is None else kernels[i].shape[1]
         parts.setdefault((M.shape[1], width), []).append(i)
     groups, order = [], []
+    own = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
     for (whole, _), members in parts.items():
         frame = np.eye(n, whole)
         N = np.stack([np.eye(whole) if kernels is None else kernels[i] for i in members])
@@ -110,18 +111,16 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         stored = np.einsum("kax,lab,kby->klxy", F, basis, F)
         after = np.einsum("kax,lab,kby->klxy", M, basis, M)
         supplied = (N.mT @ bound @ N)[:, None]
-        columns = [_columns(edges[i].source, edges[i].target, terms) for i in members]
+        columns = [[0, *own[edges[i].source], *own[edges[i].target]] for i in members]
         # Of an edge from a node to itself the unknowns stand twice, which counts as their sum.
         entries = np.concatenate([supplied, stored, -after], axis=1)
         groups.append(Inequalities(symmetric(constant), entries, np.array(columns)))
         order += members
     if kernels is not None:
         # Where samples tell of everything the inequality is empty, and the storage must exceed W'W all the same.
-        nodes = range(len(walks.automaton.phases))
-        W = np.stack([walks.weight(walks.automaton.phases[i]) for i in nodes])
+        W = np.stack([walks.weight(phase) for phase in walks.automaton.phases])
         each = np.broadcast_to(basis, (len(W), *basis.shape))
-        variables = np.array([range(1 + i * terms, 1 + (i + 1) * terms) for i in nodes])
-        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), variables))
+        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), np.array(own)))
     cost = np.zeros(1 + terms * len(walks.automaton.phases))
     cost[0] = 1.0
     solution = solve_clarabel(program_under(cost, *groups), accept=ALMOST)
@@ -129,14 +128,6 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
     flux = np.zeros(len(edges))
     flux[order] = [float(np.trace(block)) for block in solution.blocks[: len(order)]]
     return Storage(float(x[0]), np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis), flux)
-
-
-def _columns(source: int, target: int, terms: int) -> list[int]:
-    return [
-        0,
-        *range(1 + source * terms, 1 + (source + 1) * terms),
-        *range(1 + target * terms, 1 + (target + 1) * terms),
-    ]
 
 
 def proved_level(walks: Walks, moved: Sequence[Array], P: Array) -> float:
@@ -214,14 +205,14 @@ class Worst:
     P: Array
 
 
-def worst_pattern(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> tuple[float, Word]:
+def worst_pattern(problem: MultirateProblem, cases: Automaton, gains: Array, words: list[Word]) -> tuple[float, Word]:
     """The largest exact gain of the periodic patterns; raises InfeasibleError if one makes the error grow."""
     systems = {word: along(problem, gains, word) for word in words}
     radii = {word: system.spectral_radius() ** (1 / system.period) for word, system in systems.items()}
     for word, radius in radii.items():
         if radius >= 1:
             raise InfeasibleError(
-                f"the error grows by {radius:.6g} an instant where samples come as {patterns(given.edges, word)} "
+                f"the error grows by {radius:.6g} an instant where samples come as {patterns(cases.edges, word)} "
                 "(1: comes), again and again, so no level is guaranteed; allow fewer losses in a row, or "
                 "design the gains for them"
             )
@@ -231,10 +222,10 @@ def worst_pattern(problem: MultirateProblem, given: Automaton, gains: Array, wor
     return levels[worst], worst
 
 
-def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> Worst:
+def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: list[Word]) -> Worst:
     """The worst gain of `gains` (edges, n, q); raises SolverError if no level is proved."""
-    lower, word = worst_pattern(problem, given, gains, words)
-    best, tree, unit = Worst(lower, np.inf, word, given, np.zeros((0, 0, 0))), given, lower if lower > 0 else 1.0
+    lower, word = worst_pattern(problem, cases, gains, words)
+    best, tree, unit = Worst(lower, np.inf, word, cases, np.zeros((0, 0, 0))), cases, lower if lower > 0 else 1.0
     while True:
         walks = Walks.of(problem, tree, unit)
         moved = [walks.moved(i, gains[edge.origin]) for i, edge in enumerate(tree.edges)]
@@ -242,14 +233,14 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
             storage = least_level(walks, moved)
         except InfeasibleError:
             # Most often no storage exists since some longer pattern grows; if it is found, that is the answer.
-            worst_pattern(problem, given, gains, [*growing(problem, given, gains), *words])
+            worst_pattern(problem, cases, gains, [*growing(problem, cases, gains), *words])
             break
         except SolverError:
             break
         upper = proved_level(walks, moved, storage.P)
         if upper < best.upper:
             best = replace(best, upper=upper, tree=tree, P=walks.storage(storage.P))
-        lower, word = worst_pattern(problem, given, gains, tree.followed(storage.flux))
+        lower, word = worst_pattern(problem, cases, gains, tree.followed(storage.flux))
         if lower > best.lower:
             best = replace(best, lower=lower, word=word)
         finer = _told_apart(tree, storage.flux)
@@ -268,38 +259,38 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
     return best
 
 
-def growing(problem: MultirateProblem, given: Automaton, gains: Array) -> list[Word]:
+def growing(problem: MultirateProblem, cases: Automaton, gains: Array) -> list[Word]:
     """A periodic pattern along which the error of `gains` (edges, n, q) grows, if large products lead to one."""
     steps = [closed_loop(problem, gain)[0] for gain in gains]
-    period = max(given.phases) + 1
-    for start in (node for node, phase in enumerate(given.phases) if phase == 0):
+    period = max(cases.phases) + 1
+    for start in (node for node, phase in enumerate(cases.phases) if phase == 0):
         front: list[tuple[int, Word, Array]] = [(start, (), np.eye(problem.plant.order))]
         for _ in range(LONGEST * period):
             ahead: dict[int, list[tuple[int, Word, Array]]] = {}
             for node, word, moved in front:
-                for i in given.out[node]:
-                    target = given.edges[i].target
+                for i in cases.out[node]:
+                    target = cases.edges[i].target
                     ahead.setdefault(target, []).append((target, (*word, i), steps[i] @ moved))
             for _, word, moved in ahead.get(start, []):
                 if np.max(np.abs(np.linalg.eigvals(moved))) >= 1:
                     return [word]
-            front = [way for ways in ahead.values() for way in sorted(ways, key=lambda way: -_size(way[2]))[:FOLLOWED]]
+            front = [
+                way
+                for ways in ahead.values()
+                for way in sorted(ways, key=lambda way: -np.linalg.norm(way[2]))[:FOLLOWED]
+            ]
     return []
 
 
-def _size(matrix: Array) -> float:
-    return float(np.linalg.norm(matrix))
-
-
-def found_level(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> float:
+def found_level(problem: MultirateProblem, cases: Automaton, gains: Array, words: list[Word]) -> float:
     """The largest exact gain of patterns that are soon found; raises InfeasibleError if one makes the error grow."""
-    level, _ = worst_pattern(problem, given, gains, words)
-    walks = Walks.of(problem, given, level if level > 0 else 1.0)
+    level, _ = worst_pattern(problem, cases, gains, words)
+    walks = Walks.of(problem, cases, level if level > 0 else 1.0)
     try:
         flux = least_level(walks, [walks.moved(i, gain) for i, gain in enumerate(gains)]).flux
     except SolverError:
         return level
-    return max(level, worst_pattern(problem, given, gains, given.followed(flux))[0])
+    return max(level, worst_pattern(problem, cases, gains, cases.followed(flux))[0])
 
 
 def _told_apart(tree: Automaton, flux: Array) -> Automaton | None:
@@ -316,13 +307,13 @@ def _told_apart(tree: Automaton, flux: Array) -> Automaton | None:
     return tree.split({int(i) for i in ranked[: max(1, int(SHARE * len(several)))]})
 
 
-def least_gains(problem: MultirateProblem, given: Automaton, unit: float) -> Array:
+def least_gains(problem: MultirateProblem, cases: Automaton, unit: float) -> Array:
     """Gains (edges, n, q) that know which samples came, with the least level that storage functions prove.
 
     unit: a level of about the right size. Raises InfeasibleError or SolverError if there are none.
     """
-    walks = Walks.of(problem, given, unit)
-    opened = [walks.open_loop(i) for i in range(len(given.edges))]
+    walks = Walks.of(problem, cases, unit)
+    opened = [walks.open_loop(i) for i in range(len(cases.edges))]
     kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
     proved = []

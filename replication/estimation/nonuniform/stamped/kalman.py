@@ -91,7 +91,6 @@ class NoisyPlant(LinearPlant):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        """Check and freeze."""
         sizes = self.check()
         n, q = sizes["n"], sizes["q"]
         noise_factors(self.Q, self.R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
@@ -100,7 +99,11 @@ class NoisyPlant(LinearPlant):
             object.__setattr__(self, name, covariance(name, value, size))
         if self.S is not None:
             object.__setattr__(self, "S", as_matrix("S", self.S))
-        object.__setattr__(self, "sensors", _names(self.sensors, q))
+        given = self.sensors
+        names = numbered("y", q) if given is None else () if isinstance(given, str) else tuple(given)
+        if len(names) != q or len(set(names)) < q or not all(isinstance(name, str) for name in names):
+            raise InvalidInputError(f"sensors must be {q} different names, one for each row of C, got {given!r}")
+        object.__setattr__(self, "sensors", names)
         if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(
                 f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
@@ -134,15 +137,6 @@ class NoisyPlant(LinearPlant):
         if np.any(parts.D_u):
             raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
         return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
-
-
-def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:
-    if given is None:
-        return numbered("y", count)
-    names = () if isinstance(given, str) else tuple(given)
-    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
-        raise InvalidInputError(f"sensors must be {count} different names, one for each row of C, got {given!r}")
-    return names
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,18 +225,22 @@ class Recursion:
         """The estimate at each instant from all samples of all of them, for white noise."""
         n = self.plant.order
         pull, weight = np.zeros(n), np.zeros((n, n))
-        found: list[Estimate] = []
+        estimates: list[Estimate] = []
         following: Instant | None = None
-        for one in reversed(instants):
+        for instant in reversed(instants):
             if following is not None:
-                Phi = self.transition.at(following.t - one.t)[0]
+                Phi = self.transition.at(following.t - instant.t)[0]
                 pull, weight = Phi.T @ pull, Phi.T @ weight @ Phi
-            x, P = one.mean[:n], one.covariance[:n, :n]
-            found.append(Estimate(one.t, x + P @ pull, symmetric(P - P @ weight @ P)))
-            C = self.plant.C[one.used]
-            told = np.linalg.solve(one.spread, np.column_stack([one.innovation, C])) if len(C) else np.zeros((0, n + 1))
-            kept = np.eye(n) - one.prior.P @ C.T @ told[:, 1:]
-            pull = C.T @ told[:, 0] + kept.T @ pull
-            weight = symmetric(C.T @ told[:, 1:] + kept.T @ weight @ kept)
-            following = one
-        return found[::-1]
+            x, P = instant.mean[:n], instant.covariance[:n, :n]
+            estimates.append(Estimate(instant.t, x + P @ pull, symmetric(P - P @ weight @ P)))
+            C = self.plant.C[instant.used]
+            scaled = (
+                np.linalg.solve(instant.spread, np.column_stack([instant.innovation, C]))
+                if len(C)
+                else np.zeros((0, n + 1))
+            )
+            kept = np.eye(n) - instant.prior.P @ C.T @ scaled[:, 1:]
+            pull = C.T @ scaled[:, 0] + kept.T @ pull
+            weight = symmetric(C.T @ scaled[:, 1:] + kept.T @ weight @ kept)
+            following = instant
+        return estimates[::-1]

@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals
-from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.nonuniform.filters import Estimator, periodic_gain
+from replication.estimation.api.results import Bracket, Evidence
+from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import (
     BOTH_ENDS,
-    NODES,
-    QUANTITY,
+    SequenceResult,
     beside,
     ends_found,
     searched,
@@ -56,18 +54,14 @@ class StampedGain:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class StampedResult(GainResult):
-    """A filter that takes time stamps (gains G_x, G_w) with both ends of its worst-case gain.
+class StampedResult(SequenceResult):
+    """A filter that takes time stamps (gains G_x, G_w).
+
+    x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k), and G of the cell in which the period before lies;
+    then the plant's own dynamics over h_k.
 
     Attributes
     ----------
-    plant : SampledPlant
-        The plant for which the level holds.
-    filter : StampedFilter
-        x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k), and G of the cell in which the period before
-        lies; then the plant's own dynamics over h_k.
-    periods : PeriodRange
-        The sampling periods for which it holds, s.
     known : array (n, p)
         Effect of known inputs.
     gain : StampedGain
@@ -75,42 +69,20 @@ class StampedResult(GainResult):
     """
 
     method: str = "nonuniform with time stamps"
-    quantity: str = QUANTITY
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
-    plant: SampledPlant
     filter: StampedFilter
-    periods: PeriodRange
     known: Array
     gain: StampedGain
 
     def observer(self) -> StampedObserver:
-        """The filter, to run in a loop: `step(y, t=...)`.
-
-        Returns
-        -------
-        StampedObserver
-            One step for each sample.
-        """
+        """The filter, to run in a loop: `step(y, t=...)` for each sample."""
         made = StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
         return made.named(self.signals)
 
     def to_statespace(self, h: float | None = None) -> control.StateSpace:
-        """The filter from y to z^ at one constant period.
+        """The filter from y to z^ at a constant period h (s), without known inputs; that of the middle unless given.
 
-        Parameters
-        ----------
-        h : float, optional
-            The period, s; the middle of the range unless given.
-
-        Returns
-        -------
-        control.StateSpace
-            Discrete-time, without known inputs.
-
-        Raises
-        ------
-        InvalidInputError
-            h is not positive.
+        Raises InvalidInputError unless h is positive.
         """
         import control
 
@@ -123,20 +95,11 @@ class StampedResult(GainResult):
         system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
         return system
 
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain at constant periods over the range, of this filter and of Kalman filters made for each."""
-        periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
-        curves = {"constant period": self._gains([self.filter] * len(periods), periods)}
-        made = [kalman_filter(self.plant, float(h)) for h in periods]
+    def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
+        """Kalman filters made for each period, if there is one at all of them."""
+        made = [kalman_filter(self.plant, h) for h in periods.tolist()]
         known = [one for one in made if one is not None]
-        if len(known) == len(periods):
-            curves["Kalman filters"] = self._gains(known, periods)
-        lower = self.bracket.lower
-        return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
-
-    def _gains(self, filters: Sequence[Estimator], periods: Array) -> Array:
-        pairs = zip(filters, periods, strict=True)
-        return np.array([periodic_gain(self.plant, one.at(float(h)), [float(h)]).value for one, h in pairs])
+        return {"Kalman filters": known} if len(known) == len(periods) else {}
 
 
 def stamped_result(

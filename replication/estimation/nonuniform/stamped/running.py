@@ -113,8 +113,8 @@ class StampedKalman(StampedEstimator):
             There is no sample yet.
         """
         newest = self._newest()
-        found = self._run.smooth(self._instants)
-        return [one for one in found if one.t >= newest.t - self.horizon]
+        estimates = self._run.smooth(self._instants)
+        return [instant for instant in estimates if instant.t >= newest.t - self.horizon]
 
     @property
     def estimate(self) -> Array:
@@ -162,7 +162,7 @@ class StampedKalman(StampedEstimator):
             input_ = np.zeros(self.inputs) if u is None else u
             self._instants = (run.update(replace(self._start, t=t), sample, input_),)
             return
-        place = bisect_right([one.t for one in known], t)
+        place = bisect_right([instant.t for instant in known], t)
         if place < len(known):
             self._require_in_time(t, place, u)
         before, after = known[:place], known[place:]
@@ -176,8 +176,8 @@ class StampedKalman(StampedEstimator):
             kept = [*before[:-1], run.update(same.prior, merged, same.u if u is None else u)]
         else:
             kept = [*before, run.update(run.predict(before[-1], t), sample, before[-1].u if u is None else u)]
-        for one in after:
-            kept.append(run.update(run.predict(kept[-1], one.t), one.y, one.u))
+        for instant in after:
+            kept.append(run.update(run.predict(kept[-1], instant.t), instant.y, instant.u))
         while len(kept) > 1 and kept[1].t <= kept[-1].t - self.horizon:
             self._gated += kept.pop(0).gated
         self._instants = tuple(kept)

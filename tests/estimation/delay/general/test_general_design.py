@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -17,17 +18,14 @@ from replication.estimation.delay import (
     DelayPlant,
     InnovationsResult,
     analyse,
-    delay_system,
     design,
     exact_gain,
-    hinf_norm,
     limit,
-    plant_of,
     simulate,
 )
 from replication.estimation.delay.general.result import moment_model
-from replication.estimation.delay.general.scaling import Scaling
-from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
+from replication.estimation.delay.general.synthesis import Scaling, degree_of, least_level, observer_at
+from replication.estimation.delay.observer import hinf_norm
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays
@@ -116,12 +114,11 @@ def test_known_inputs_are_copied_and_cost_nothing() -> None:
     assert result.signals.inputs == ("u[0]",)
 
 
-def test_a_plant_without_noise_is_that_of_the_paper_to_the_digit() -> None:
-    plain = delay_system([[-1.0, 0.2], [0.5, -2.0]], [[[0, 0], [0.5, 0.2]]], [0.4], np.eye(2), np.eye(2), [[1.0, 0.0]])
-    first, second = design(plain), design(plant_of(plain))
-    assert type(first) is type(second)
-    assert first.bracket == second.bracket
-    assert all(np.array_equal(first.gains[name], second.gains[name]) for name in first.gains)
+def test_without_noise_dependent_measurements_are_refused_and_with_noise_they_are_not() -> None:
+    terms: dict[str, Any] = {"a0": [[-1.0]], "delays": [0.4], "b": [[1.0, 0, 0]], "c10": [[1.0]], "c2": [[1.0], [2.0]]}
+    with pytest.raises(InvalidInputError, match="full row rank"):
+        design(DelayPlant(**terms))
+    assert design(DelayPlant(**terms, d21=[[0, 0.1, 0], [0, 0, 0.1]])).value < 1.0
 
 
 def test_a_level_out_of_reach_is_refused_with_a_proof_or_called_open() -> None:

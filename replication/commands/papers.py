@@ -1,4 +1,4 @@
-"""`replication coverage`: which numerals and items of the texts are bound to claims and data, and which are not."""
+"""`replication new` and `coverage`: the package of a new paper, and what of the texts of papers is bound."""
 
 from __future__ import annotations
 
@@ -7,14 +7,41 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.commands import Command
 from replication.commands.shared import DIFFERENT, FINE, here, say
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from replication.audit.inspect.coverage import Text
 
-TEXT = "count the numerals and items of the texts that are bound to a claim or to data, and list those that are not"
-NOTES = """The lists are papers/KEY/coverage.toml. A binding that does not exist, or holds other numerals, is a fault.
+_NEW = "make the package of a new paper with claims, a figure, a table and tests, ready to run"
+_NEW_NOTES = """\
+What it writes runs as it is; docs/adding-a-paper.md walks through making it yours. In a folder that
+belongs to no project it begins one: replication.toml says what it is called, and where its papers lie.
+
+"""
+
+
+def _for_new(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("key", metavar="KEY", help="name of the package in papers/, for example okajima2023")
+
+
+def new(chosen: argparse.Namespace) -> int:
+    """Write the files and name them."""
+    from replication.audit.project import root_above
+    from replication.scaffold.make import scaffold
+
+    say(map(str, scaffold(chosen.key, root_above(Path.cwd()) or Path.cwd())))
+    say([f"next: replication run {chosen.key}"])
+    return FINE
+
+
+_COVERAGE = (
+    "count the numerals and items of the texts that are bound to a claim or to data, and list those that are not"
+)
+_COVERAGE_NOTES = """\
+The lists are papers/KEY/coverage.toml. A binding that does not exist, or holds other numerals, is a fault.
 Counted are the numerals that state a fact: parameters, entries and coefficients, bounds, sizes, instants, counts and
 results. Indices, labels, citations, bibliography and the like are listed too, each with its reason, and not counted.
 Whoever has a text can compare it with its list by `--text`: each run of digits must occur in both equally often. The
@@ -23,7 +50,7 @@ lists are of scanned texts; a scan splits a few numbers and doubles others.
 """
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
+def _for_coverage(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to look at (default: all)")
     parser.add_argument("--open", action="store_true", help="only list what is neither bound nor excused")
@@ -31,7 +58,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--paper", metavar="KEY", help="the paper of the text; KEY/NAME for another text of its list")
 
 
-def command(chosen: argparse.Namespace) -> int:
+def coverage(chosen: argparse.Namespace) -> int:
     """Print counts, what is open, and faults of the lists; with a text, where it and its list differ."""
     from replication.audit.inspect.coverage import faults, read_coverage
 
@@ -84,3 +111,9 @@ def _compare(path: Path, key: str, name: str) -> int:
     say(found)
     say([f"{len(found)} numerals differ between {path} and the list of {paper.key}"])
     return DIFFERENT if found else FINE
+
+
+COMMANDS = {
+    "new": Command(_NEW, _for_new, new, _NEW_NOTES),
+    "coverage": Command(_COVERAGE, _for_coverage, coverage, _COVERAGE_NOTES),
+}
