@@ -21,6 +21,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.brief import Brief
+from replication.audit.judge import numerals
 from replication.audit.store.records import FigureRecord
 from replication.errors import AuditError
 
@@ -30,6 +31,9 @@ WITHIN = frozenset({"span", "sub", "sup"})
 """What may stand inside a word: the digits of one number, an index, a power."""
 WHOLE = 100
 """Integers below are compared exactly; from here on they may be rounded numbers."""
+
+OF_A_BOUND = numerals.SHOWN
+"""A number with so many digits may be a bound, which is rounded outwards, by up to a unit of its last place."""
 
 _POWERS = str.maketrans("⁻−⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
 _NUMBER = re.compile(
@@ -114,7 +118,8 @@ def _is_one_of(match: re.Match[str], known: list[Fraction]) -> bool:
     exponent = shown.as_tuple().exponent
     assert isinstance(exponent, int)  # the pattern matches finite numbers only
     whole = not power and "." not in mantissa and shown < WHOLE
-    half = Fraction(0) if whole else Fraction(10) ** exponent / 2
+    outwards = len(shown.as_tuple().digits) >= OF_A_BOUND
+    half = Fraction(0) if whole else Fraction(10) ** exponent / (1 if outwards else 2)
     # A float is rounded for the page from its binary value, which may lie a hair beyond the half.
     slack = half * Fraction(1, 10**6)
     first = bisect.bisect_left(known, Fraction(shown) - half - slack)
