@@ -18,7 +18,6 @@ from sample import results
 
 from replication import twice
 from replication.audit.judge import proofs
-from replication.audit.judge import proofs as checkers
 from replication.audit.judge.proofs import checked_twice, machine_checked, wanted
 from replication.audit.report.evidence import MOST_BYTES, checkable, checks, packed
 from replication.audit.report.page import render
@@ -100,7 +99,7 @@ def test_another_second_arithmetic_has_proved_nothing_yet(tmp_path: Path, monkey
     folder = copied(tmp_path)
     assert all(one.second for one in wanted(tmp_path, [folder.name])[0])
     before = dict(wanted(tmp_path, [folder.name])[0][0].subject)
-    for module in (checkers, proofs):
+    for module in (proofs, proofs):
         monkeypatch.setattr(module, "second", lambda: "changed")
     found, _ = wanted(tmp_path, [folder.name])
     assert not any(one.second for one in found) and dict(found[0].subject) != before

@@ -18,7 +18,6 @@ from tables import read_csv
 from replication.audit.parts import FigureData
 from replication.audit.run.draw import settled, to_csv, write_figures
 from replication.drawing import style, svg
-from replication.drawing import style as labels
 from replication.errors import AuditError, InvalidInputError
 
 LARGEST_FILE = 150_000
@@ -310,8 +309,8 @@ def test_names_stand_at_their_curves() -> None:
     with style.house_style():
         made, (axes,) = style.new_axes()
         (curve,) = axes.plot([3.0, 1.0, 2.0], [30.0, 10.0, 20.0], **style.line(0))
-        labels.name_line(axes, curve, "above", 1.5)
-        labels.name_end(axes, curve, "end")
+        style.name_line(axes, curve, "above", 1.5)
+        style.name_end(axes, curve, "end")
     above, end = axes.texts
     assert (above.xy, end.xy) == ((1.5, 15.0), (2.0, 20.0))
     assert {text.get_color() for text in axes.texts} == {style.OURS}
@@ -321,15 +320,15 @@ def test_names_stand_at_their_curves() -> None:
 def test_what_leaves_the_axes_is_marked() -> None:
     with style.house_style():
         _, (axes,) = style.new_axes()
-        assert labels.mark_clipped(axes, [0, 1, 2, 3], [0.4, 0.6, -0.7, 0.5], 0.5, style.OURS) == 2
+        assert style.mark_clipped(axes, [0, 1, 2, 3], [0.4, 0.6, -0.7, 0.5], 0.5, style.OURS) == 2
     high, low = axes.lines
     assert (high.get_xdata(), low.get_xdata()) == ([1], [2])
 
 
 @pytest.mark.parametrize(("value", "said"), [(1e-3, "0.001"), (1.0, "1"), (1e3, "1000"), (1e-4, "10⁻⁴"), (1e5, "10⁵")])
 def test_decades_are_as_large_as_all_text(value: float, said: str) -> None:
-    assert labels.decade(value) == said
+    assert style.decade(value) == said
 
 
 def test_root_mean_square() -> None:
-    assert labels.rms([3.0, -4.0, 0.0, 0.0]) == pytest.approx(2.5)
+    assert style.rms([3.0, -4.0, 0.0, 0.0]) == pytest.approx(2.5)

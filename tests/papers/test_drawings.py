@@ -14,7 +14,6 @@ from tables import read_csv
 import papers
 from papers.mustafa import figures as draws
 from papers.okajima2023 import figures as periods
-from papers.okajima2023 import figures as responses
 from papers.peet2019 import figures as observer
 from papers.shao.figures import readings, stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
@@ -122,9 +121,9 @@ def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
         periods.say_levels_by_timing(half)
     )
     shown = data("okajima2023-fig2-5")
-    sizes = {name: responses.rms_of_all(name, shown) for name in responses.CASES}
-    (stated,) = re.findall(r"at most (\d\.\d\d) of any other's", responses.say_cases(shown))
-    assert responses.say_cases(shown).startswith("One draw: ")
+    sizes = {name: periods.rms_of_all(name, shown) for name in periods.CASES}
+    (stated,) = re.findall(r"at most (\d\.\d\d) of any other's", periods.say_cases(shown))
+    assert periods.say_cases(shown).startswith("One draw: ")
     assert all(sizes["proposed"] <= float(stated) * sizes[name] for name in "ABC")
 
 
@@ -151,9 +150,9 @@ def test_the_frequencies_of_the_table_lie_above_the_slowest_rate_of_the_printed_
 
 def test_extremes_keep_every_peak() -> None:
     values = data("okajima2023-fig2-5").columns["A_e_1"]
-    k, kept = responses.extremes(data("okajima2023-fig2-5").columns["k"], values)
+    k, kept = periods.extremes(data("okajima2023-fig2-5").columns["k"], values)
     assert (min(kept), max(kept)) == (min(values), max(values))
-    assert sum(abs(e) > responses.AXIS_LIMIT for e in kept) >= 5
+    assert sum(abs(e) > periods.AXIS_LIMIT for e in kept) >= 5
     assert list(k) == sorted(set(k)) and len(kept) < len(values) / 3
 
 

@@ -21,9 +21,7 @@ from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import levels as delay
-from replication.verify.delay import plant as delay_hidden
 from replication.verify.delay import plant as delay_plant
-from replication.verify.delay import sos as delay_forms
 from replication.verify.delay import sos as delay_sos
 from replication.verify.theorem import Refused
 
@@ -183,7 +181,7 @@ def some_plant(n: int = 2, delays: int = 2, measured: int = 1) -> delay_plant.De
     )
 
 
-def as_dictionary(form: delay_forms.Form, points: int, functions: int) -> oracle.Form:
+def as_dictionary(form: delay_sos.Form, points: int, functions: int) -> oracle.Form:
     """The coefficients of the monomials of a form, in the way of the makers."""
     found: oracle.Form = {}
     for i, j in product(range(points), repeat=2):
@@ -210,7 +208,7 @@ def symmetric(rng: random.Random, size: int) -> fmpq_mat:
     return half + half.transpose()
 
 
-@pytest.mark.parametrize("rule", delay_forms.RULES)
+@pytest.mark.parametrize("rule", delay_sos.RULES)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("weight", [0, 1])
 def test_squares_are_those_of_a_second_derivation(rule: str, degree: int, weight: int) -> None:
@@ -219,18 +217,18 @@ def test_squares_are_those_of_a_second_derivation(rule: str, degree: int, weight
     basis = oracle.bases(points, functions, degree, rule)[weight]
     assert g == oracle.WEIGHTS[basis.weight] and tuple(powers) == basis.kernels
     gram = symmetric(random.Random(degree), basis.size)
-    form = delay_forms.square(gram, g, points, functions, order, powers)
-    assert delay_forms.basis_size(points, functions, order, powers) == basis.size
+    form = delay_sos.square(gram, g, points, functions, order, powers)
+    assert delay_sos.basis_size(points, functions, order, powers) == basis.size
     assert as_dictionary(form, points, functions) == nonzero(oracle.form_of(basis, gram))
 
 
 def test_the_weights_are_not_negative_between_the_ends() -> None:
     for point in (Fraction(-k, 8) for k in range(9)):
-        for weight in (delay_forms.UNIFORM, delay_forms.BUMP):
+        for weight in (delay_sos.UNIFORM, delay_sos.BUMP):
             assert sum(factor * point**power for power, factor in weight.items()) >= 0
 
 
-def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_forms.Form, oracle.Form]:
+def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_sos.Form, oracle.Form]:
     """A storage of both weights with no coupling in S, by both derivations."""
     n, functions = plant.states, plant.late.ncols()
     rng = random.Random(3)
@@ -241,9 +239,9 @@ def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_forms.
         for a, b, k, m in product(range(order + 1), range(order + 1), range(functions), range(functions)):
             if k // n != m // n:
                 gram[basis.local(a, k), basis.local(b, m)] = fmpq(0)
-        forms.append(delay_forms.square(gram, (delay_forms.UNIFORM, delay_forms.BUMP)[weight], n, functions, order))
+        forms.append(delay_sos.square(gram, (delay_sos.UNIFORM, delay_sos.BUMP)[weight], n, functions, order))
         exact.append(oracle.form_of(basis, gram))
-    return delay_forms.total(*forms), {
+    return delay_sos.total(*forms), {
         key: exact[0].get(key, fmpq(0)) + exact[1].get(key, fmpq(0)) for key in {**exact[0], **exact[1]}
     }
 
@@ -265,10 +263,10 @@ def test_the_rate_of_the_storage_is_that_of_a_second_derivation(n: int, delays: 
     assert found.P.transpose() == found.P
 
 
-def monomials(points: int, functions: int) -> list[tuple[delay_forms.Form, oracle.Key]]:
+def monomials(points: int, functions: int) -> list[tuple[delay_sos.Form, oracle.Key]]:
     """Every coefficient of a form at powers 0 and 1, alone, with its key."""
-    empty = delay_forms.Form(zeros(points, points), {}, {}, {})
-    found: list[tuple[delay_forms.Form, oracle.Key]] = []
+    empty = delay_sos.Form(zeros(points, points), {}, {}, {})
+    found: list[tuple[delay_sos.Form, oracle.Key]] = []
 
     def alone(rows: int, columns: int, i: int, j: int) -> fmpq_mat:
         matrix = zeros(rows, columns)
@@ -276,16 +274,16 @@ def monomials(points: int, functions: int) -> list[tuple[delay_forms.Form, oracl
         return matrix
 
     for i, j in product(range(points), repeat=2):
-        form = delay_forms.Form(alone(points, points, i, j), empty.Q, empty.S, empty.R)
+        form = delay_sos.Form(alone(points, points, i, j), empty.Q, empty.S, empty.R)
         found.append((form, oracle.pair(i, j)))
     for i, k in product(range(points), range(functions)):
-        form = delay_forms.Form(empty.P, {1: alone(points, functions, i, k)}, {}, {})
+        form = delay_sos.Form(empty.P, {1: alone(points, functions, i, k)}, {}, {})
         found.append((form, oracle.pair(i, points + functions + k)))
     for k, m in product(range(functions), repeat=2):
         part = alone(functions, functions, k, m)
-        found.append((delay_forms.Form(empty.P, {}, {1: part}, {}), ("local", 1, min(k, m), max(k, m))))
+        found.append((delay_sos.Form(empty.P, {}, {1: part}, {}), ("local", 1, min(k, m), max(k, m))))
         key = oracle.pair(points + k, points + functions + m)
-        found.append((delay_forms.Form(empty.P, {}, {}, {(0, 1): part}), key))
+        found.append((delay_sos.Form(empty.P, {}, {}, {(0, 1): part}), key))
     return found
 
 
@@ -377,7 +375,7 @@ def test_a_disturbance_that_does_not_fit_is_refused(change: Json, reason: str) -
 
 
 def test_a_delay_is_an_exponential() -> None:
-    value = delay_hidden.exponential(acb(0, 1))
+    value = delay_plant.exponential(acb(0, 1))
     assert value.real.overlaps(arb(1).cos()) and value.imag.overlaps(-arb(1).sin())
 
 

@@ -11,7 +11,6 @@ from tampered import delayed as certificate
 
 from replication.verify.algebra.symbolic import Words, letter, number, one
 from replication.verify.delay import identity as delay_identity
-from replication.verify.delay import identity as delay_inverse
 from replication.verify.delay.identity import a, canonical
 from replication.verify.run import check
 from replication.verify.theorem import Refused
@@ -163,28 +162,28 @@ def test_theorem_1_needs_a_self_adjoint_operator() -> None:
         delay_identity.require_self_adjoint(fmpq(3, 2))
 
 
-@pytest.mark.parametrize("part", delay_inverse.PARTS)
+@pytest.mark.parametrize("part", delay_identity.PARTS)
 def test_inverse_and_gains_hold_only_as_corrected(part: str) -> None:
     theorem = check(certificate(part))
     assert theorem.holds is True
     assert "for any number of states, measurements and delays; as printed it does not" in theorem.sentence
-    residuals = delay_inverse.PARTS[part][1]
-    assert [residual.reduced(delay_inverse.rules()).is_zero() for residual in residuals(printed=False)] == [True] * 2
+    residuals = delay_identity.PARTS[part][1]
+    assert [residual.reduced(delay_identity.rules()).is_zero() for residual in residuals(printed=False)] == [True] * 2
 
 
 def test_each_rule_is_needed_for_the_inverse_and_true_of_numbers() -> None:
-    at = delay_inverse.example()
+    at = delay_identity.example()
     at |= {"X": 1 / (1 + at["K"] * at["G"]), "W": 1 / (at["K"] * at["H"] ** 2 / at["P"] - 1 - at["K"] * at["G"])}
-    rules = delay_inverse.rules()
+    rules = delay_identity.rules()
     for left, right in rules.items():
         assert Words({((), left): fmpq(1)}).at(at) == right.at(at)
-    for left in [left for left in rules if left != delay_inverse.word("P Pi")]:
+    for left in [left for left in rules if left != delay_identity.word("P Pi")]:
         fewer = {word: right for word, right in rules.items() if word != left}
-        assert not all(one.reduced(fewer).is_zero() for one in delay_inverse.inverse_residuals(printed=False))
+        assert not all(one.reduced(fewer).is_zero() for one in delay_identity.inverse_residuals(printed=False))
 
 
 def test_the_example_is_one_of_constant_functions_with_the_inverses_as_printed() -> None:
-    at = delay_inverse.example()
+    at = delay_identity.example()
     tau, Gamma, image = at["tau"], at["tau"] * at["G"], at["Z"] * at["V"]
     assert (at["K"], at["seen"]) == (tau * image * at["Z"], tau * image * at["chi"])
     assert (at["I_3"], at["I_6"], at["I_7"]) == (tau * at["y"], tau * image * at["W_6"] * at["y"], tau * at["y"])
@@ -193,33 +192,33 @@ def test_the_example_is_one_of_constant_functions_with_the_inverses_as_printed()
 
 
 def test_the_inverses_of_the_example_are_those_of_its_numbers() -> None:
-    with mock.patch.dict(delay_inverse.EXAMPLE, {"K": 3, "G": 5, "tau": 7}):
-        at = delay_inverse.example()
+    with mock.patch.dict(delay_identity.EXAMPLE, {"K": 3, "G": 5, "tau": 7}):
+        at = delay_identity.example()
     assert at["X"] * (1 + 3 * 7 * 5) == 1
     assert at["W"] * (3 * at["H"] * at["Pi"] * at["H"] - 1 - 3 * 7 * 5) == 1
 
 
 def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:
-    at = delay_inverse.example() | {"tau": fmpq(1)}
+    at = delay_identity.example() | {"tau": fmpq(1)}
     at |= {"X": 1 / (1 + at["K"] * at["G"]), "W": 1 / (at["K"] * at["H"] ** 2 / at["P"] - 1 - at["K"] * at["G"])}
-    for _, residuals in delay_inverse.PARTS.values():
+    for _, residuals in delay_identity.PARTS.values():
         assert [residual.at(at) for residual in residuals(printed=True)] == [0, 0]
 
 
 def test_only_a_correction_that_is_needed_is_accepted() -> None:
     g, at = letter("g"), {"g": fmpq(2)}
     zero = g - g
-    delay_inverse.require_correction([zero, zero], [zero, g], at, "it")
+    delay_identity.require_correction([zero, zero], [zero, g], at, "it")
     with pytest.raises(Refused, match="row 1 of it as corrected is no identity"):
-        delay_inverse.require_correction([zero, g], [g], at, "it")
+        delay_identity.require_correction([zero, g], [g], at, "it")
     with pytest.raises(Refused, match="it holds as printed"):
-        delay_inverse.require_correction([zero], [zero, g - one() * 2], at, "it")
+        delay_identity.require_correction([zero], [zero, g - one() * 2], at, "it")
 
 
-@pytest.mark.parametrize("part", delay_inverse.PARTS)
+@pytest.mark.parametrize("part", delay_identity.PARTS)
 def test_a_part_that_holds_as_printed_is_refused(part: str) -> None:
     with (
-        mock.patch.dict(delay_inverse.PARTS, {part: ("it", lambda *, printed: [one() * 0] * 2)}),
+        mock.patch.dict(delay_identity.PARTS, {part: ("it", lambda *, printed: [one() * 0] * 2)}),
         pytest.raises(Refused, match=f"{part} holds as printed"),
     ):
         check(certificate(part))
@@ -228,13 +227,13 @@ def test_a_part_that_holds_as_printed_is_refused(part: str) -> None:
 def test_the_present_alone_is_corrected() -> None:
     assert check(certificate("present-only")).holds is True
     for spoiled, reason in (("L_0", "formula of L_0 is no identity"), ("L_4", "that L_4 is zero is no identity")):
-        found = delay_inverse.gains(*delay_inverse.inverse(printed=False))
+        found = delay_identity.gains(*delay_identity.inverse(printed=False))
         found[spoiled] += letter("y")
-        with mock.patch.object(delay_inverse, "gains", return_value=found), pytest.raises(Refused, match=reason):
+        with mock.patch.object(delay_identity, "gains", return_value=found), pytest.raises(Refused, match=reason):
             check(certificate("present-only"))
 
 
 def test_no_other_part_is_accepted() -> None:
     given = certificate("theorem-4") | {"parameters": {"part": "theorem-5"}}
     with pytest.raises(Refused, match=r"parameters\.part must be one of"):
-        delay_inverse.operator_identity(given)
+        delay_identity.operator_identity(given)

@@ -15,13 +15,11 @@ from tampered import delayed as certificate
 
 from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
-from replication.certify.delay import levels as pade_maker
 from replication.certify.rounding import exact, floats, rational
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import dual as delay_dual
 from replication.verify.delay import pade as delay_pade
 from replication.verify.delay import plant as delay_plant
-from replication.verify.delay import sos as delay_forms
 from replication.verify.delay import sos as delay_sos
 from replication.verify.run import check
 
@@ -121,9 +119,9 @@ def two_delays() -> Json:
 
 
 def test_the_model_is_that_of_a_second_construction() -> None:
-    plant, part = two_delays(), pade_maker.section(4)
+    plant, part = two_delays(), maker.section(4)
     A, B, C = delay_pade.model(delay_plant.read_plant(plant), (part.a, part.b, part.c, part.d))
-    expected = pade_maker._model(maker.floating(plant), part)
+    expected = maker._model(maker.floating(plant), part)
     for found, wanted in zip((A, B, C), expected, strict=True):
         np.testing.assert_allclose(floats(found), wanted, rtol=1e-13, atol=1e-13)
     assert A.nrows() == 2 + 3 * 4
@@ -138,8 +136,8 @@ def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
         "plant": two_delays(),
         "parameters": {"order": 2},
     }
-    upper = {**theorem, "statement": "delay.pade-upper", **pade_maker.pade_upper(theorem)}
-    lower = {**theorem, "statement": "delay.pade-lower", **pade_maker.pade_lower(theorem)}
+    upper = {**theorem, "statement": "delay.pade-upper", **maker.pade_upper(theorem)}
+    lower = {**theorem, "statement": "delay.pade-lower", **maker.pade_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
     assert high is not None and low is not None
     assert 0 < high / low - 1 < fmpq(1, 10)
@@ -244,7 +242,7 @@ def functional(points: int, functions: int, powers: int) -> delay_dual.Functiona
     rng = random.Random(2)
     square = (functions, functions, rng)
     return delay_dual.Functional(
-        delay_forms.Form(
+        delay_sos.Form(
             full(points, points, rng),
             {a: full(points, functions, rng) for a in range(powers)},
             {a: full(*square) for a in range(powers)},
@@ -258,7 +256,7 @@ def inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
 
 
-def valued(weights: delay_forms.Form, form: delay_forms.Form) -> fmpq:
+def valued(weights: delay_sos.Form, form: delay_sos.Form) -> fmpq:
     """The value on a form by its definition: each coefficient by its weight."""
     pairs = [(weights.P, form.P)]
     for table, parts in ((weights.Q, form.Q), (weights.S, form.S), (weights.R, form.R)):
@@ -270,17 +268,17 @@ def valued(weights: delay_forms.Form, form: delay_forms.Form) -> fmpq:
 def test_the_matrix_on_squares_gives_the_functional_of_every_square(rule: str) -> None:
     points, functions, degree = 3, 2, 2
     weights = functional(points, functions, 2 * degree + 1).weights
-    for weight, order in ((delay_forms.UNIFORM, degree), (delay_forms.BUMP, degree - 1)):
-        powers = delay_forms.kernels(order, rule)
+    for weight, order in ((delay_sos.UNIFORM, degree), (delay_sos.BUMP, degree - 1)):
+        powers = delay_sos.kernels(order, rule)
         G = delay_dual._on_squares(weights, functions, weight, order, powers)
-        size = delay_forms.basis_size(points, functions, order, powers)
+        size = delay_sos.basis_size(points, functions, order, powers)
         half = full(size, size, random.Random(1))
         M = half + half.transpose()
-        assert inner(G, M) == valued(weights, delay_forms.square(M, weight, points, functions, order, powers))
+        assert inner(G, M) == valued(weights, delay_sos.square(M, weight, points, functions, order, powers))
         assert G.transpose() == G
 
 
-def storage(n: int, width: int, powers: int) -> delay_forms.Form:
+def storage(n: int, width: int, powers: int) -> delay_sos.Form:
     """A form with every coefficient, of which S couples no two delays."""
     rng = random.Random(3)
     P = full(n, n, rng)
@@ -288,7 +286,7 @@ def storage(n: int, width: int, powers: int) -> delay_forms.Form:
     pairs = {(a, b): full(width, width, rng) for a in range(powers) for b in range(a, powers)}
     S = {a: delay_plant.repeated(part + part.transpose(), width // n) for a, part in enumerate(blocks)}
     R = {(a, b): part + part.transpose() if a == b else part for (a, b), part in pairs.items()}
-    return delay_forms.Form(
+    return delay_sos.Form(
         P + P.transpose(),
         {a: full(n, width, rng) for a in range(powers)},
         S,
@@ -300,13 +298,13 @@ def test_the_functional_on_the_rate_of_a_storage() -> None:
     plant = delay_plant.measured_last(delay_plant.read_plant(two_delays()), identity(2))
     seen = functional(9, 4, 4)
     of_rate, V = seen.of_rate(plant), storage(2, 4, 4)
-    empty = delay_forms.Form(zeros(2, 2), {}, {}, {})
+    empty = delay_sos.Form(zeros(2, 2), {}, {}, {})
     supply = valued(seen.weights, delay_sos.rate(plant, fmpq(0), empty))
     assert supply == inner(seen.weights.P, delay_sos.supplied(plant, fmpq(0))) != 0
     assert valued(of_rate, V) == valued(seen.weights, delay_sos.rate(plant, fmpq(0), V)) - supply
     across = zeros(4, 4)
     across[0, 2] = across[2, 0] = fmpq(3)
-    coupled = delay_forms.Form(empty.P, {}, {1: across}, {})
+    coupled = delay_sos.Form(empty.P, {}, {1: across}, {})
     assert valued(of_rate, coupled) == 3 * (seen.coupling[1][0, 2] + seen.coupling[1][2, 0])
 
 
@@ -353,12 +351,12 @@ def test_the_functional_is_weakly_dual() -> None:
     forms = []
     for kind, count in (("storage", 2), ("dissipation", points)):
         parts = [
-            delay_forms.square(exact(gram), weight, count, functions, order)
-            for gram, weight, order in zip(grams[kind], (delay_forms.UNIFORM, delay_forms.BUMP), (1, 0), strict=True)
+            delay_sos.square(exact(gram), weight, count, functions, order)
+            for gram, weight, order in zip(grams[kind], (delay_sos.UNIFORM, delay_sos.BUMP), (1, 0), strict=True)
         ]
-        forms.append(delay_forms.total(*parts))
+        forms.append(delay_sos.total(*parts))
     gamma = rational(certificate("ex2-d1-upper")["bound"]["upper"])
-    whole = delay_forms.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
+    whole = delay_sos.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
     assert valued(weights, whole) == 0
     assert valued(weights, forms[1]) > 0
 

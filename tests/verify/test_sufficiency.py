@@ -12,7 +12,6 @@ from replication.verify import run
 from replication.verify.algebra.symbolic import Symbolic
 from replication.verify.multirate import identities as multirate
 from replication.verify.nonuniform import identities
-from replication.verify.nonuniform import identities as nonuniform
 from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2] / "certificates"
@@ -65,5 +64,5 @@ def test_each_rests_on_the_loss_along_the_error_system(name: str, monkeypatch: p
     def refuse() -> None:
         raise Refused("no identity")
 
-    monkeypatch.setattr(nonuniform, "_dissipation", refuse)
+    monkeypatch.setattr(identities, "_dissipation", refuse)
     assert not proved(name)

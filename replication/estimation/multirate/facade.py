@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from replication.errors import InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Solution
 from replication.estimation.api.plants import ADDED, PlantReader, Signals, numbered, parts_of
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation
 from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
 from replication.estimation.multirate.optimum import Optimum, least_error_offsets, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
@@ -184,7 +185,11 @@ def design(
         return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
     wanted = None if level is None else positive_scalar("level", level)
     solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
-    return _analysed(MultirateResult, problem, signals, best, solution)
+    try:
+        return _analysed(MultirateResult, problem, signals, best, solution)
+    except InfeasibleError:  # of gains of our own: lost in rounding
+        require_noise_near(problem)
+        raise
 
 
 def analyse(

@@ -83,11 +83,7 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
         extra_noise = positive_scalar("extra_noise", extra_noise)
     units = state_units(problem)
     if not extra_noise and (mode := _undisturbed_on_circle(problem, units)) is not None:
-        if (apart := np.linalg.cond(problem.plant.D)) > NOISE_APART:
-            raise InvalidInputError(
-                f"the noise of the sensors differs by a factor of {apart:.1e}, too much for floating point; give the "
-                f"best sensor more, 1 / {NOISE_APART:.0e} of the worst or above"
-            )
+        require_noise_near(problem)
         raise InvalidInputError(
             f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the Riccati "
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
@@ -97,6 +93,7 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     maps = scaled.maps(extra_noise=extra_noise)
     states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
     if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
+        require_noise_near(problem)
         growth = float(np.max(np.abs(np.linalg.eigvals(problem.plant.A)))) ** problem.schedule.period
         raise SolverError(
             "the stabilising limit of the Kalman recursion was lost in rounding: the fastest mode changes by a factor "
@@ -104,6 +101,15 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
             "the slowest mode more"
         )
     return KalmanCentre(scaled, states, units)
+
+
+def require_noise_near(problem: MultirateProblem) -> None:
+    """Raise InvalidInputError if the noise of the sensors differs by more than rounding allows."""
+    if (apart := np.linalg.cond(problem.plant.D)) > NOISE_APART:
+        raise InvalidInputError(
+            f"the noise of the sensors differs by a factor of {apart:.1e}, too much for floating point; give the "
+            f"best sensor more, 1 / {NOISE_APART:.0e} of the worst or above"
+        )
 
 
 def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex | None:

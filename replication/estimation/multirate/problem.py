@@ -143,7 +143,7 @@ class MultirateProblem:
         _of_type("plant", plant, MultiratePlant, "MultiratePlant(...) or MultiratePlant.from_statespace(...)")
         _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")
         if schedule.sensors != plant.sensors:
-            raise InvalidInputError(f"the schedule has {schedule.sensors} sensors, the plant has {plant.sensors}")
+            raise InvalidInputError(f"the schedule is of {schedule.sensors}, the plant of {plant.sensors} sensors")
         for rows in sorted({schedule.measured(k) for k in range(schedule.period)}):
             if rows and not _full_row_rank(plant.D[list(rows)]):
                 raise InvalidInputError(

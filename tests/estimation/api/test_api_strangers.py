@@ -151,7 +151,7 @@ CALLS: dict[str, tuple[Callable[[], Any], str]] = {
     "multirate: no noise": (lambda: multirate.design(CART, periods=(1, 4)), "give the sensor noise"),
     "multirate: sensors": (
         lambda: multirate.design(CART, periods=(1,), noise=[1, 1]),
-        "the schedule has 1 sensors, the plant has 2",
+        "the schedule is of 1, the plant of 2 sensors",
     ),
     "multirate: rate": (lambda: multirate.design(CART, periods=(1, 2.5), noise=[1, 1]), "must be a whole number"),
     "multirate: offsets": (lambda: multirate.design(CART, periods=(1, 4), offsets=(0, 4), noise=[1, 1]), "from 0 to 3"),

@@ -11,7 +11,6 @@ from scipy.special import spherical_jn
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
-from replication.estimation.delay.exact import response as response_module
 from replication.estimation.delay.exact.loop import (
     error_response,
     exact_gain,
@@ -103,7 +102,7 @@ def test_a_sharp_peak_is_found() -> None:
     assert found.upper <= found.lower * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("worst", [0.0, response_module.WORST])
+@pytest.mark.parametrize("worst", [0.0, peak.WORST])
 def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     """In the basis of the step and in that of the unit matrix; and it is tight for small cells."""
     observer, rng = made_up(two_delays(), 0.02), np.random.default_rng(6)
@@ -114,7 +113,7 @@ def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     delays = np.tile(made.loop.delays, (60, 1))
     spread = np.zeros(delays.shape)
     spread[:, :2] = 10.0 ** rng.uniform(-6.0, -2.0, (60, 2))
-    with patch.object(response_module, "WORST", worst):
+    with patch.object(peak, "WORST", worst):
         middle, above, _ = made.bounded(Cells(omega, half, delays, spread))
     assert np.sum(np.isfinite(above)) > 30
     for _ in range(30):

@@ -19,7 +19,6 @@ from replication.estimation import delay
 from replication.estimation.api.results import Evidence
 from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.exact import limit as filtering
-from replication.estimation.delay.exact import limit as module
 from replication.estimation.delay.exact.central import FilterModel, ladder_model, shift
 from replication.estimation.delay.exact.limit import filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
@@ -127,7 +126,7 @@ def test_an_average_is_a_sum_of_delays() -> None:
     )  # type: ignore[arg-type]
     omega = np.linspace(0.0, 8.0, 50)
     assert np.allclose(smoother_gains(plant_terms(plant), omega), smoother_gains(plant_terms(other), omega), rtol=1e-7)
-    with patch.object(module, "ORDERS", (3, 4, 5, 6)):
+    with patch.object(filtering, "ORDERS", (3, 4, 5, 6)):
         assert limit(other, 1e-3).level == pytest.approx(limit(plant).level, rel=1e-4)
 
 
@@ -204,7 +203,7 @@ def test_the_smoother_is_a_lower_bound(seed: int) -> None:
 
 def test_what_still_moves_is_said() -> None:
     exact = limit(two_delays())
-    with patch.object(module, "ORDERS", (2, 3, 4)):
+    with patch.object(filtering, "ORDERS", (2, 3, 4)):
         rough = limit(two_delays())
     assert not rough.settled
     assert abs(rough.level - exact.level) <= rough.moving

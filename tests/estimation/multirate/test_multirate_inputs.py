@@ -14,9 +14,9 @@ import pytest
 from multirate_examples import PAPER, problem
 
 from papers.okajima2023.method import lmi
-from papers.okajima2023.method import lmi as reduced_lmi
 from papers.okajima2023.method.central_path import central_path
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError
+from replication.estimation import multirate
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate import kalman, optimum
 from replication.estimation.multirate.optimum import kalman_design, riccati_design
@@ -51,7 +51,7 @@ DESIGNS: dict[str, Callable[[MultirateProblem], Any]] = {
     "kalman": kalman_design,
     "riccati": lambda given: riccati_design(given, 10.0),
     "printed": lmi.lmi_design,
-    "reduced": reduced_lmi.reduced_lmi_design,
+    "reduced": lmi.reduced_lmi_design,
 }
 
 
@@ -87,7 +87,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"periods": (1, 10**30)}, "repeat together only every 10{30} instants, more than 100000"),
     ({"periods": (10**6, 10**6 + 3)}, "repeat together only every 1000003000000 instants"),
     ({"periods": (2, 2.5)}, "whole number"),
-    ({"periods": (2,)}, "the schedule has 1 sensors, the plant has 2"),
+    ({"periods": (2,)}, "the schedule is of 1, the plant of 2 sensors"),
     ({"offsets": (0, 3)}, "from 0 to 2"),
     ({"offsets": (-1, 0)}, "from 0 to 1"),
     ({"D": [[1, 0], [0, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)|\(1,\)"),
@@ -295,3 +295,14 @@ def test_an_infeasible_request_says_what_to_ask_for() -> None:
     with pytest.raises(InfeasibleError, match="larger level") as caught:
         riccati_design(problem(PAPER, (2, 3)), 0.5)
     assert isinstance(caught.value, ReplicationError)
+
+
+@pytest.mark.parametrize("periods", [(2, 2), (2, 3)])
+@pytest.mark.parametrize(("noise", "apart"), [((1e-7, 1e3), "1.0e\\+10"), ((1e-9, 0.5), "5.0e\\+08")])
+def test_noises_too_far_apart_for_rounding_are_the_cause(noise: Any, apart: str, periods: tuple[int, int]) -> None:
+    """Both states are disturbed, faintly: what rounding loses is told, and not that the plant is unstable."""
+    plant = MultiratePlant(
+        A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=[[0, 1], [1, 0]], D=np.diag(noise), B_w=1e-3 * np.eye(2)
+    )
+    with pytest.raises(InvalidInputError, match=f"the noise of the sensors differs by a factor of {apart}"):
+        multirate.design(plant, periods=periods)

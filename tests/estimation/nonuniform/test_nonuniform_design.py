@@ -11,7 +11,6 @@ from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.nonuniform import nominal
 from replication.estimation.nonuniform import robust as exchange
-from replication.estimation.nonuniform import robust as filter_lmi
 from replication.estimation.nonuniform.facade import analyse, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
@@ -224,7 +223,7 @@ def test_exchange_reaches_the_dense_grid_where_small_violations_cost_much(monkey
 def test_only_the_last_solution_must_have_a_filter(monkeypatch):
     """Y - Z may be singular on the way, where no filter can be recovered."""
     recovered = []
-    monkeypatch.setattr(filter_lmi, "recover", lambda v: recovered.append(v) or recover(v))
+    monkeypatch.setattr(exchange, "recover", lambda v: recovered.append(v) or recover(v))
     found = robust_design(MOTOR, MOTOR_RANGE)
     assert found.rounds > 1
     assert [v is found.design.variables for v in recovered] == [True]

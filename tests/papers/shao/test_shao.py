@@ -9,7 +9,6 @@ import pytest
 from computed import result
 
 from papers.shao import PAPER, printed
-from papers.shao import printed as problem
 from papers.shao.experiments.tracking import SEARCH, block, merged, table_columns
 from papers.shao.method.search import BlockResult, search_block
 from papers.shao.plants import PARAMETERS, plants
@@ -68,7 +67,7 @@ def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
     for index, controller in enumerate(("SRC", "DRC-PMI", "DRC-APO"), 1):
         assert tuple(row[index] for row in rows) == printed.table_1(controller)
     words = {"sin(t/2)": 0.5, "sin(t)": 1, "sin(3t/2)": 1.5, "sin(2t)": 2, "sin(5t/2)": 2.5, "sin(3t)": 3}
-    assert tuple(words[row[0]] for row in rows) == problem.FREQUENCIES
+    assert tuple(words[row[0]] for row in rows) == printed.FREQUENCIES
 
 
 def test_the_rest_was_transcribed_twice_with_the_same_outcome() -> None:
@@ -89,14 +88,14 @@ def floats(exact: object) -> list[list[float]]:
 def test_the_verifier_is_given_the_plants_that_are_computed_with() -> None:
     exact = plants(subjects.printed(Path(printed.__file__).with_suffix(".toml")))
     motor, started = exact["parameters"], exact["motor-from-start"]
-    assert {name: number(motor[symbol]) for symbol, name in PARAMETERS.items()} == asdict(problem.MOTOR)
-    for name, design in {"motor": problem.DESIGN, "scalar": problem.COUNTEREXAMPLE}.items():
+    assert {name: number(motor[symbol]) for symbol, name in PARAMETERS.items()} == asdict(printed.MOTOR)
+    for name, design in {"motor": printed.DESIGN, "scalar": printed.COUNTEREXAMPLE}.items():
         loop, model = exact[name], design.model
         matrices = {"A": model.A, "B": model.B_u, "C": model.C, "K": design.feedback, "L": design.injection}
         for symbol, matrix in matrices.items():
             np.testing.assert_allclose(floats(loop[symbol]), matrix, rtol=1e-14)
         assert (number(loop["T"]), loop["M"]) == (design.period, design.ratio)
-    assert floats(started.pop("start")) == problem.START[:, None].tolist()
+    assert floats(started.pop("start")) == printed.START[:, None].tolist()
     assert started == exact["motor"]
     assert all(motor[symbol] == exact["motor"][symbol] for symbol in "ABC")
 
@@ -128,12 +127,12 @@ def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
 def test_changed_data_turn_claims_red() -> None:
     """A motor that ties the radius, and a table that agrees, are told from the pinned verdicts."""
     table = dict(result("shao.table"))
-    column = {problem.APO: [float(v) for v in printed.table_1("DRC-APO")]}
+    column = {printed.APO: [float(v) for v in printed.table_1("DRC-APO")]}
     readings = {choice: {**found, **column} for choice, found in table["readings"].items()}
     agreeing = {**table, "ratios": {**table["ratios"], **column}, "readings": readings}
     found = {"shao.table": agreeing, "shao.windows": result("shao.windows")}
     assert verdict("shao.table.apo-3", found) is Verdict.REPRODUCED
-    weak = {**table, "radius": {**table["radius"], problem.APO: 1.5}}
+    weak = {**table, "radius": {**table["radius"], printed.APO: 1.5}}
     assert verdict("shao.stability.apo", {"shao.table": weak}) in DENIED
 
 
@@ -144,7 +143,7 @@ def test_erratum_without_its_proof_does_not_count() -> None:
 
 
 def test_stored_blocks_merge_to_what_was_searched() -> None:
-    small = replace(problem.READINGS, horizon=6, substeps=8)
+    small = replace(printed.READINGS, horizon=6, substeps=8)
     found = [search_block(small, table_columns(4, 1), index) for index in (0, 3)]
     stored = [json.loads(json.dumps(asdict(one))) for one in found]
     again = merged(stored)
@@ -154,16 +153,16 @@ def test_stored_blocks_merge_to_what_was_searched() -> None:
 
 def test_steady_state_is_near_that_of_a_fast_sensor_and_the_transient_is_not() -> None:
     table, constants = result("shao.table"), result("shao.transients")["time_constants"]
-    own, fast = (np.array(table["ratios"][name]) for name in (problem.APO, problem.FAST))
+    own, fast = (np.array(table["ratios"][name]) for name in (printed.APO, printed.FAST))
     assert np.abs(own / fast - 1)[1:].max() < 0.03
-    assert constants[problem.APO] > 5 * constants[problem.FAST]
-    assert all(constants[problem.APO] > constants[name] for name in (problem.PMI, problem.HELD, problem.SINGLE))
+    assert constants[printed.APO] > 5 * constants[printed.FAST]
+    assert all(constants[printed.APO] > constants[name] for name in (printed.PMI, printed.HELD, printed.SINGLE))
 
 
 def test_every_cell_of_the_table_was_simulated_at_its_own_frequency() -> None:
     agreement = result("shao.table")["agreement"]
-    for name in (problem.PMI, problem.APO):
-        assert len(agreement[name]) == len(problem.FREQUENCIES)
+    for name in (printed.PMI, printed.APO):
+        assert len(agreement[name]) == len(printed.FREQUENCIES)
         assert max(agreement[name]) < 1e-10
 
 
@@ -176,9 +175,9 @@ def test_bounds_of_the_proof_are_approached_and_a_broken_one_is_told() -> None:
 
 def test_weak_gain_finding_is_not_an_artefact_of_the_table_experiment() -> None:
     """Held measurements with L/M: the loop itself, built again, is stable and slow as the virtual one."""
-    weak = replace(problem.DESIGN, injection=problem.DESIGN.injection / problem.DESIGN.ratio)
-    virtual = stability_radius(close_loop(problem.DESIGN, OBSERVERS[problem.APO]))
-    for name in (problem.PMI, problem.HELD):
+    weak = replace(printed.DESIGN, injection=printed.DESIGN.injection / printed.DESIGN.ratio)
+    virtual = stability_radius(close_loop(printed.DESIGN, OBSERVERS[printed.APO]))
+    for name in (printed.PMI, printed.HELD):
         assert stability_radius(close_loop(weak, OBSERVERS[name])) == pytest.approx(virtual, rel=0.02)
 
 
