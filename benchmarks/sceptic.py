@@ -27,7 +27,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 from replication.audit.judge.proofs import machine_checked
-from replication.machine.generate import STATEMENTS
+from replication.machine.theory import STATEMENTS
 from replication.verify.run import Outcome, committed, verify
 from replication.verify.subjects import theorems
 

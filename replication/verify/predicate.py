@@ -11,11 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias, TypeVar
 
-from replication.verify.reading import same
 from replication.verify.theorem import NO_READING as NO_READING
 from replication.verify.theorem import YES_NO as YES_NO
 from replication.verify.theorem import Exported as Exported
-from replication.verify.theorem import Found, Side
+from replication.verify.theorem import Found, Side, same
 from replication.verify.theorem import Term as Term
 
 Relation = Literal["is", "is not", "at most", "at least", "less than", "more than", "holds", "fails"]

@@ -222,8 +222,3 @@ def _plain(name: str) -> str:
 
 def _shown(value: Any) -> str:
     return f"{value!r:.40}"
-
-
-def same(first: Any, second: Any) -> bool:
-    """Whether two JSON values are equal, with types: true is not 1."""
-    return json.dumps(first, sort_keys=True) == json.dumps(second, sort_keys=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
-from replication.verify.reading import content, fields, parse, rational, same, text
+from replication.verify.reading import content, fields, parse, rational, text
 from replication.verify.statement import Statement, collected
 from replication.verify.subjects import (
     ROOT,
@@ -25,7 +25,7 @@ from replication.verify.subjects import (
     theorems,
     wanted_at,
 )
-from replication.verify.theorem import Refused, Theorem, require
+from replication.verify.theorem import Refused, Theorem, require, same
 from replication.verify.workers import add_jobs, in_order
 
 STATEMENTS = collected(delay, dualrate, multirate, nonuniform)

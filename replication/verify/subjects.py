@@ -22,12 +22,11 @@ from replication.verify.reading import (
     no_number,
     parse,
     record,
-    same,
     sequence,
     text,
     written,
 )
-from replication.verify.theorem import Refused, require
+from replication.verify.theorem import Refused, require, same
 
 FORMAT = "replication-certificate/1"
 ROOT = Path(__file__).resolve().parents[2]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
-
-if TYPE_CHECKING:  # what a paper wants can be read without it
-    from flint import fmpq
+from typing import Any, TypeAlias
 
 YES_NO = "yes or no"
 """The unit of a statement, which holds or fails."""
 NO_READING = "none"
-Side: TypeAlias = "fmpq | None"
-"""One end of a proved interval; None if the certificate says nothing on that side."""
+Side: TypeAlias = Any
+"""One end of a proved interval, exact; None if the certificate says nothing on that side.
+
+An fmpq, which is not named: what a paper wants can be read without the arithmetic.
+"""
 
 
 class Refused(Exception):
@@ -80,3 +81,8 @@ def require(condition: bool, message: str) -> None:
     """Raise Refused with `message` unless `condition`."""
     if not condition:
         raise Refused(message)
+
+
+def same(first: Any, second: Any) -> bool:
+    """Whether two JSON values are equal, with types: true is not 1."""
+    return json.dumps(first, sort_keys=True) == json.dumps(second, sort_keys=True)

@@ -232,7 +232,7 @@ def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:
 
 def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
     page = visit(320, fragment=PAPER)
-    lines = page.find_elements(By.CSS_SELECTOR, ".tally li")
+    lines = page.find_elements(By.CSS_SELECTOR, ".bar-of + .tally li")
     found = Counter(str(claim.verdict) for claim in claims())
     told = [line.text.partition(" (")[0].split(" ", 1) for line in lines]
     assert {verdict: int(number) for number, verdict in told} == dict(found)

@@ -24,7 +24,7 @@ from replication.audit.report.page import render
 from replication.audit.report.templates import source
 from replication.audit.store.records import CertificateRecord, ResultsFile
 from replication.errors import AuditError
-from replication.machine import generate as coq
+from replication.machine import theory as coq
 
 ROOT = Path(__file__).parents[2]
 PAPERS = sorted(path.parent.name for path in (ROOT / "papers").glob(f"*/{twice.RECORD}"))

@@ -138,8 +138,8 @@ def stands(
         ([stands(sound=False, failing=1)], "In the paper no theorem is refuted, but one result differs."),
         (
             [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
-            "One of four papers gives a false guarantee. In the other three no theorem is refuted once misprints are "
-            "corrected, but three results differ.",
+            "One of four papers gives a false guarantee. In the other three no corrected theorem is refuted, but "
+            "three results differ.",
         ),
         ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
         (

@@ -73,7 +73,8 @@ def test_each_number_shown_lies_in_the_bracket_shown(fresh_run: Outcome) -> None
             assert low <= entry.shown <= high or high - low < narrow, view.record.id
             shown += math.isfinite(low) and low < high
         said = re.search(r"[Bb]racket \[([^,]+), ([^]]+)\]", view.record.judgement.reason)
-        if said is not None and len(view.entries) == 1:
+        # Under several readings the words give the bracket of each, the digits that of the claim.
+        if said is not None and len(view.entries) == 1 and not view.record.evidence.outcomes:
             (entry,) = view.entries
             assert number(said[1]) <= number(entry.lower) <= number(entry.upper) <= number(said[2]), view.record.id
     assert shown >= 40

@@ -86,7 +86,7 @@ def left_out(project: Path, first: int, fresh: Outcome) -> set[str]:
     """Give the project what a fresh run computed, but every second experiment, whose names are returned."""
     halves = shutil.ignore_patterns(".*")  # what another process is about to write
     store = shutil.copytree(computed.STORE[0].directory, project / ".cache" / "replication", ignore=halves)
-    assert fresh.failures == []
+    assert not fresh.failures
     names = sorted(experiment.name for paper in papers.load(PAPERS) for experiment in paper.experiments)[first::2]
     for name in names:
         (store / f"{name}.json").unlink()

@@ -19,10 +19,10 @@ from flint import fmpq, fmpq_mat
 from replication import twice
 from replication.audit.run.prove import prove
 from replication.verify.algebra.linear import above, below, decimal, half_unit, printed_matrix, printed_poles
-from replication.verify.reading import MAX_BYTES, same
+from replication.verify.reading import MAX_BYTES
 from replication.verify.run import STATEMENTS, check, committed, own_statement, printable, report, verify
 from replication.verify.subjects import folder_of, papers, plant, printed, subject, theorems
-from replication.verify.theorem import Refused
+from replication.verify.theorem import Refused, same
 from replication.verify.workers import in_order, jobs
 from tests.patience import PATIENCE
 

@@ -263,6 +263,11 @@ def _sentence(text: str) -> str:
     return text[0].upper() + text[1:] + "."
 
 
+def last_place(printed: str) -> Fraction:
+    """The unit of the last place of the first number of a print."""
+    return parse(printed).entries[0].unit
+
+
 def rounds_to(printed: str, value: float | Fraction) -> tuple[Fraction, Fraction]:
     """The first number of a print, and what `value` is when rounded to its last printed place."""
     entry = parse(printed).entries[0]

@@ -19,7 +19,7 @@ from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
-from replication.machine.generate import STATEMENTS, sum_for
+from replication.machine.theory import STATEMENTS, sum_for
 from replication.twice import RECORD, second
 from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems

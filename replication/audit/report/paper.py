@@ -142,6 +142,7 @@ class PaperView:
         """The heading of each part: its result, where it has one."""
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
         failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
+        agree, open_ = sum(self.counts[verdict] for verdict in AGREES), self.counts[Verdict.UNDETERMINED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
         slips = sum(erratum.scan for erratum in self.errata)
         copied = f"; {slips} may correct {'slips' if slips > 1 else 'a slip'} of our copy" if slips else ""
@@ -150,9 +151,9 @@ class PaperView:
             if numbers
             else "Tables as printed, and ours",
             "ladder": "How close our proved values lie to the printed ones",
-            "errata": f"We are certain of {certain} of {len(self.errata)} corrections{copied}",
+            "errata": f"{len(self.errata)} correction{'s' * (len(self.errata) != 1)}, {certain} certain{copied}",
             "findings": "What we found",
-            "claims": f"{failing or 'None'} of {self.total} claims fail{'s' * (failing < 2)}",
+            "claims": f"{agree} of {self.total} claims agree, {failing} fail, {open_} undecided",
             "figures": "The paper's figures, recomputed",
             "readings": "Assumptions where the paper is silent",
             "scope": "What was checked, and what was left out",

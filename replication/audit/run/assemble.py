@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from replication.audit.data import watched
+from replication.audit.judge.agreement import last_place
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
-from replication.audit.judge.printed import parse
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
@@ -210,7 +210,7 @@ def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
     moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
     with watched(claim.printed, claim.place, moved):
         again, _ = state.attempt(claim.uses, claim.answer)
-    if again is None or not _follows(evidence, again, float(parse(claim.printed).entries[0].unit)):
+    if again is None or not _follows(evidence, again, float(last_place(claim.printed))):
         return evidence, ""
     return None, (
         f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "

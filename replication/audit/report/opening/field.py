@@ -126,9 +126,9 @@ def _of_others(papers: Sequence[Standing]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    corrected = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
+    corrected = "corrected " if any(paper.corrected for paper in papers) else ""
     off = f", but {count(failing)} {'result differs' if failing == 1 else 'results differ'}" if failing else ""
-    return f"{'every theorem passes our tests' if sound else 'no theorem is refuted'}{corrected}{off}"
+    return f"{f'every {corrected}theorem passes our tests' if sound else f'no {corrected}theorem is refuted'}{off}"
 
 
 def _tally(found: Mapping[Verdict, int]) -> str:
