@@ -51,7 +51,7 @@ BRIEF = Brief(
     guess="The text leaves open what [a degree counts](ex2.gamma-d3), which [ε](ex2.gamma-d1) and which eigenvalue in "
     "[Example 4](ex4.unstable) it takes, or how accurate [twenty lumped states](observer.lumped-states) are.",
     verdict="holds once corrected",
-    headline="Do not code Theorems [1](-theory.theorem-1), [3](-theory.theorem-3) and [4](-theory.theorem-4) as "
+    headline="Do not rely on Theorems [1](-theory.theorem-1), [3](-theory.theorem-3) and [4](-theory.theorem-4) as "
     "printed: they lack a hypothesis, or have wrong signs and factors",
     picture=Entries(
         columns=("degree 1", "degree 2", "degree 3", "Padé"),
@@ -198,7 +198,7 @@ def findings(results: Results) -> tuple[str, ...]:
         "names no accuracy.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
         f"With {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
-        f"Problems of equal n·K differ in the printed seconds by a factor of up to {at_most(ratios[0], 3)}; ours, by "
+        f"Problems of equal n·K differ in the printed seconds by less than a factor of {at_most(ratios[0], 3)}; ours, by "
         f"other programs, by up to {at_most(ratios[1])}.",
     )
 
