@@ -198,8 +198,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "names no accuracy.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
         f"With {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
-        f"Problems of equal n·K differ in the printed seconds by less than a factor of {at_most(ratios[0], 3)}; ours, by "
-        f"other programs, by up to {at_most(ratios[1])}.",
+        f"Problems of equal n·K differ in the printed seconds by less than a factor of {at_most(ratios[0], 3)}; ours, "
+        f"by other programs, by up to {at_most(ratios[1])}.",
     )
 
 

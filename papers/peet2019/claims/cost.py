@@ -216,8 +216,8 @@ def desktop(results: Results) -> Evidence:
             "most memory [GB]": peak,
         },
         note=(
-            "Example 4 alone, and no product between the largest but one in Table I and 50, on a machine of ours with two "
-            "processors; not the authors' code, nor higher degrees. "
+            "Example 4 alone, and no product between the largest but one in Table I and 50, on a machine of ours with "
+            "two processors; not the authors' code, nor higher degrees. "
             f"{len(solved) - len(down)} cells with one delay certify a given level; the others lower γ until the "
             f"solver stops (duality gap {ROUGH.gap:g}; {sum('pdFEAS' in c['outcome'] for c in down)} with a status "
             "that says feasible and not optimal), not to the infimum, zero."
