@@ -30,7 +30,8 @@ WIDTHS = (320, 390, 768, 1440)
 
 @pytest.fixture(scope="module")
 def page(fresh_run: Outcome, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_report(fresh_run.results, computed.ROOT / "figures", tmp_path_factory.mktemp("report") / "index.html")
+    output = tmp_path_factory.mktemp("report") / "index.html"
+    return build_report(fresh_run.results, computed.ROOT / "figures", output, computed.ROOT)
 
 
 @pytest.fixture(scope="module")
