@@ -61,7 +61,7 @@ BRIEF = Brief(
     "What does [step 4](algorithm) of Algorithm 1 compute?",
     verdict="nominal levels",
     headline="If the sampling period varies, do not count on the printed worst-case gains: they are nominal, for one "
-    "constant period, as the paper says",
+    "constant period, as Sec. V-A says",
     picture=Bars(
         printed="at the middle period, as printed",
         bound="if the period varies over the range",
@@ -125,10 +125,12 @@ def findings(results: Results) -> tuple[str, ...]:
     robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
     own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
     return (
-        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; the paper itself "
-        "calls them nominal.",
+        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; Sec. V-A calls "
+        "those of Algorithm 1 nominal.",
         f"If the period varies, the printed filter of Example 2 has at least {worst[1]} times the gain, and our "
         f"filter of Example 1 {worst[0]} times.",
+        "In Example 2 the printed filter has the printed gain; the least gain there is "
+        f"{results['nominal.2']['formula']:.5f}.",
         f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed gain for every "
         "sequence of periods.",
         f"In Example 1 the raw measurement, which form (4) cannot use at once, guarantees {DATA['example-1']['D']} for "

@@ -207,7 +207,8 @@ def performance_by_12(results: Results) -> Evidence:
         ),
         quantities={"largest gain at constant periods": constant, "ratio along a sequence": reached},
         note="The text says that robust performance requires (12), and so it does: a constant period is one of the "
-        "sequences. Whether (12) gives it in turn depends on what Delta(theta_k) may do in its norm, for which the "
+        "sequences. Whether it is meant to suffice, as is asked here, is left open, and depends on what "
+        "Delta(theta_k) may do in its norm, for which the "
         "text cites a book. Read as the gain for every sequence, (12) is the conclusion itself.",
     )
 

@@ -105,12 +105,15 @@ MORE = {
 }
 
 
+WHOSE = {1: "A filter", 2: "The printed filter"}
+
+
 def declare_level(e: int) -> None:
     """Declare the claim on the level of an example."""
     LEVELS.value(
         f"gamma.{e}",
         GAMMA[e],
-        statement=f"A filter with the printed level, at the one period of the grid, is found in Example {e}.",
+        statement=f"{WHOSE[e]} has the printed level at the one period of the grid of Example {e}.",
         uses=(f"nominal.{e}", f"bracket.{e}", f"curve.{e}"),
         erratum={1: None, 2: MISNAMED}[e],
         reading={1: NOMINAL.name, 2: NO_READING}[e],

@@ -238,7 +238,8 @@ def proposed_best(results: Results) -> Evidence:
     pinned="undetermined",
 )
 def more_outputs_are_better(results: Results) -> Evidence:
-    """Observers that use more output signals estimate better, here by their optimal levels."""
+    """Observers that use more output signals estimate better, by their optimal levels and not by the simulations that
+    the text speaks of."""
     proposed, both = (min(separation(results, case(more), case(one)) for one in "AB") for more in ("proposed", "C"))
     return Evidence(
         method="Distance between brackets of exact optima: of observers that use both outputs and one.",

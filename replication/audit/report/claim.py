@@ -264,9 +264,10 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
 
 
 def _timed(entry: EntryView) -> EntryView:
-    """Seconds of two computers: two digits, none of which agrees or differs."""
+    """Seconds of two computers: two digits, or all before the point, none of which agrees or differs."""
     seconds = float(entry.full.replace(numerals.MINUS, "-"))
-    return replace(entry, head=f"{seconds:.0f}" if seconds >= 100 else numerals.short(seconds, 2), tail="", agreed=0)
+    shown = round(seconds) if seconds >= 100 else float(f"{seconds:.2g}")
+    return replace(entry, head=numerals.short(shown), tail="", agreed=0, shown=float(shown))
 
 
 def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryView, ...]) -> tuple[str, str] | None:

@@ -221,7 +221,7 @@ def test_one_negative_direction_is_not_semidefinite() -> None:
 
 @pytest.mark.parametrize("periods", [(1,), (1, 2, 2)])
 def test_a_schedule_has_the_sensors_of_the_plant(periods: tuple[int, ...]) -> None:
-    with pytest.raises(InvalidInputError, match="sensors, the plant has 2"):
+    with pytest.raises(InvalidInputError, match="the plant of 2 sensors"):
         problem(PAPER, periods)
 
 
