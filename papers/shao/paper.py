@@ -166,8 +166,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
         f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "
         f"and the table prints {table_1('DRC-APO')[0]} %.",
-        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
-        "errs less at every frequency of Table I.",
+        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant and the "
+        "reference held, DRC-PMI errs less throughout Table I.",
         f"Which transient is better depends on the unprinted start of the observer: against DRC-PMI, DRC-APO "
         f"{_starts(results)}.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
@@ -188,7 +188,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"A maximum over the whole run is no explanation of Table I: it is at least {abs(START[0]):.0%} of the "
         "amplitude, the initial error.",
         f"DRC-APO has the smaller error at every frequency in {pairs['holds']} of the {sum(pairs.values())} stable "
-        "settings that the text allows.",
+        "settings that we count as open.",
         _slowest(*settling(results)),
         f"A true fast sensor settles faster than DRC-APO: time constants of {constants[FAST]:.1f} s and "
         f"{constants[APO]:.1f} s.",

@@ -190,7 +190,8 @@ def own_solution_is_valid(e: int, results: Results) -> Evidence:
     return Evidence(
         method="The level of step 2 on the grid of the corrected algorithm, against the gain that its filter has "
         "along a sampling sequence; if (6) held at all periods, the level would be that of every sequence.",
-        cross_check="A ratio that is simulated without the solver; the level by a second modeller, relative difference "
+        cross_check="A ratio that is simulated without the solver; the level by a second modeller before the same "
+        "solver, relative difference "
         f"{abs(own['level_again'] / own['level'] - 1):.1e}.",
         holds=found.holds,
         margin=found.margin,
