@@ -57,8 +57,8 @@ BRIEF = Brief(
     "of periods, in [both](stable.1) [examples](stable.2).",
     correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Case U3](u3) and "
     "[two](map) [maps](map-12) are misprinted.",
-    guess="Is [the abstract's level](robust-level.1) for every sequence of periods, or for the grid, as Sec. V-A says "
-    "of Algorithm 1? What does [step 4](algorithm) of Algorithm 1 compute?",
+    guess="Is [the abstract's level](robust-level.1) for every sequence of periods, or for the grid, as in Sec. V-A? "
+    "What does [step 4](algorithm) compute?",
     verdict="nominal levels",
     headline="If the sampling period varies, do not count on the printed worst-case gains: they are nominal, for one "
     "constant period, as Sec. V-A says",

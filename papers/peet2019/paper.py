@@ -194,7 +194,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"No degree rule of {len(RULES)} yields the degree-one gains of Examples 2 and 3 as optima; with a fitted ε, "
         f"{len(attained(results))} do.",
         f"With the plant lumped too, twenty states per delay change H∞ norms by up to {at_most(100 * lumped)} %; "
-        "Sec. IX-B lumps the observer, and names no accuracy.",
+        "Sec. IX-B lumps the observer.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
         f"With {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
         f"Problems of equal n·K differ in the printed seconds by less than a factor of {at_most(ratios[0], 3)}; ours, "

@@ -166,7 +166,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
         f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "
         f"and the table prints {table_1('DRC-APO')[0]} %.",
-        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant and the "
+        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant, "
         "reference held, DRC-PMI errs less throughout Table I.",
         f"Which transient is better depends on the unprinted start of the observer: against DRC-PMI, DRC-APO "
         f"{_starts(results)}.",
