@@ -197,8 +197,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "Sec. IX-B lumps the observer.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
         f"With {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
-        f"Problems of equal n·K differ in the printed seconds by less than a factor of {at_most(ratios[0], 3)}; ours, "
-        f"by other programs and with cells that only certify a level, by up to {at_most(ratios[1])}.",
+        f"At equal n·K printed seconds differ by a factor below {at_most(ratios[0], 3)}; ours, "
+        f"by other programs, some to certify a level alone, by up to {at_most(ratios[1])}.",
     )
 
 
