@@ -194,7 +194,7 @@ def design(
     try:
         solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
         found = _analysed(MultirateResult, problem, signals, best, solution)
-    except InfeasibleError:  # unless more than the least was asked for: gains of our own, lost in rounding
+    except (InfeasibleError, SolverError):  # unless more than the least was asked for: lost in rounding
         if wanted is None:
             require_noise_near(problem)
         raise
