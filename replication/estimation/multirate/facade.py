@@ -187,11 +187,11 @@ def design(
     if P0 is not None and problem.plant.under_way:
         raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
     start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    best = optimum(problem)
-    if goal is Goal.H2:
-        return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
     wanted = None if level is None else positive_scalar("level", level)
     try:
+        best = optimum(problem)
+        if goal is Goal.H2:
+            return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
         solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
         found = _analysed(MultirateResult, problem, signals, best, solution)
     except (InfeasibleError, SolverError):  # unless more than the least was asked for: lost in rounding
