@@ -17,7 +17,6 @@ from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, Struc
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array
 
-
 LARGEST = 2**62
 """Numbers up to this are counted exactly."""
 
