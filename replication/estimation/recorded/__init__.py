@@ -1,6 +1,6 @@
 """Recorded data: replay a filter over a log, and fit the noise of a plant to it.
 
-`replay(observer, log)` judges a filter by its innovations; `fit(plant, log)` estimates variances and sensor biases.
+`replay(observer, log)` judges a filter by its innovations; `fit(plant, log)` estimates variances, biases and latencies.
 """
 
 from replication.estimation.recorded.fit import Fit, fit

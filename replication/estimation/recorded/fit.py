@@ -1,26 +1,26 @@
-"""Variances and biases by maximum likelihood through the innovations of the Kalman filter (F. C. Schweppe, IEEE T-IT 11
-(1965)), with exact gradients: the sensitivities of estimate, covariance and innovation run along with the filter.
+"""Variances, biases and latencies by maximum likelihood through the exact innovations of the Kalman filter.
 
-With innovations e and their covariances V, -ln L = 1/2 sum(ln det V + e' V^-1 e), and the Fisher information is
-sum(1/2 tr(V^-1 V_i V^-1 V_j) + e_i' V^-1 e_j), where an index stands for a derivative (N. K. Gupta and R. K. Mehra,
-IEEE TAC 19 (1974)). Scoring steps with it, halved until the likelihood rises.
+Fisher's scoring: steps with the expected information, halved until the likelihood rises.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.shown import Shown
-from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform import NoisyPlant, StampedKalman
-from replication.estimation.nonuniform.stamped.transition import Transition
-from replication.estimation.recorded.replay import PROBABILITY, Log, Replay, read_log, replay
+from replication.estimation.recorded.forms import Form, of_plant
+from replication.estimation.recorded.log import Log, by_sensor
+from replication.estimation.recorded.replay import PROBABILITY, Replay, begun, logged, replayed
+from replication.estimation.recorded.series import Parameters, Series, likelihood
 from replication.estimation.validation import Array
 
 STEPS, LONGEST, SETTLED = 100, 2.0, 1e-9
@@ -37,10 +37,12 @@ class Fit(Shown):
 
     Attributes
     ----------
-    plant : NoisyPlant
-        With the fitted Q and R.
+    plant : NoisyPlant, MultiratePlant or ContinuousPlant
+        Of the kind that was given, with the fitted noise; NoisyPlant for a dual-rate design, whose Q and R are the
+        `process_noise` and `sensor_noise` of the next.
     names : tuple of str
-        The p parameters: `Q[i][i]`, `R[sensor]`, `bias[sensor]`.
+        The p parameters: `Q[i][i]`, or `variance of d[i]` with the B_d that was given; `R[sensor]`, `bias[sensor]`,
+        `latency[sensor]` (s).
     values : array (p,)
         Their estimates.
     intervals : array (p, 2)
@@ -48,14 +50,14 @@ class Fit(Shown):
     errors : array (p,)
         Standard errors; relative to the value for a variance.
     information : array (p, p)
-        Fisher's, of the logarithms of the variances and of the biases.
+        Fisher's, of the logarithms of the variances, of the biases and latencies.
     log_likelihood : float
         Its greatest value.
     replay : Replay
-        The fitted filter over the log without its biases.
+        The fitted filter over the log without its biases and latencies.
     """
 
-    plant: NoisyPlant
+    plant: Any
     names: tuple[str, ...]
     values: Array
     intervals: Array
@@ -90,78 +92,106 @@ class Fit(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Likelihood:
-    """Of a log, as a function of p parameters: logarithms of variances of Q and R, then biases.
+    """Of a log, as a function of p parameters.
 
-    states, biased: which diagonal entries of Q, and which sensors' biases, are parameters.
+    guess: logarithms of all variances of process and sensors, then biases and latencies; free: which are parameters;
+    biased, late: the sensors of the latter two; start: x^(0) (n,).
     """
 
-    plant: NoisyPlant
+    form: Form
     log: Log
-    states: tuple[int, ...]
+    guess: Array
+    free: NDArray[np.bool_]
     biased: tuple[int, ...]
+    late: tuple[int, ...]
+    start: Array
+
+    def noise(self, theta: Array) -> Parameters:
+        """Variances and biases with their derivatives."""
+        whole = self.whole(theta)
+        s, q, p = len(self.form.v), len(self.form.C), len(theta)
+        v, R, bias = np.zeros((p + 1, s)), np.zeros((p + 1, q, q)), np.zeros((p + 1, q))
+        variances = np.exp(whole[: s + q])
+        v[0], R[0], bias[0, list(self.biased)] = (
+            variances[:s],
+            np.diag(variances[s:]),
+            whole[s + q :][: len(self.biased)],
+        )
+        late = []
+        for i, k in enumerate(np.flatnonzero(self.free), start=1):
+            if k < s:
+                v[i, k] = variances[k]
+            elif k < s + q:
+                R[i, k - s, k - s] = variances[k]
+            elif k < s + q + len(self.biased):
+                bias[i, self.biased[k - s - q]] = 1.0
+            else:
+                late.append(self.late[k - s - q - len(self.biased)])
+        return Parameters(v, R, bias, tuple(late))
+
+    def whole(self, theta: Array) -> Array:
+        """All parameters, those that are held fixed too."""
+        whole = self.guess.copy()
+        whole[self.free] = theta
+        return whole
+
+    def latency(self, theta: Array) -> Array:
+        """Of each sensor, NaN where it is in time (q,)."""
+        latency = np.full(len(self.form.C), np.nan)
+        latency[list(self.late)] = self.whole(theta)[len(self.guess) - len(self.late) :]
+        return latency
+
+    @cached_property
+    def _in_time(self) -> Series:
+        return self.form.along(self.log, self.latency(self.guess[self.free]), self.start)
 
     def __call__(self, theta: Array) -> tuple[float, Array, Array]:
         """-ln L, its gradient (p,), and Fisher's information (p, p)."""
-        plant, log = self.plant, self.log
-        n, q = plant.order, len(plant.C)
-        s, p, m = len(self.states), len(theta), log.u.shape[1]
-        # Derivatives of Q, of R and of the biases by each parameter.
-        dQ, dR, db = np.zeros((p, n, n)), np.zeros((p, q, q)), np.zeros((p, q))
-        for i, state in enumerate(self.states):
-            dQ[i, state, state] = np.exp(theta[i])
-        for j in range(q):
-            dR[s + j, j, j] = np.exp(theta[s + j])
-        for j, sensor in enumerate(self.biased):
-            db[s + q + j, sensor] = 1.0
-        R, bias = dR.sum(axis=0), db.T @ theta
-        series = [Transition.of(plant.A, plant.B_u, part) for part in dQ[:s]]
-        x, P, dx, dP = np.zeros(n), np.array(plant.P0), np.zeros((p, n)), np.zeros((p, n, n))
-        cost, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
-        kept: dict[float, tuple[Array, Array, Array]] = {}
-        for i, y in enumerate(log.y):
-            seen = ~np.isnan(y)
-            if np.any(seen):
-                C = plant.C[seen]
-                e, de = y[seen] - C @ x - bias[seen], -dx @ C.T - db[:, seen]
-                V = symmetric(C @ P @ C.T + R[np.ix_(seen, seen)])
-                dV = C @ dP @ C.T + dR[:, seen][:, :, seen]
-                inverse = np.linalg.inv(V)
-                K, weighted, relative = P @ C.T @ inverse, inverse @ e, inverse @ dV
-                cost += 0.5 * (np.linalg.slogdet(2 * np.pi * V)[1] + e @ weighted)
-                trace = np.trace(relative, axis1=1, axis2=2)
-                gradient += 0.5 * (trace - weighted @ dV @ weighted) + de @ weighted
-                information += 0.5 * np.einsum("iab,jba->ij", relative, relative) + de @ inverse @ de.T
-                dK = (dP @ C.T - K @ dV) @ inverse
-                left = np.eye(n) - K @ C
-                x, dx = x + K @ e, dx + dK @ e + de @ K.T
-                P = symmetric(left @ P @ left.T + K @ R[np.ix_(seen, seen)] @ K.T)
-                dP = left @ dP @ left.T + K @ dR[:, seen][:, :, seen] @ K.T
-            if i + 1 < len(log.t):
-                h = float(log.t[i + 1] - log.t[i])
-                if h not in kept:
-                    parts = [one.at(h) for one in series]
-                    spread = np.zeros((p, n, n))
-                    spread[:s] = [part[2] for part in parts]
-                    kept[h] = parts[0][0], parts[0][1], spread
-                Phi, Gamma, spread = kept[h]
-                x, dx = Phi @ x + (Gamma @ log.u[i] if m else 0.0), dx @ Phi.T
-                P, dP = Phi @ P @ Phi.T + spread.sum(axis=0), Phi @ dP @ Phi.T + spread
-        return float(cost), gradient, information
+        noise = self.noise(theta)
+        moved = noise.late and self.form.along(self.log, self.latency(theta), self.start)
+        return likelihood((moved or self._in_time).run(noise))
 
 
 def fit(
-    plant: NoisyPlant, log: Any, *, biases: tuple[str, ...] = (), time: str = "t", inputs: tuple[str, ...] = ()
+    plant: Any,
+    log: Any,
+    *,
+    biases: Sequence[str] = (),
+    latencies: Mapping[str, float] | None = None,
+    fixed: Sequence[str] = (),
+    time: str = "t",
+    inputs: tuple[str, ...] = (),
+    latency: Sequence[float] = (),
+    P0: Any = None,
+    sensors: Sequence[str] = (),
+    start: Any = None,
 ) -> Fit:
-    """Estimate the variances of a plant's noise, and biases of its sensors, from a log.
+    """Estimate the variances of a plant's noise, biases and latencies of its sensors, from a log.
 
     Parameters
     ----------
-    plant : NoisyPlant
-        Q and R diagonal, as first guess; zeros of Q stay zero. P0 is the covariance of the start.
-    log, time, inputs : see there
-        As in `read_log`.
-    biases : tuple of str
+    plant : NoisyPlant, MultiratePlant, ContinuousPlant or SlowRateResult
+        Its noise is the first guess; zeros stay zero. R is diagonal. Of a Q that is not, one factor is fitted.
+    log : str, path, or mapping of str to array (N,)
+        As in `read_log`; of plants with a base period the first row is instant 0.
+    biases : sequence of str
         Sensors whose constant bias is estimated.
+    latencies : mapping of str to float, optional
+        First guess of the latencies of sensors, s, of plants with time stamps.
+    fixed : sequence of str
+        Parameters by their names that are held at the first guess.
+    time : str
+        Column of times, s.
+    inputs : tuple of str
+        Columns of the known inputs, in order.
+    latency : sequence of float, one per sensor, optional
+        Known ages of the samples of a multi-rate plant, in base periods.
+    P0 : array (n, n), optional
+        Covariance of the start; that of a NoisyPlant, or the identity, unless given.
+    sensors : sequence of str, optional
+        Columns of the measurements of a multi-rate plant; y[0], y[1] and so on unless given.
+    start : array (n,), optional
+        x^(0); zero unless given.
 
     Returns
     -------
@@ -175,62 +205,61 @@ def fit(
     SolverError
         The likelihood did not settle.
     """
-    if not isinstance(plant, NoisyPlant):
-        raise InvalidInputError(f"plant must be a NoisyPlant, got {type(plant).__name__}")
-    if plant.S is not None or any(np.any(np.diag(np.diag(M)) != M) for M in (plant.Q, plant.R)):
-        raise InvalidInputError(
-            "fit takes a diagonal Q and R and no S: choose states or sensors whose noise is independent"
-        )
-    states = tuple(int(i) for i in np.flatnonzero(np.diag(plant.Q)))
-    if not states:
-        raise InvalidInputError("Q is zero: give a first guess of the variances that are to be fitted")
-    sensors = list(plant.sensors)
-    if any(name not in sensors for name in biases) or len(set(biases)) < len(biases):
-        raise InvalidInputError(f"biases must be different names out of {sensors}, got {biases!r}")
-    data = read_log(log, plant, time=time, inputs=inputs)
-    first = replay(StampedKalman(plant), log, time=time, inputs=inputs)
+    form = of_plant(plant, latency=latency, P0=P0, sensors=sensors)
+    if np.any(form.R - np.diag(np.diag(form.R))):
+        raise InvalidInputError("fit takes a diagonal R: choose sensors whose noise is independent")
+    if not len(form.v):
+        raise InvalidInputError("the process noise is zero: give a first guess of the variances to be fitted")
+    late = by_sensor("latencies", latencies or {}, form.sensors)
+    if any(name not in form.sensors for name in biases) or len(set(biases)) < len(biases):
+        raise InvalidInputError(f"biases must be different names out of {list(form.sensors)}, got {biases!r}")
+    tardy = tuple(int(j) for j in np.flatnonzero(~np.isnan(late)))
+    names = (
+        *form.noise,
+        *(f"R[{name}]" for name in form.sensors),
+        *(f"bias[{name}]" for name in biases),
+        *(f"latency[{form.sensors[j]}]" for j in tardy),
+    )
+    if unknown := [name for name in fixed if name not in names]:
+        raise InvalidInputError(f"fixed names no parameter {unknown[0]!r}; they are {', '.join(names)}")
+    data = logged(form, log, time=time, inputs=inputs)
+    first = replayed(form, data, Parameters(form.v[None], form.R[None], np.zeros((1, len(form.R)))), late, start)
     if first.suspicions:
         raise InvalidInputError(f"{first.suspicions[0]}, or start from another Q and R")
-    biased = tuple(sensors.index(name) for name in biases)
-    names = (
-        *(f"Q[{i}][{i}]" for i in states),
-        *(f"R[{name}]" for name in sensors),
-        *(f"bias[{name}]" for name in biases),
-    )
-    logs = len(states) + len(sensors)
-    start = np.concatenate([np.log(np.diag(plant.Q)[list(states)]), np.log(np.diag(plant.R)), np.zeros(len(biased))])
-    theta, cost, information = _optimum(Likelihood(plant, data, states, biased), start, logs, names)
+    logs = len(form.v) + len(form.R)
+    guess = np.concatenate([np.log(form.v), np.log(np.diag(form.R)), np.zeros(len(biases)), late[list(tardy)]])
+    free = np.array([name not in fixed for name in names])
+    biased = tuple(form.sensors.index(name) for name in biases)
+    cost_of = Likelihood(form, data, guess, free, biased, tardy, begun(form, start))
+    variance = (np.arange(len(names)) < logs)[free]
+    told = tuple(name for name, one in zip(names, free, strict=True) if one)
+    theta, cost, information = _optimum(cost_of, guess[free], variance, told)
     deviations = np.sqrt(np.diag(np.linalg.inv(information)))
     width = stats.norm.ppf((1 + PROBABILITY) / 2) * deviations
     ends = np.column_stack([theta - width, theta + width])
-    values = np.array(theta)
-    values[:logs], ends[:logs] = np.exp(values[:logs]), np.exp(ends[:logs])
-    Q = np.zeros_like(plant.Q)
-    Q[states, states] = values[: len(states)]
-    fitted = replace(plant, Q=Q, R=np.diag(values[len(states) : logs]))
-    shifted = np.array(data.y)
-    shifted[:, biased] -= values[logs:]
-    table = {time: data.t, **dict(zip(sensors, shifted.T, strict=True)), **dict(zip(inputs, data.u.T, strict=True))}
+    noise = Parameters(*(part[:1] for part in cost_of.noise(theta)[:3]))
     return Fit(
-        plant=fitted,
-        names=names,
-        values=values,
-        intervals=ends,
+        plant=form.refitted(noise.v[0], noise.R[0]),
+        names=told,
+        values=np.where(variance, np.exp(theta), theta),
+        intervals=np.where(variance[:, None], np.exp(ends), ends),
         errors=deviations,
         information=information,
         log_likelihood=-cost,
-        replay=replay(StampedKalman(fitted), table, time=time, inputs=inputs),
+        replay=replayed(form, data, noise, cost_of.latency(theta), start),
     )
 
 
-def _optimum(cost_of: Likelihood, theta: Array, logs: int, names: tuple[str, ...]) -> tuple[Array, float, Array]:
+def _optimum(
+    cost_of: Likelihood, theta: Array, variance: NDArray[np.bool_], names: tuple[str, ...]
+) -> tuple[Array, float, Array]:
     cost, gradient, information = cost_of(theta)
     for _ in range(STEPS):
-        _require_told(information, logs, names)
+        _require_told(information, variance, names)
         step = -np.linalg.solve(information, gradient)
         if -gradient @ step < SETTLED:
             return theta, cost, information
-        longest = np.abs(step[:logs]).max()
+        longest = np.abs(step[variance]).max(initial=0.0)
         share = min(1.0, LONGEST / longest) if longest else 1.0
         while True:
             trial = theta + share * step
@@ -243,16 +272,18 @@ def _optimum(cost_of: Likelihood, theta: Array, logs: int, names: tuple[str, ...
     raise SolverError(f"the likelihood has not settled after {STEPS} steps: start from another Q and R")
 
 
-def _require_told(information: Array, logs: int, names: tuple[str, ...]) -> None:
+def _require_told(information: Array, variance: NDArray[np.bool_], names: tuple[str, ...]) -> None:
     """Refuse what the log does not tell, by name."""
     diagonal = np.diag(information)
-    for name, amount, variance in zip(names, diagonal, np.arange(len(names)) < logs, strict=True):
-        if amount <= (FAINT if variance else 0.0):
+    for name, amount, logarithm in zip(names, diagonal, variance, strict=True):
+        if amount <= (FAINT if logarithm else 0.0):
             raise InvalidInputError(
-                f"the log does not tell {name}: hold it fixed (a zero in Q), or record it otherwise"
+                f"the log does not tell {name}: hold it fixed (fixed=[{name!r}]), or record it otherwise"
             )
     units = np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(information / np.outer(units, units))
     if values[0] < SINGULAR:
         mixed = [name for name, part in zip(names, vectors[:, 0], strict=True) if abs(part) > 0.1]
-        raise InvalidInputError(f"the log does not tell {' and '.join(mixed)} apart: fix one of them")
+        raise InvalidInputError(
+            f"the log does not tell {' and '.join(mixed)} apart: fix one of them (fixed=[{mixed[0]!r}])"
+        )

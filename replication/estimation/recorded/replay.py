@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass
-from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,111 +19,14 @@ from scipy import stats
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.shown import Shown, as_text
-from replication.estimation.nonuniform import NoisyPlant, StampedKalman
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
-from replication.estimation.validation import Array
+from replication.estimation.recorded.forms import Form, of_observer
+from replication.estimation.recorded.log import Log, by_sensor, read_log
+from replication.estimation.recorded.series import Parameters, Run, whitened
+from replication.estimation.validation import Array, as_array
 
-LEAST_SAMPLES, LAGS, PROBABILITY = 20, 10, 0.95
+LAGS, PROBABILITY = 10, 0.95
 UNITS = 1e6
 """Ratio of the size of a sensor's numbers to what the model expects beyond which the units are suspect."""
-
-
-@dataclass(frozen=True, eq=False)
-class Log:
-    """Times t (N,), s; measurements y (N, q), NaN where nothing came; inputs u (N, m), held from their time on."""
-
-    t: Array
-    y: Array
-    u: Array
-
-
-def read_log(log: Any, plant: NoisyPlant, *, time: str = "t", inputs: tuple[str, ...] = ()) -> Log:
-    """Check a log against a plant.
-
-    Parameters
-    ----------
-    log : str, path, or mapping of str to array (N,)
-        CSV file with a heading, or a table; a DataFrame is one. Empty or NaN where a sensor gave nothing.
-    plant : NoisyPlant
-        Its sensors name the columns.
-    time : str
-        Name of the column of times, s.
-    inputs : tuple of str
-        Names of the columns of the plant's known inputs, in order.
-
-    Raises
-    ------
-    InvalidInputError
-        A column is missing, unknown or no numbers, times do not increase, an input is NaN, or samples are too few.
-    """
-    columns = _columns(log)
-    if time not in columns:
-        raise InvalidInputError(f"the log has no column of times {time!r}, only {sorted(columns)}; name it by time=")
-    if len(inputs) != plant.B_u.shape[1]:
-        raise InvalidInputError(f"the plant has {plant.B_u.shape[1]} known inputs, inputs= names {len(inputs)}")
-    names = list(plant.sensors)
-    unknown = sorted(set(columns) - {time, *names, *inputs})
-    if unknown:
-        raise InvalidInputError(f"no sensor or input has the name {unknown[0]!r}: sensors are {names}; drop the column")
-    for name in (*names, *inputs):
-        if name not in columns:
-            raise InvalidInputError(f"the log has no column {name!r}; give one, empty where nothing came")
-    sizes = {name: len(column) for name, column in columns.items()}
-    if len(set(sizes.values())) > 1:
-        raise InvalidInputError(f"all columns must have one length, got {sizes}")
-    t = columns[time]
-    if not np.all(np.isfinite(t)):
-        raise InvalidInputError(
-            f"the time in row {int(np.argmin(np.isfinite(t)))} is no finite number; give each row one"
-        )
-    if np.any(wrong := np.diff(t) <= 0):
-        row = int(np.argmax(wrong)) + 1
-        what = "repeated" if t[row] == t[row - 1] else "not sorted"
-        raise InvalidInputError(
-            f"times are {what}: row {row} has t = {t[row]:.9g} s after {t[row - 1]:.9g} s; sort and merge"
-        )
-    y = np.column_stack([columns[name] for name in names])
-    u = np.column_stack([columns[name] for name in inputs]) if inputs else np.zeros((len(t), 0))
-    for name, column in zip((*names, *inputs), (*y.T, *u.T), strict=True):
-        if np.any(np.isinf(column)) or (name in inputs and np.any(np.isnan(column))):
-            raise InvalidInputError(
-                f"column {name!r} has an entry that is no finite number; an input needs all of its own"
-            )
-    for name, count in zip(names, np.sum(~np.isnan(y), axis=0), strict=True):
-        if count < LEAST_SAMPLES:
-            raise InvalidInputError(
-                f"sensor {name!r} has {count} samples, too few: at least {LEAST_SAMPLES} are needed"
-            )
-    return Log(t, y, u)
-
-
-def _columns(log: Any) -> dict[str, Array]:
-    if isinstance(log, str | PathLike):
-        try:
-            rows = list(csv.reader(io.StringIO(Path(log).read_text(encoding="utf-8-sig"))))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"the log {log} cannot be read: {error}") from None
-        rows = [row for row in rows if row]
-        if not rows or any(len(row) != len(rows[0]) for row in rows) or len(set(rows[0])) < len(rows[0]):
-            raise InvalidInputError(f"the log {log} is no table: a heading of different names, then rows as long as it")
-        log = {name.strip(): [row[i].strip() or "nan" for row in rows[1:]] for i, name in enumerate(rows[0])}
-    columns = {}
-    try:
-        for name in log.keys():  # noqa: SIM118 - a DataFrame, too
-            columns[str(name)] = np.array([np.nan if v is None else v for v in log[name]], dtype=float)
-    except (AttributeError, TypeError, ValueError) as error:
-        raise InvalidInputError(f"a log is a CSV file or a table of named columns of numbers: {error}") from None
-    return columns
-
-
-def instants(recursion: Recursion, start: Estimate, log: Log) -> Iterator[Instant]:
-    """What the filter knows after each row."""
-    prior = start
-    for i, (y, u) in enumerate(zip(log.y, log.u, strict=True)):
-        known = recursion.update(prior, y, u)
-        yield known
-        if i + 1 < len(log.t):
-            prior = recursion.predict(known, float(log.t[i + 1]))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -143,9 +44,10 @@ class Replay(Shown):
     innovations, whitened : array (N, q)
         y - C x^(k|k-1), and the same as independent numbers of variance one if the model is right; NaN where none.
     used, missing : array (q,)
-        Numbers that corrected the estimate, and rows without one.
-    gated : int
-        Numbers beyond the gate.
+        Numbers that corrected the estimate, and rows in which one was due and did not come.
+    unscheduled, gated : int
+        Numbers of sensors that were not due by the schedule, which gains of a steady state leave out; and beyond the
+        gate.
     white : array (q,)
         Probability of at least this much autocorrelation if the innovations are white (Ljung-Box).
     nis : float
@@ -164,6 +66,7 @@ class Replay(Shown):
     whitened: Array
     used: Array
     missing: Array
+    unscheduled: int
     gated: int
     white: Array
     nis: float
@@ -184,6 +87,7 @@ class Replay(Shown):
             verdict = "white" if p >= 1 - PROBABILITY else "not white"
             lines.append((f"innovations of {name}", f"{verdict}, probability {p:.3g}", f"Ljung-Box, {LAGS} lags"))
             lines.append((f"samples of {name}", f"{used} used, {missing} missing", "counted"))
+        lines.append(("off the schedule", as_text(self.unscheduled), "counted"))
         lines.append(("beyond the gate", as_text(self.gated), "counted"))
         return lines + [("suspicion", text, "size of the innovations") for text in self.suspicions]
 
@@ -213,6 +117,7 @@ class Replay(Shown):
             "whiteness": dict(zip(self.sensors, self.white.tolist(), strict=True)),
             "used": self.used.tolist(),
             "missing": self.missing.tolist(),
+            "unscheduled": self.unscheduled,
             "gated": self.gated,
             "suspicions": list(self.suspicions),
         }
@@ -235,21 +140,32 @@ class Replay(Shown):
         return text.getvalue()
 
 
-def autocorrelation(w: Array) -> Array:
-    """Of a series at lags 1 to LAGS, (LAGS,)."""
-    w = w - w.mean()
-    return np.array([w[k:] @ w[:-k] for k in range(1, LAGS + 1)]) / max(float(w @ w), np.finfo(float).tiny)
-
-
-def replay(observer: StampedKalman, log: Any, *, time: str = "t", inputs: tuple[str, ...] = ()) -> Replay:
-    """Run a filter over a log from its plant's P0 on; the observer itself is not touched.
+def replay(
+    observer: Any,
+    log: Any,
+    *,
+    time: str = "t",
+    inputs: tuple[str, ...] = (),
+    latencies: Mapping[str, float] | None = None,
+    start: Any = None,
+) -> Replay:
+    """Run a Kalman filter over a log, from the covariance of its start on; the observer itself is not touched.
 
     Parameters
     ----------
-    observer : StampedKalman
-        Its plant and gate are used.
-    log, time, inputs : see there
+    observer : StampedKalman, KalmanFilter, StartingFilter or RunningController
+        With time stamps; `filter()` of a multi-rate design, `running()` of a dual-rate one, both for goal="h2". Those
+        have a base period, and the first row of the log is instant 0 of their schedule.
+    log : str, path, or mapping of str to array (N,)
         As in `read_log`.
+    time : str
+        Column of times, s.
+    inputs : tuple of str
+        Columns of the known inputs, in order; those of the design unless given.
+    latencies : mapping of str to float, optional
+        How late sensors are, s, of a filter with time stamps: their samples were taken so long before their rows.
+    start : array (n,), optional
+        x^(0); zero unless given.
 
     Returns
     -------
@@ -259,52 +175,83 @@ def replay(observer: StampedKalman, log: Any, *, time: str = "t", inputs: tuple[
     Raises
     ------
     InvalidInputError
-        The observer is of another kind or has held noise, or the log is refused.
+        The observer is of another kind or has correlated noise, or the log is refused.
     """
-    if not isinstance(observer, StampedKalman):
-        raise InvalidInputError(f"observer must be a StampedKalman, got {type(observer).__name__}")
-    plant = observer.plant
-    if plant.S is not None:
-        raise InvalidInputError("held noise (S) needs all sensors in each row: describe the noise as white, without S")
-    data = read_log(log, plant, time=time, inputs=inputs)
-    recursion = Recursion.of(plant, observer.gate)
-    start = Estimate(float(data.t[0]), np.zeros(plant.order), plant.P0)
-    known = list(instants(recursion, start, data))
-    innovations, whitened = np.full_like(data.y, np.nan), np.full_like(data.y, np.nan)
-    for i, instant in enumerate(known):
-        innovations[i, instant.used] = instant.innovation
-        if len(instant.innovation):
-            whitened[i, instant.used] = np.linalg.solve(np.linalg.cholesky(instant.spread), instant.innovation)
-    used = np.sum(~np.isnan(whitened), axis=0)
-    count = int(used.sum())
+    form = of_observer(observer)
+    data = logged(form, log, time=time, inputs=inputs)
+    late = by_sensor("latencies", latencies or {}, form.sensors)
+    return replayed(form, data, Parameters(form.v[None], form.R[None], np.zeros((1, len(form.R)))), late, start)
+
+
+def logged(form: Form, log: Any, *, time: str, inputs: tuple[str, ...]) -> Log:
+    """The log as the form takes it; raises InvalidInputError."""
+    known = form.D_u.shape[1]
+    names = tuple(inputs) or form.inputs
+    if len(names) != known:
+        raise InvalidInputError(f"there are {known} known inputs, inputs= names {len(names)}: {list(names)}")
+    data = read_log(log, form.sensors, names, time=time)
+    return data if form.dt is None else data.on_grid(form.dt)
+
+
+def begun(form: Form, start: Any) -> Array:
+    """x^(0) (n,), with zero for samples under way."""
+    n = len(form.P0)
+    if start is None:
+        return np.zeros(n)
+    return np.append(as_array("start", start, (n - form.under_way,)), np.zeros(form.under_way))
+
+
+def replayed(form: Form, log: Log, noise: Parameters, latency: Array, start: Any) -> Replay:
+    """The verdicts on a form over its log."""
+    if np.any(~np.isnan(latency)) and form.dt is not None:
+        raise InvalidInputError("latencies belong to filters with time stamps; a multi-rate plant has latency=")
+    series = form.along(log, latency, begun(form, start))
+    return judged(series.log, form, series.run(noise))
+
+
+def judged(log: Log, form: Form, found: Run) -> Replay:
+    """The verdicts on what a filter made of a log."""
+    w, came = whitened(found), ~np.isnan(log.y)
+    used, sensors = found.used.sum(axis=0), form.sensors
     if np.any(used <= LAGS):
-        raise InvalidInputError(f"the gate leaves {int(used.min())} samples of a sensor, too few; widen it")
-    nis = float(np.nansum(whitened**2) / count)
+        raise InvalidInputError(
+            f"{int(used.min())} samples of a sensor are used, too few: widen the gate, or record on"
+        )
+    count = int(used.sum())
     low, high = stats.chi2.interval(PROBABILITY, count) / np.float64(count)
-    white = []
-    for series in whitened.T:
-        w = series[~np.isnan(series)]
-        N = len(w)
-        statistic = N * (N + 2) * np.sum(autocorrelation(w) ** 2 / (N - np.arange(1, LAGS + 1)))
-        white.append(float(stats.chi2.sf(statistic, LAGS)))
-    sizes = np.sqrt(np.nanmean(whitened**2, axis=0))
+    sizes = np.sqrt(np.nanmean(w**2, axis=0))
     suspicions = tuple(
         f"innovations of {name} have {size:.1e} times the expected size: check its units"
-        for name, size in zip(plant.sensors, sizes, strict=True)
+        for name, size in zip(sensors, sizes, strict=True)
         if not 1 / UNITS < size < UNITS
     )
+    due = form.expected(len(came))
     return Replay(
-        log=data,
-        sensors=tuple(plant.sensors),
-        estimates=np.array([instant.mean for instant in known]),
-        covariances=np.array([instant.covariance for instant in known]),
-        innovations=innovations,
-        whitened=whitened,
+        log=log,
+        sensors=sensors,
+        estimates=found.x,
+        covariances=found.P,
+        innovations=np.where(found.used, found.e[:, 0], np.nan),
+        whitened=w,
         used=used,
-        missing=len(data.t) - np.sum(~np.isnan(data.y), axis=0),
-        gated=sum(instant.gated for instant in known),
-        white=np.array(white),
-        nis=nis,
+        missing=np.sum(due & ~came, axis=0),
+        unscheduled=int(np.sum(came & ~due)),
+        gated=int(found.gated),
+        white=np.array([ljung_box(series[~np.isnan(series)]) for series in w.T]),
+        nis=float(np.nansum(w**2) / count),
         interval=(float(low), float(high)),
         suspicions=suspicions,
     )
+
+
+def ljung_box(w: Array) -> float:
+    """The probability of at least this much autocorrelation in a white series."""
+    N = len(w)
+    statistic = N * (N + 2) * np.sum(autocorrelation(w) ** 2 / (N - np.arange(1, LAGS + 1)))
+    return float(stats.chi2.sf(statistic, LAGS))
+
+
+def autocorrelation(w: Array) -> Array:
+    """Of a series at lags 1 to LAGS, (LAGS,)."""
+    w = w - w.mean()
+    return np.array([w[k:] @ w[:-k] for k in range(1, LAGS + 1)]) / max(float(w @ w), np.finfo(float).tiny)

@@ -54,14 +54,20 @@ class Transition:
 
     def at(self, h: float) -> tuple[Array, Array, Array]:
         """Phi (n, n), Gamma (n, m) and Q (n, n) over h >= 0, s."""
+        Phi, Gamma, Q = self.over(np.array([h]))
+        return Phi[0], Gamma[0], Q[0]
+
+    def over(self, h: Array) -> tuple[Array, Array, Array]:
+        """The same over each of several times (U,): Phi (U, n, n), Gamma (U, n, m) and Q (U, n, n)."""
         n, m = self.order, self.inputs
-        doublings = 0
-        while self.rate * h > SHORT:
-            h, doublings = h / 2, doublings + 1
-        whole = (h ** np.arange(DEGREE + 1) @ self.table.reshape(DEGREE + 1, -1)).reshape(n, -1)
-        Phi, Gamma, Q = whole[:, :n], whole[:, n : n + m], whole[:, n + m :]
-        for _ in range(doublings):
-            Q, Gamma, Phi = Q + Phi @ Q @ Phi.T, Gamma + Phi @ Gamma, Phi @ Phi
+        doublings = np.ceil(np.log2(np.maximum(self.rate * h / SHORT, 1.0)))
+        powers = (h / 2.0**doublings)[:, None] ** np.arange(DEGREE + 1)
+        whole = (powers @ self.table.reshape(DEGREE + 1, -1)).reshape(len(h), n, -1)
+        Phi, Gamma, Q = whole[..., :n], whole[..., n : n + m], whole[..., n + m :]
+        for left in range(int(doublings.max(initial=0.0)), 0, -1):
+            on = (doublings >= left)[:, None, None]
+            Q = np.where(on, Q + Phi @ Q @ Phi.mT, Q)
+            Gamma, Phi = np.where(on, Gamma + Phi @ Gamma, Gamma), np.where(on, Phi @ Phi, Phi)
         return Phi, Gamma, symmetric(Q)
 
 
