@@ -105,7 +105,7 @@ def coverage(case: Case, logs: int) -> None:
 
 
 def plain(plant: NoisyPlant, data: Log) -> np.ndarray:
-    """The textbook loop: predict and update, one row after the other."""
+    """The plain loop: predict and update, one row after the other."""
     t, y = data["t"], np.column_stack([data[name] for name in plant.sensors])
     Phi, _, Q = Transition.of(plant.A, plant.B_u, plant.Q).at(t[1] - t[0])
     x, P, one, estimates = np.zeros(plant.order), np.array(plant.P0), np.eye(plant.order), []
@@ -121,7 +121,7 @@ def plain(plant: NoisyPlant, data: Log) -> np.ndarray:
 
 
 def cost() -> None:
-    """Seconds of a textbook loop, a replay and a fit: 4 states, 2 sensors, 5,000 samples, 6 unknowns."""
+    """Seconds of a plain loop, a replay and a fit: 4 states, 2 sensors, 5,000 samples, 6 unknowns."""
     springs = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-4, 2, -1, 0], [2, -3, 0, -0.5]])
     plant = NoisyPlant(springs, np.eye(2, 4), Q=[0.01, 0.02, 1, 2], R=[0.01, 0.04], sensors=["a", "b"])
     rng, rows, step = np.random.default_rng(0), [], 0.05
@@ -138,9 +138,7 @@ def cost() -> None:
         made.append(work())
         spent.append(time.process_time() - began)
     apart = np.abs(made[0] - made[1].estimates).max()
-    print(
-        f"a replay takes {spent[1] / spent[0]:.2f} times the seconds of a textbook loop (estimates differ by {apart:.0e})"
-    )
+    print(f"a replay takes {spent[1] / spent[0]:.2f} times the seconds of a plain loop, and differs by {apart:.0e}")
     print(f"a fit of {len(made[2].names)} unknowns takes {spent[2] / spent[1]:.1f} times the seconds of a replay")
 
 

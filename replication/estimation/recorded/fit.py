@@ -29,6 +29,8 @@ SINGULAR = 1e-8
 """Eigenvalue of the information, its diagonal scaled to one, below which a combination is not told."""
 FAINT = 1e-3
 """Information of the logarithm of a variance below which the log says nothing of it."""
+SHRUNK = 1.0
+"""Fall of the logarithm of a variance that says nothing from which on it is near zero."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -237,7 +239,8 @@ def fit(
     deviations = np.sqrt(np.diag(np.linalg.inv(information)))
     width = stats.norm.ppf((1 + PROBABILITY) / 2) * deviations
     ends = np.column_stack([theta - width, theta + width])
-    noise = Parameters(*(part[:1] for part in cost_of.noise(theta)[:3]))
+    v, R, bias, _ = cost_of.noise(theta)
+    noise = Parameters(v[:1], R[:1], bias[:1])
     return Fit(
         plant=form.refitted(noise.v[0], noise.R[0]),
         names=told,
@@ -253,9 +256,10 @@ def fit(
 def _optimum(
     cost_of: Likelihood, theta: Array, variance: NDArray[np.bool_], names: tuple[str, ...]
 ) -> tuple[Array, float, Array]:
+    guess = theta
     cost, gradient, information = cost_of(theta)
     for _ in range(STEPS):
-        _require_told(information, variance, names)
+        _require_told(information, variance, names, theta < guess - SHRUNK)
         step = -np.linalg.solve(information, gradient)
         if -gradient @ step < SETTLED:
             return theta, cost, information
@@ -272,11 +276,15 @@ def _optimum(
     raise SolverError(f"the likelihood has not settled after {STEPS} steps: start from another Q and R")
 
 
-def _require_told(information: Array, variance: NDArray[np.bool_], names: tuple[str, ...]) -> None:
-    """Refuse what the log does not tell, by name."""
+def _require_told(
+    information: Array, variance: NDArray[np.bool_], names: tuple[str, ...], shrunk: NDArray[np.bool_]
+) -> None:
+    """Refuse what the log does not tell, by name; shrunk: what has become much smaller than the guess."""
     diagonal = np.diag(information)
-    for name, amount, logarithm in zip(names, diagonal, variance, strict=True):
+    for name, amount, logarithm, small in zip(names, diagonal, variance, shrunk, strict=True):
         if amount <= (FAINT if logarithm else 0.0):
+            if logarithm and small:
+                raise InvalidInputError(f"the log is likeliest with {name} near zero: leave it out, or hold it fixed")
             raise InvalidInputError(
                 f"the log does not tell {name}: hold it fixed (fixed=[{name!r}]), or record it otherwise"
             )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -17,20 +16,19 @@ from replication.estimation.dualrate.slow.controller import central, covariances
 from replication.estimation.dualrate.slow.result import RunningController, SlowRateResult
 from replication.estimation.multirate.latency import ContinuousPlant, checked_latency, delivered
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.running import KalmanFilter, RunningKalman
+from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded.log import Log
 from replication.estimation.recorded.series import Drift, Series
 from replication.estimation.validation import Array, covariance
 
-
 SAME = 1e-9
 """Relative difference of gains that is rounding."""
 
 
 class Moves(NamedTuple):
-    """Different steps: Phi (U, n, n), effect of held inputs (U, n, m), noise (U, s, n, n), and the one after each row."""
+    """Different steps: Phi (U, n, n), Gamma (U, n, m), noise (U, s, n, n); and which (N,) follows each row."""
 
     Phi: Array
     Gamma: Array
@@ -38,14 +36,19 @@ class Moves(NamedTuple):
     which: Any
 
 
+def _unknown(v: Array, R: Array) -> None:
+    """A filter has no plant to give back."""
+
+
 @dataclass(frozen=True, eq=False)
 class Form:
     """A plant with its noise, or a filter of it.
 
-    sensors, inputs: names, the latter if known; noise: names of the s variances v (s,) of the process noise, each with
-    its effect; C (q, n), D_u (q, m); R (q, q); P0 (n, n); moves: the steps along a log; dt: base period, s, or None for
-    time stamps; gains (N, n, q) and due (N, q) over a period: where they are fixed; gate; early (q,): rows from the
-    start on whose samples are older than it; stamped: the plant in continuous time; refitted: the plant with other v, R.
+    sensors, inputs: names, the latter if known; noise: names of the s variances v (s,) of the process noise; C (q, n),
+    D_u (q, m); R (q, q); P0 (n, n); moves: the steps along a log; dt: base period, s, or None for time stamps; gains
+    (period, n, q): where they are fixed; due (period, q): a schedule; gate; early (q,): rows from the start on that are
+    left out; under_way: states that are samples on their way; flow: A, B_u and effects of the variances (s, n, n) in
+    continuous time; refitted: the plant with other v and R.
     """
 
     sensors: tuple[str, ...]
@@ -63,8 +66,8 @@ class Form:
     gate: float = 0.0
     early: tuple[int, ...] = ()
     under_way: int = 0
-    stamped: NoisyPlant | None = None
-    refitted: Callable[[Array, Array], Any] | None = None
+    flow: tuple[Array, Array, Array] | None = None
+    refitted: Callable[[Array, Array], Any] = _unknown
 
     def expected(self, rows: int) -> Any:
         """When sensors are due (rows, q)."""
@@ -78,23 +81,18 @@ class Form:
         due = np.ones(taken.y.shape, dtype=bool)
         for sensor, count in enumerate(self.early):
             due[:count, sensor] = False
-        if self.gains is not None:
+        if self.gains is not None:  # a filter that follows its covariance takes a sample off its schedule
             due &= self.expected(N)
         drift = None
-        if self.stamped is not None and np.any(owner >= 0):
+        if self.flow is not None and np.any(owner >= 0):
+            A, B, effects = self.flow
             sooner = -(owner[:, None] == np.arange(len(self.C))).astype(float)
-            longer = np.diff(sooner, axis=0, append=sooner[-1:])
-            drift = Drift(self.stamped.A, self._intensity(), taken.u @ self.stamped.B_u.T, longer)
+            drift = Drift(A, effects, taken.u @ B.T, np.diff(sooner, axis=0, append=sooner[-1:]))
         drive = np.einsum("knm,km->kn", moves.Gamma[moves.which], taken.u)
         return Series(
-            taken, due, self.C, taken.u @ self.D_u.T, moves.Phi, moves.noise, moves.which, drive, start, self.P0, self.gains,
-            self.gate, drift,
+            taken, due, self.C, taken.u @ self.D_u.T, moves.Phi, moves.noise, moves.which, drive, start, self.P0,
+            self.gains, self.gate, drift,
         )  # fmt: skip
-
-    def _intensity(self) -> Array:
-        """Of each variance, in continuous time (s, n, n)."""
-        assert self.stamped is not None
-        return _pieces(self.stamped.Q)[2]
 
 
 def _pieces(Q: Array) -> tuple[tuple[str, ...], Array, Array]:
@@ -133,8 +131,8 @@ def stamped(plant: NoisyPlant, gate: float = 0.0) -> Form:
 
     direct = np.zeros((len(plant.C), plant.B_u.shape[1]))
     return Form(
-        tuple(plant.sensors), (), names, v, plant.C, direct, plant.R, plant.P0, moves, gate=gate, stamped=plant,
-        refitted=refitted,
+        tuple(plant.sensors), (), names, v, plant.C, direct, plant.R, plant.P0, moves, gate=gate,
+        flow=(plant.A, plant.B_u, effects),        refitted=refitted,
     )  # fmt: skip
 
 
@@ -180,24 +178,26 @@ def of_plant(plant: Any, *, latency: Sequence[float], P0: Any, sensors: Sequence
 
 
 def _multirate(plant: MultiratePlant | ContinuousPlant, latency: Sequence[float], P0: Any, sensors: Any) -> Form:
-    held: ContinuousPlant | None = None
+    between = None
     if isinstance(plant, ContinuousPlant):
-        held = _in_columns(plant)
-    whole = plant if isinstance(plant, MultiratePlant) else held.after(held.dt)
+        plant = _in_columns(plant)
+        between, whole = plant.after, plant.after(plant.dt)
+    else:
+        whole = plant
     names = tuple(sensors) if len(sensors) else numbered("y", whole.sensors)
     if len(names) != whole.sensors:
         raise InvalidInputError(f"sensors must name the {whole.sensors} rows of C, got {sensors!r}")
     ages = checked_latency(latency if np.size(latency) else [0.0] * whole.sensors, whole.sensors)
     start = np.eye(whole.order) if P0 is None else covariance("P0", P0, whole.order)
-    along = delivered(whole, ages, None if held is None else held.after)
+    along = delivered(whole, ages, between)
     form = periodic(along, block_diag(start, np.zeros((along.under_way, along.under_way))), names)
 
     def refitted(v: Array, R: Array) -> MultiratePlant | ContinuousPlant:
         scale = np.ones(whole.B_d.shape[1])
         scale[np.any(along.B_d, axis=0)] = np.sqrt(v)
-        if held is None:
-            return replace(whole, B_d=whole.B_d * scale, D=np.sqrt(R))
-        return replace(held, B_d=held.B_d * scale, R=R, D=None)
+        if isinstance(plant, MultiratePlant):
+            return replace(plant, B_d=plant.B_d * scale, D=np.sqrt(R))
+        return replace(plant, B_d=np.asarray(plant.B_d) * scale, R=R, D=None)
 
     return replace(form, early=tuple(ceil(age) for age in ages), refitted=refitted)
 
@@ -217,23 +217,20 @@ def of_observer(observer: Any) -> Form:
         return stamped(observer.plant, observer.gate)
     if isinstance(observer, RunningController):
         return _dual_rate(observer)
-    if not isinstance(observer, RunningKalman):
+    if not isinstance(observer, KalmanFilter | StartingFilter):
         raise InvalidInputError(
             "observer must be a Kalman filter (StampedKalman, ExtendedKalman, the filter() of a multi-rate or the "
             f"running() of a dual-rate design for goal='h2'), got {type(observer).__name__}"
         )
     problem, signals = observer.problem, observer.signals
-    fixed = isinstance(observer, KalmanFilter)
-    P0 = observer.gains.predicted[0] if fixed else observer.start
     names = signals.measurements if signals else numbered("y", problem.plant.sensors)
+    if isinstance(observer, KalmanFilter):
+        P0, gains = observer.gains.predicted[0], observer.gains.K[:, 0]
+    else:
+        P0, gains = observer.start, None
     form = periodic(problem.plant, P0, names)
-    return replace(
-        form,
-        inputs=signals.inputs if signals else (),
-        gains=observer.gains.K[:, 0] if fixed else None,
-        due=problem.schedule.mask,
-        gate=observer.gate,
-    )
+    inputs = signals.inputs if signals else ()
+    return replace(form, inputs=inputs, gains=gains, due=problem.schedule.mask, gate=observer.gate)
 
 
 def _dual_rate(observer: RunningController) -> Form:
@@ -248,6 +245,6 @@ def _dual_rate(observer: RunningController) -> Form:
     model, names = problem.plant, observer.signals.measurements if observer.signals else None
     P0 = covariances(problem)[0]
     plant = NoisyPlant(model.A, model.C, problem.process_noise, problem.sensor_noise, model.B_u, None, P0, names)
-    K = np.linalg.solve(problem.sampled.state, gains)
+    K = np.asarray(np.linalg.solve(problem.sampled.state, gains))
     due = np.tile(problem.sensors.mask, (len(gains) // problem.sensors.period, 1))
     return replace(stamped(plant), dt=problem.period, gains=K, due=due)

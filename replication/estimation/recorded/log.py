@@ -38,8 +38,8 @@ class Log:
         if np.any(off > OFF_GRID):
             row = int(np.argmax(off > OFF_GRID))
             raise InvalidInputError(
-                f"row {row} (t = {self.t[row]:.9g} s) lies {off[row]:.2g} base periods of {dt:g} s beside the grid that "
-                "begins with the first row: correct dt, or take a plant and a filter with time stamps"
+                f"row {row} (t = {self.t[row]:.9g} s) lies {off[row]:.2g} base periods of {dt:g} s beside the grid "
+                "that begins with the first row: correct dt, or take a plant and a filter with time stamps"
             )
         if np.any(np.diff(instants) == 0):
             row = int(np.argmin(np.diff(instants))) + 1
@@ -47,7 +47,7 @@ class Log:
         count = int(instants[-1]) + 1
         if count > SPARSE * len(instants):
             raise InvalidInputError(
-                f"the log covers {count} base periods of {dt:g} s in {len(instants)} rows: check dt and the unit of time"
+                f"the log has {len(instants)} rows over {count} base periods of {dt:g} s: check dt and the unit of time"
             )
         y = np.full((count, self.y.shape[1]), np.nan)
         y[instants] = self.y

@@ -225,12 +225,12 @@ def judged(log: Log, form: Form, found: Run) -> Replay:
         for name, size in zip(sensors, sizes, strict=True)
         if not 1 / UNITS < size < UNITS
     )
-    due = form.expected(len(came))
+    due, n = form.expected(len(came)), found.x.shape[1] - form.under_way
     return Replay(
         log=log,
         sensors=sensors,
-        estimates=found.x,
-        covariances=found.P,
+        estimates=found.x[:, :n],
+        covariances=found.P[:, :n, :n],
         innovations=np.where(found.used, found.e[:, 0], np.nan),
         whitened=w,
         used=used,

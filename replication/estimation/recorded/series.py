@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from replication.estimation.recorded.log import Log
 from replication.estimation.validation import Array
 
-
 SETTLED = 1e-15
 """Relative change of covariances over one period below which they count as steady."""
 REPEATS = 64
@@ -29,8 +28,8 @@ REPEATS = 64
 
 
 class Drift(NamedTuple):
-    """What moves instants: A (n, n) and noise (s, n, n) in continuous time, the known drive (N, n), and by how much each
-    step becomes longer with the latency of each sensor (N, q)."""
+    """What moves with an instant: A (n, n) and noise (s, n, n) in continuous time, the known drive (N, n), and by how
+    much each step becomes longer with the latency of each sensor (N, q)."""
 
     A: Array
     noise: Array
@@ -66,8 +65,8 @@ class Series:
 
     log; due (N, q): numbers that may be used; C (q, n); known (N, q): effect of the inputs on the measurements; Phi
     (U, n, n) and noise (U, s, n, n): different steps, of which `which` (N,) follows each row; drive (N, n): effect of
-    the inputs over it; x0 (n,) and P0 (n, n) of the start; gains (period, n, q): where they are fixed; gate: in standard
-    deviations, 0 for none; drift: where instants move.
+    the inputs over it; x0 (n,) and P0 (n, n) of the start; gains (period, n, q): where they are fixed; gate: in
+    standard deviations, 0 for none; drift: where instants move.
     """
 
     log: Log
@@ -95,7 +94,7 @@ class Series:
         X[0], P[0] = self.x0, self.P0
         found = Run(np.empty((N, n)), np.empty((N, n, n)), np.empty((N, p + 1, q)), np.empty((N, p + 1, q, q)), used, 0)
         sensing: dict[bytes, Sensing] = {}
-        kept: dict[tuple[bytes, int, int], tuple[Array, Correction]] = {}
+        kept: dict[tuple[bytes, int, int], Correction] = {}
         phases, repeats = 1 if self.gains is None else len(self.gains), len(self.Phi) <= REPEATS
         for k, (sample, came, step) in enumerate(zip(y, used, self.which.tolist(), strict=True)):
             if self.gate:
@@ -105,12 +104,12 @@ class Series:
             if key not in sensing:
                 sensing[key] = _sensing(self.C, given, came)
             sensors, place = sensing[key], (key, step, k % phases)
-            before, now = kept.get(place, (None, None))
-            if now is None or np.abs(P - before).max() > SETTLED * np.abs(P).max():
+            now = kept.get(place)
+            if now is None or np.abs(P - now.prior).max() > SETTLED * np.abs(P).max():
                 fixed = None if self.gains is None else self.gains[k % phases] * came
                 now = _corrected(P, sensors, self.Phi[step], spread[step], fixed)
                 if repeats:
-                    kept[place] = P, now
+                    kept[place] = now
             e = found.e[k]
             np.subtract(sensors.shift, X @ sensors.C.T, out=e)
             e[0] += sample * came
@@ -156,9 +155,10 @@ def _sensing(C: Array, given: Parameters, came: NDArray[np.bool_]) -> Sensing:
 
 
 class Correction(NamedTuple):
-    """V (p + 1, q, q); the gain K (n, q) and its derivatives dK (p, n, q); covariances after the sample and after the
-    step (p + 1, n, n)."""
+    """Covariances before the sample (p + 1, n, n); V (p + 1, q, q); the gain K (n, q) and its derivatives dK (p, n, q);
+    covariances after the sample and after the step."""
 
+    prior: Array
     V: Array
     K: Array
     dK: Array
@@ -175,7 +175,7 @@ def _corrected(P: Array, sensors: Sensing, Phi: Array, noise: Array, fixed: Arra
     K = crossed[0] @ inverse if fixed is None else fixed
     left = np.eye(len(Phi)) - K @ C
     filtered = left @ P @ left.T + K @ R @ K.T
-    return Correction(V, K, (crossed[1:] - K @ V[1:]) @ inverse, filtered, Phi @ filtered @ Phi.T + noise)
+    return Correction(P, V, K, (crossed[1:] - K @ V[1:]) @ inverse, filtered, Phi @ filtered @ Phi.T + noise)
 
 
 def likelihood(found: Run) -> tuple[float, Array, Array]:

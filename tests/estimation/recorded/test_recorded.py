@@ -12,8 +12,6 @@ import pytest
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.recorded import fit, replay
-from replication.estimation.recorded.fit import Likelihood
-from replication.estimation.recorded.replay import read_log
 
 CART = NoisyPlant(
     [[0, 1], [0, -1]], [[1, 0], [0, 1]], Q=[[0, 0], [0, 0.5]], R=[0.04, 0.01], B_u=[[0], [1]], sensors=["x", "v"]
@@ -57,15 +55,6 @@ def test_a_wrong_model_is_not_consistent() -> None:
     assert not loud.consistent
     slow = replay(StampedKalman(replace(CART, Q=CART.Q / 100)), simulated(), **GIVEN)
     assert slow.white.min() < 1e-6
-
-
-def test_the_gradient_is_that_of_the_likelihood() -> None:
-    cost = Likelihood(CART, read_log(simulated(100), CART, inputs=("u",)), (1,), (1,))
-    theta = np.array([-0.5, -3.0, -4.0, 0.02])
-    gradient = cost(theta)[1]
-    for i, direction in enumerate(np.eye(4) * 1e-5):
-        slope = (cost(theta + direction)[0] - cost(theta - direction)[0]) / 2e-5
-        assert gradient[i] == pytest.approx(slope, rel=1e-6, abs=1e-6)
 
 
 def test_fit_recovers_the_truth_from_a_wrong_guess() -> None:
