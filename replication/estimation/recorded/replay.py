@@ -24,7 +24,7 @@ from replication.estimation.recorded.log import Log, by_sensor, read_log
 from replication.estimation.recorded.series import Parameters, Run, whitened
 from replication.estimation.validation import Array, as_array
 
-LAGS, PROBABILITY = 10, 0.95
+LAGS, PROBABILITY, BANDED = 10, 0.95, "95 % band"
 UNITS = 1e6
 """Ratio of the size of a sensor's numbers to what the model expects beyond which the units are suspect."""
 
@@ -94,19 +94,21 @@ class Replay(Shown):
     def panels(self) -> tuple[Panel, ...]:
         """Each state with its 95 % band, the whitened innovations, and their autocorrelation."""
         width = stats.norm.ppf((1 + PROBABILITY) / 2)
-        bands = width * np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
+        wide = width * np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
         states = [
-            Panel(self.log.t, "time (s)", f"x[{i}]", {"estimate": x, "95 % below": x - b, "95 % above": x + b}, {})
-            for i, (x, b) in enumerate(zip(self.estimates.T, bands.T, strict=True))
+            Panel(self.log.t, "time (s)", f"x[{i}], {BANDED}", {"estimate": x}, {}, band=(x - b, x + b))
+            for i, (x, b) in enumerate(zip(self.estimates.T, wide.T, strict=True))
         ]
-        marks = {"95 %": width, "-95 %": -width}
         curves = dict(zip(self.sensors, self.whitened.T, strict=True))
         series = {name: autocorrelation(w[~np.isnan(w)]) for name, w in curves.items()}
         bound = width / np.sqrt(float(self.used.min()))
+        lags = np.arange(1, LAGS + 1)
         return (
             *states,
-            Panel(self.log.t, "time (s)", "whitened innovation", curves, marks),
-            Panel(np.arange(1, LAGS + 1), "lag", "autocorrelation", series, {"95 %": bound, "-95 %": -bound}),
+            Panel(
+                self.log.t, "time (s)", f"whitened innovation, {BANDED}", curves, {}, band=(-width, width), dots=True
+            ),
+            Panel(lags, "lag", f"its autocorrelation, {BANDED}", series, {}, band=(-bound, bound), dots=True),
         )
 
     def to_dict(self) -> dict[str, Any]:
