@@ -14,11 +14,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.shown import Shown, as_text
+from replication.estimation.multirate.extended import ExtendedFilter
+from replication.estimation.nonuniform.stamped.extended import ExtendedKalman, extended
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
 from replication.estimation.recorded.forms import Form, of_observer
 from replication.estimation.recorded.log import Log, by_sensor, read_log
 from replication.estimation.recorded.series import Parameters, Run, whitened
@@ -155,9 +159,9 @@ def replay(
 
     Parameters
     ----------
-    observer : StampedKalman, KalmanFilter, StartingFilter or RunningController
-        With time stamps; `filter()` of a multi-rate design, `running()` of a dual-rate one, both for goal="h2". Those
-        have a base period, and the first row of the log is instant 0 of their schedule.
+    observer : StampedKalman, KalmanFilter, StartingFilter, RunningController, ExtendedKalman or ExtendedFilter
+        With time stamps; `filter()` of a multi-rate design, `running()` of a dual-rate one, both for goal="h2"; or an
+        extended filter. Where there is a base period, the first row of the log is instant 0 of the schedule.
     log : str, path, or mapping of str to array (N,)
         As in `read_log`.
     time : str
@@ -179,6 +183,8 @@ def replay(
     InvalidInputError
         The observer is of another kind or has correlated noise, or the log is refused.
     """
+    if isinstance(observer, ExtendedKalman | ExtendedFilter):
+        return _extended(observer, log, time, inputs, latencies or {}, start)
     form = of_observer(observer)
     data = logged(form, log, time=time, inputs=inputs)
     late = by_sensor("latencies", latencies or {}, form.sensors)
@@ -208,13 +214,43 @@ def replayed(form: Form, log: Log, noise: Parameters, latency: Array, start: Any
     if np.any(~np.isnan(latency)) and form.dt is not None:
         raise InvalidInputError("latencies belong to filters with time stamps; a multi-rate plant has latency=")
     series = form.along(log, latency, begun(form, start))
-    return judged(series.log, form, series.run(noise))
+    return judged(series.log, form.sensors, form.expected(len(series.log.t)), series.run(noise), form.under_way)
 
 
-def judged(log: Log, form: Form, found: Run) -> Replay:
-    """The verdicts on what a filter made of a log."""
+def _extended(
+    observer: ExtendedKalman | ExtendedFilter, log: Any, time: str, inputs: tuple[str, ...], latencies: Any, start: Any
+) -> Replay:
+    """An extended filter from one row to the next."""
+    plant, run = observer.plant, extended(observer.plant, observer.gate)
+    if len(inputs) != plant.inputs:
+        raise InvalidInputError(f"there are {plant.inputs} known inputs, inputs= names {len(inputs)}: {list(inputs)}")
+    data = read_log(log, plant.sensors, inputs, time=time)
+    late = by_sensor("latencies", latencies, plant.sensors)
+    due = np.ones((1, len(late)), dtype=bool)
+    if isinstance(observer, ExtendedFilter):
+        if latencies:
+            raise InvalidInputError("latencies belong to filters with time stamps: take an ExtendedKalman")
+        data, due = data.on_grid(plant.dt), observer.schedule.mask
+    data, _ = data.taken(late)
+    x0 = plant.x0 if start is None else as_array("start", start, (plant.order,))
+    N, q, prior = len(data.t), len(late), Estimate(float(data.t[0]), x0, plant.P0)
+    instants: list[Instant] = []
+    e, V, used = np.zeros((N, 1, q)), np.tile(np.eye(q), (N, 1, 1, 1)), np.zeros((N, q), dtype=bool)
+    for k, (y, u) in enumerate(zip(data.y, data.u, strict=True)):
+        if k:
+            prior = run.predict(instants[-1], float(data.t[k]))
+        instants.append(now := run.update(prior, y, u))
+        used[k] = now.used
+        e[k, 0, used[k]], V[k, 0][np.ix_(used[k], used[k])] = now.innovation, now.spread
+    x, P = np.array([one.mean for one in instants]), np.array([one.covariance for one in instants])
+    found = Run(x, P, e, V, used, sum(one.gated for one in instants))
+    return judged(data, tuple(plant.sensors), due[np.arange(N) % len(due)], found)
+
+
+def judged(log: Log, sensors: tuple[str, ...], due: NDArray[np.bool_], found: Run, under_way: int = 0) -> Replay:
+    """The verdicts on what a filter made of a log; under_way: how many of the last states are late samples."""
     w, came = whitened(found), ~np.isnan(log.y)
-    used, sensors = found.used.sum(axis=0), form.sensors
+    used, n = found.used.sum(axis=0), found.x.shape[1] - under_way
     if np.any(used <= LAGS):
         raise InvalidInputError(
             f"{int(used.min())} samples of a sensor are used, too few: widen the gate, or record on"
@@ -227,7 +263,6 @@ def judged(log: Log, form: Form, found: Run) -> Replay:
         for name, size in zip(sensors, sizes, strict=True)
         if not 1 / UNITS < size < UNITS
     )
-    due, n = form.expected(len(came)), found.x.shape[1] - form.under_way
     return Replay(
         log=log,
         sensors=sensors,

@@ -78,6 +78,21 @@ obs_init(&s, NULL) or, with a start of OBS_ORDER numbers, obs_init(&s, start); t
    measure; NULL: there is no sample, only the input changes), and estimate receives the estimate of the OBS_ORDER
    states at t. obs_predict(&s, t, estimate) gives that at a later time. Both return 0, or 1 and change nothing if a
    number is not finite, t is not later than the sample before, or it is before the newest input."""
+TURN = """\
+/* out (order, order) += left right left', symmetric: what rounding makes unequal would grow. */
+static void obs_turn(double *out, const double *left, const double *right)
+{
+    double half[OBS_ORDER * OBS_ORDER] = {0};
+    int i, j, k;
+    obs_add(half, left, right, OBS_ORDER, OBS_ORDER, OBS_ORDER);
+    for (i = 0; i < OBS_ORDER; i++)
+        for (j = 0; j <= i; j++) {
+            for (k = 0; k < OBS_ORDER; k++)
+                out[i * OBS_ORDER + j] += half[i * OBS_ORDER + k] * left[j * OBS_ORDER + k];
+            out[j * OBS_ORDER + i] = out[i * OBS_ORDER + j];
+        }
+}
+"""
 BODY = """\
 typedef struct {
     double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, sampled, covariance[OBS_SPREAD];
@@ -94,20 +109,6 @@ static void obs_series(double *out, const double *table, int count, double h)
     for (i = 0; i < count; i++)
         for (out[i] = 0.0, k = OBS_DEGREE; k >= 0; k--)
             out[i] = out[i] * h + table[k * count + i];
-}
-
-/* out (order, order) += left right left', symmetric: what rounding makes unequal would grow. */
-static void obs_turn(double *out, const double *left, const double *right)
-{
-    double half[OBS_ORDER * OBS_ORDER] = {0};
-    int i, j, k;
-    obs_add(half, left, right, OBS_ORDER, OBS_ORDER, OBS_ORDER);
-    for (i = 0; i < OBS_ORDER; i++)
-        for (j = 0; j <= i; j++) {
-            for (k = 0; k < OBS_ORDER; k++)
-                out[i * OBS_ORDER + j] += half[i * OBS_ORDER + k] * left[j * OBS_ORDER + k];
-            out[j * OBS_ORDER + i] = out[i * OBS_ORDER + j];
-        }
 }
 
 /* Over h: a power series over h / 2^j, doubled j times. */
@@ -208,34 +209,32 @@ static void obs_correct(obs_t *s, double t, const double *x, const double *y)
     obs_add(s->mean, obs_gain + cell * OBS_MEAN * OBS_MEASUREMENTS, innovation, OBS_MEAN, OBS_MEASUREMENTS, 1);
 }
 """
-RUNNING = """\
+WEIGHED = """\
 /* By the gain that follows from the covariance, through a Cholesky factor of that of the innovations. */
-static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+static void obs_weigh(obs_t *s, const double *x, const double *y, const double *expected, const double *output)
 {
     double crossed[OBS_MEASUREMENTS][OBS_ORDER] = {{0}}, root[OBS_MEASUREMENTS][OBS_MEASUREMENTS];
     double innovation[OBS_MEASUREMENTS] = {0};
     int seen[OBS_MEASUREMENTS], count = 0, i, j, k;
-    (void)t;
     for (i = 0; i < OBS_MEASUREMENTS; i++) {
-        const double *row = obs_output + i * OBS_ORDER;
-        double expected = 0.0, variance = obs_noise[i * OBS_MEASUREMENTS + i];
+        const double *row = output + i * OBS_ORDER;
+        double variance = obs_noise[i * OBS_MEASUREMENTS + i];
         if (isnan(y[i]))
             continue;
         memset(crossed[count], 0, sizeof crossed[count]);
-        obs_add(&expected, row, x, 1, OBS_ORDER, 1);
         obs_add(crossed[count], row, s->covariance, 1, OBS_ORDER, OBS_ORDER);
         obs_add(&variance, crossed[count], row, 1, OBS_ORDER, 1);
-        if (obs_gate[0] > 0.0 && fabs(y[i] - expected) > obs_gate[0] * sqrt(variance)) {
+        if (obs_gate[0] > 0.0 && fabs(y[i] - expected[i]) > obs_gate[0] * sqrt(variance)) {
             s->gated++;
             continue;
         }
-        innovation[count] = y[i] - expected;
+        innovation[count] = y[i] - expected[i];
         seen[count++] = i;
     }
     for (i = 0; i < count; i++) {
         for (j = 0; j <= i; j++) {
             root[i][j] = obs_noise[seen[i] * OBS_MEASUREMENTS + seen[j]];
-            obs_add(&root[i][j], crossed[i], obs_output + seen[j] * OBS_ORDER, 1, OBS_ORDER, 1);
+            obs_add(&root[i][j], crossed[i], output + seen[j] * OBS_ORDER, 1, OBS_ORDER, 1);
         }
     }
     for (i = 0; i < count; i++) {
@@ -259,6 +258,15 @@ static void obs_correct(obs_t *s, double t, const double *x, const double *y)
         }
 }
 """
+RUNNING = """
+static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+{
+    double expected[OBS_MEASUREMENTS] = {0};
+    (void)t;
+    obs_add(expected, obs_output, x, OBS_MEASUREMENTS, OBS_ORDER, 1);
+    obs_weigh(s, x, y, expected, obs_output);
+}
+"""
 
 
 def c_form(
@@ -278,4 +286,5 @@ def c_form(
     sizes |= {"measurements": len(output), "degree": DEGREE, "gaps": int(not fixed)}
     # A filter of fixed gains keeps no covariance.
     sizes |= {"cells": len(own["gain"]) if fixed else 1, "spread": 1 if fixed else n * n}
-    return c_file(name, comment, USAGE, BODY.replace("$corrected", FIXED if fixed else RUNNING), sizes, tables)
+    body = BODY.replace("$corrected", FIXED if fixed else WEIGHED + RUNNING)
+    return c_file(name, comment, USAGE, TURN + body, sizes, tables)
