@@ -1,6 +1,7 @@
 """Variances, biases and latencies by maximum likelihood through the exact innovations of the Kalman filter.
 
-Fisher's scoring: steps with the expected information, halved until the likelihood rises.
+Fisher's scoring: steps with the expected information, damped where the likelihood does not rise (D. W. Marquardt, J.
+SIAM 11 (1963)).
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ from replication.estimation.recorded.replay import PROBABILITY, Replay, begun, l
 from replication.estimation.recorded.series import Parameters, Series, likelihood
 from replication.estimation.validation import Array
 
-STEPS, LONGEST, SETTLED = 100, 2.0, 1e-9
-"""Scoring steps at most; the longest in the logarithm of a variance; and the decrement at which they end."""
+STEPS, LONGEST, DAMPED, SETTLED = 100, 2.0, 0.1, 1e-9
+"""Scoring steps at most; the longest in the logarithm of a variance; the first damping; and the decrement at the end."""
 SINGULAR = 1e-8
 """Eigenvalue of the information, its diagonal scaled to one, below which a combination is not told."""
 FAINT = 1e-3
 """Information of the logarithm of a variance below which the log says nothing of it."""
-SHRUNK = 1.0
-"""Fall of the logarithm of a variance that says nothing from which on it is near zero."""
+GONE = 14.0
+"""Fall of the logarithm of a variance, to a millionth, from which on it is near zero."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -254,37 +255,41 @@ def fit(
 
 
 def _optimum(
-    cost_of: Likelihood, theta: Array, variance: NDArray[np.bool_], names: tuple[str, ...]
+    cost_of: Likelihood, guess: Array, variance: NDArray[np.bool_], names: tuple[str, ...]
 ) -> tuple[Array, float, Array]:
-    guess = theta
+    theta, damping = guess, DAMPED
     cost, gradient, information = cost_of(theta)
     for _ in range(STEPS):
-        _require_told(information, variance, names, theta < guess - SHRUNK)
-        step = -np.linalg.solve(information, gradient)
-        if -gradient @ step < SETTLED:
+        if gradient @ _inverse(information) @ gradient < SETTLED:
+            _require_told(information, variance, names)
             return theta, cost, information
-        longest = np.abs(step[variance]).max(initial=0.0)
-        share = min(1.0, LONGEST / longest) if longest else 1.0
-        while True:
-            trial = theta + share * step
-            if (after := cost_of(trial))[0] < cost:
-                break
-            share /= 2
-            if share < SETTLED:
-                raise SolverError("the likelihood does not rise along its gradient: scale the units, or guess anew")
+        size = np.diag(information)
+        step = -_inverse(information + damping * np.diag(np.where(variance, np.maximum(size, 1.0), size))) @ gradient
+        trial = theta + np.where(variance, np.clip(step, -LONGEST, LONGEST), step)
+        if (after := cost_of(trial))[0] >= cost:
+            damping *= 10
+            continue
+        damping /= 10
         theta, (cost, gradient, information) = trial, after
+        if np.any(gone := variance & (theta < guess - GONE)):
+            name = names[int(np.argmax(gone))]
+            raise InvalidInputError(f"the log is likeliest with {name} near zero: leave it out, or hold it fixed")
+    _require_told(information, variance, names)
     raise SolverError(f"the likelihood has not settled after {STEPS} steps: start from another Q and R")
 
 
-def _require_told(
-    information: Array, variance: NDArray[np.bool_], names: tuple[str, ...], shrunk: NDArray[np.bool_]
-) -> None:
-    """Refuse what the log does not tell, by name; shrunk: what has become much smaller than the guess."""
+def _inverse(information: Array) -> Array:
+    """With what the log does not tell held to its place."""
+    units = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(information / np.outer(units, units))
+    return (vectors / np.maximum(values, SINGULAR) @ vectors.T) / np.outer(units, units)
+
+
+def _require_told(information: Array, variance: NDArray[np.bool_], names: tuple[str, ...]) -> None:
+    """Refuse what the log does not tell, by name."""
     diagonal = np.diag(information)
-    for name, amount, logarithm, small in zip(names, diagonal, variance, shrunk, strict=True):
+    for name, amount, logarithm in zip(names, diagonal, variance, strict=True):
         if amount <= (FAINT if logarithm else 0.0):
-            if logarithm and small:
-                raise InvalidInputError(f"the log is likeliest with {name} near zero: leave it out, or hold it fixed")
             raise InvalidInputError(
                 f"the log does not tell {name}: hold it fixed (fixed=[{name!r}]), or record it otherwise"
             )

@@ -90,7 +90,7 @@ class Replay(Shown):
         for name, p, used, missing in zip(self.sensors, self.white, self.used, self.missing, strict=True):
             verdict = "white" if p >= 1 - PROBABILITY else "not white"
             lines.append((f"innovations of {name}", f"{verdict}, probability {p:.3g}", f"Ljung-Box, {LAGS} lags"))
-            lines.append((f"samples of {name}", f"{used} used, {missing} missing", "counted"))
+            lines.append((f"samples of {name}", f"{used} used, {missing} rows without", "counted"))
         lines.append(("off the schedule", as_text(self.unscheduled), "counted"))
         lines.append(("beyond the gate", as_text(self.gated), "counted"))
         return lines + [("suspicion", text, "size of the innovations") for text in self.suspicions]

@@ -69,7 +69,10 @@ def test_fit_recovers_the_truth_from_a_wrong_guess() -> None:
 
 def test_what_the_log_does_not_tell_is_named() -> None:
     twice = NoisyPlant([[-1.0, 0], [0, -1.0]], [[1, 1]], Q=np.eye(2), R=[0.1], sensors=["y"])
-    log = {"t": np.arange(100) * 0.1, "y": np.random.default_rng(2).standard_normal(100)}
+    rng, x = np.random.default_rng(2), [0.0]
+    for _ in range(199):
+        x.append(0.9 * x[-1] + 0.4 * rng.standard_normal())
+    log = {"t": np.arange(200) * 0.1, "y": np.array(x) + 0.3 * rng.standard_normal(200)}
     with pytest.raises(InvalidInputError, match=r"Q\[0\]\[0\] and Q\[1\]\[1\] apart"):
         fit(twice, log)
 
