@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.multirate import MultiratePlant
+from replication.estimation.multirate import MultiratePlant, design
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded import fit, replay
@@ -54,12 +54,11 @@ def multirate(seed: int) -> Log:
         x = HELD.A @ x + HELD.B_d @ rng.standard_normal(1)
     late = np.full(ROWS, np.nan)
     late[2::SLOW] = rows[:-2:SLOW, 0]
-    return {"t": STEP * np.arange(ROWS), "x": late, "v": rows[:, 1]}
+    return {"t": STEP * np.arange(ROWS), "y[0]": late, "y[1]": rows[:, 1]}
 
 
 GUESS = replace(TRUE, Q=np.diag([0.0, 2]), R=[0.2, 0.05])
-WRONG = replace(HELD, B_d=2 * HELD.B_d, D=2 * HELD.D)
-MULTIRATE = {"latency": (2, 0), "sensors": ("x", "v"), "biases": ("x",)}
+WRONG = design(replace(HELD, B_d=2 * HELD.B_d, D=2 * HELD.D), periods=(SLOW, 1), goal="h2", latency=(2, 0))
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ CASES = (
     Case("time stamps", stamped, GUESS, {"biases": ("x",)}, (0.5, 0.04, 0.01, BIAS)),
     Case("late", lambda seed: stamped(seed, LATE), GUESS, {"latencies": {"x": 0.05}, "biases": ("x",)},
          (0.5, 0.04, 0.01, BIAS, LATE)),
-    Case("multi-rate", multirate, WRONG, MULTIRATE, (0.25, 0.04, 0.01, BIAS)),
+    Case("multi-rate", multirate, WRONG, {"biases": ("y[0]",)}, (0.25, 0.04, 0.01, BIAS)),
 )  # fmt: skip
 
 

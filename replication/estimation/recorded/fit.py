@@ -25,7 +25,7 @@ from replication.estimation.recorded.series import Parameters, Series, likelihoo
 from replication.estimation.validation import Array
 
 STEPS, LONGEST, DAMPED, SETTLED = 100, 2.0, 0.1, 1e-9
-"""Scoring steps at most; the longest in the logarithm of a variance; the first damping; and the decrement at the end."""
+"""Scoring steps at most; the longest in the logarithm of a variance; the first damping; the last decrement."""
 SINGULAR = 1e-8
 """Eigenvalue of the information, its diagonal scaled to one, below which a combination is not told."""
 FAINT = 1e-3
@@ -40,12 +40,12 @@ class Fit(Shown):
 
     Attributes
     ----------
-    plant : NoisyPlant, MultiratePlant or ContinuousPlant
-        Of the kind that was given, with the fitted noise; NoisyPlant for a dual-rate design, whose Q and R are the
-        `process_noise` and `sensor_noise` of the next.
+    plant : NoisyPlant or MultiratePlant
+        With the fitted noise. Of a multi-rate design it has the late samples as states and needs no `latency`; of a
+        dual-rate one its Q and R are the `process_noise` and `sensor_noise` of the next.
     names : tuple of str
-        The p parameters: `Q[i][i]`, or `variance of d[i]` with the B_d that was given; `R[sensor]`, `bias[sensor]`,
-        `latency[sensor]` (s).
+        The p parameters: `Q[i][i]`, or `variance of NAME` for a disturbance of a multi-rate design, beside one as it
+        was given; `R[sensor]`, `bias[sensor]`, `latency[sensor]` (s).
     values : array (p,)
         Their estimates.
     intervals : array (p, 2)
@@ -111,26 +111,18 @@ class Likelihood:
 
     def noise(self, theta: Array) -> Parameters:
         """Variances and biases with their derivatives."""
-        whole = self.whole(theta)
-        s, q, p = len(self.form.v), len(self.form.C), len(theta)
-        v, R, bias = np.zeros((p + 1, s)), np.zeros((p + 1, q, q)), np.zeros((p + 1, q))
-        variances = np.exp(whole[: s + q])
-        v[0], R[0], bias[0, list(self.biased)] = (
-            variances[:s],
-            np.diag(variances[s:]),
-            whole[s + q :][: len(self.biased)],
+        whole, K = self.whole(theta), len(self.guess)
+        s, q, b = len(self.form.v), len(self.form.C), len(self.biased)
+        variances, sensors, offsets = np.exp(whole[: s + q]), np.arange(q), s + q + np.arange(b)
+        v, R, bias = np.zeros((K, s)), np.zeros((K, q, q)), np.zeros((K, q))
+        v[:s], R[s + sensors, sensors, sensors], bias[offsets, self.biased] = np.diag(variances[:s]), variances[s:], 1.0
+        late = tuple(sensor for sensor, free in zip(self.late, self.free[s + q + b :], strict=True) if free)
+        return Parameters(
+            np.vstack([v.sum(axis=0), v[self.free]]),
+            np.concatenate([R.sum(axis=0)[None], R[self.free]]),
+            np.vstack([whole @ bias, bias[self.free]]),
+            late,
         )
-        late = []
-        for i, k in enumerate(np.flatnonzero(self.free), start=1):
-            if k < s:
-                v[i, k] = variances[k]
-            elif k < s + q:
-                R[i, k - s, k - s] = variances[k]
-            elif k < s + q + len(self.biased):
-                bias[i, self.biased[k - s - q]] = 1.0
-            else:
-                late.append(self.late[k - s - q - len(self.biased)])
-        return Parameters(v, R, bias, tuple(late))
 
     def whole(self, theta: Array) -> Array:
         """All parameters, those that are held fixed too."""
@@ -164,19 +156,17 @@ def fit(
     fixed: Sequence[str] = (),
     time: str = "t",
     inputs: tuple[str, ...] = (),
-    latency: Sequence[float] = (),
-    P0: Any = None,
-    sensors: Sequence[str] = (),
     start: Any = None,
 ) -> Fit:
     """Estimate the variances of a plant's noise, biases and latencies of its sensors, from a log.
 
     Parameters
     ----------
-    plant : NoisyPlant, MultiratePlant, ContinuousPlant or SlowRateResult
-        Its noise is the first guess; zeros stay zero. R is diagonal. Of a Q that is not, one factor is fitted.
+    plant : NoisyPlant, KalmanResult or SlowRateResult
+        A plant with time stamps, or a design of a multi-rate or dual-rate filter (goal="h2"). Its noise is the first
+        guess; zeros stay zero. R is diagonal. Of a Q that is not, one factor is fitted.
     log : str, path, or mapping of str to array (N,)
-        As in `read_log`; of plants with a base period the first row is instant 0.
+        As in `read_log`; with a base period the first row is instant 0.
     biases : sequence of str
         Sensors whose constant bias is estimated.
     latencies : mapping of str to float, optional
@@ -186,13 +176,7 @@ def fit(
     time : str
         Column of times, s.
     inputs : tuple of str
-        Columns of the known inputs, in order.
-    latency : sequence of float, one per sensor, optional
-        Known ages of the samples of a multi-rate plant, in base periods.
-    P0 : array (n, n), optional
-        Covariance of the start; that of a NoisyPlant, or the identity, unless given.
-    sensors : sequence of str, optional
-        Columns of the measurements of a multi-rate plant; y[0], y[1] and so on unless given.
+        Columns of the known inputs, in order; those of the design unless given.
     start : array (n,), optional
         x^(0); zero unless given.
 
@@ -208,7 +192,7 @@ def fit(
     SolverError
         The likelihood did not settle.
     """
-    form = of_plant(plant, latency=latency, P0=P0, sensors=sensors)
+    form = of_plant(plant)
     if np.any(form.R - np.diag(np.diag(form.R))):
         raise InvalidInputError("fit takes a diagonal R: choose sensors whose noise is independent")
     if not len(form.v):
@@ -278,23 +262,27 @@ def _optimum(
     raise SolverError(f"the likelihood has not settled after {STEPS} steps: start from another Q and R")
 
 
+def _scaled(information: Array) -> tuple[Array, Array, Array]:
+    """Units in which its diagonal is one, and eigenvalues and -vectors in them."""
+    units = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    return units, *np.linalg.eigh(information / np.outer(units, units))
+
+
 def _inverse(information: Array) -> Array:
     """With what the log does not tell held to its place."""
-    units = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(information / np.outer(units, units))
-    return (vectors / np.maximum(values, SINGULAR) @ vectors.T) / np.outer(units, units)
+    units, values, vectors = _scaled(information)
+    inverse: Array = (vectors / np.maximum(values, SINGULAR) @ vectors.T) / np.outer(units, units)
+    return inverse
 
 
 def _require_told(information: Array, variance: NDArray[np.bool_], names: tuple[str, ...]) -> None:
     """Refuse what the log does not tell, by name."""
-    diagonal = np.diag(information)
-    for name, amount, logarithm in zip(names, diagonal, variance, strict=True):
+    for name, amount, logarithm in zip(names, np.diag(information), variance, strict=True):
         if amount <= (FAINT if logarithm else 0.0):
             raise InvalidInputError(
                 f"the log does not tell {name}: hold it fixed (fixed=[{name!r}]), or record it otherwise"
             )
-    units = np.sqrt(diagonal)
-    values, vectors = np.linalg.eigh(information / np.outer(units, units))
+    _, values, vectors = _scaled(information)
     if values[0] < SINGULAR:
         mixed = [name for name, part in zip(names, vectors[:, 0], strict=True) if abs(part) > 0.1]
         raise InvalidInputError(

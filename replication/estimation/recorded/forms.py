@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import numbered
+from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.dualrate.slow.controller import central, covariances
 from replication.estimation.dualrate.slow.result import RunningController, SlowRateResult
-from replication.estimation.multirate.latency import ContinuousPlant, checked_latency, delivered
 from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.result import KalmanResult
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded.log import Log
 from replication.estimation.recorded.series import Drift, Series
-from replication.estimation.validation import Array, covariance
+from replication.estimation.validation import Array
 
 SAME = 1e-9
 """Relative difference of gains that is rounding."""
+UNSTEADY = 100.0
+"""Covariance of the start of a log, in units of that of the steady state."""
 
 
 class Moves(NamedTuple):
@@ -36,19 +36,14 @@ class Moves(NamedTuple):
     which: Any
 
 
-def _unknown(v: Array, R: Array) -> None:
-    """A filter has no plant to give back."""
-
-
 @dataclass(frozen=True, eq=False)
 class Form:
     """A plant with its noise, or a filter of it.
 
     sensors, inputs: names, the latter if known; noise: names of the s variances v (s,) of the process noise; C (q, n),
-    D_u (q, m); R (q, q); P0 (n, n); moves: the steps along a log; dt: base period, s, or None for time stamps; gains
-    (period, n, q): where they are fixed; due (period, q): a schedule; gate; early (q,): rows from the start on that are
-    left out; under_way: states that are samples on their way; flow: A, B_u and effects of the variances (s, n, n) in
-    continuous time; refitted: the plant with other v and R.
+    D_u (q, m); R (q, q); P0 (n, n); moves: the steps along a log; refitted: the plant with other v and R; dt: base
+    period, s, or None for time stamps; gains (period, n, q): where they are fixed; due (period, q): a schedule; gate;
+    under_way: states that are samples on their way; flow: A, B_u and effects of v (s, n, n) in continuous time.
     """
 
     sensors: tuple[str, ...]
@@ -60,14 +55,13 @@ class Form:
     R: Array
     P0: Array
     moves: Callable[[Log], Moves]
+    refitted: Callable[[Array, Array], Any]
     dt: float | None = None
     gains: Array | None = None
     due: Any = None
     gate: float = 0.0
-    early: tuple[int, ...] = ()
     under_way: int = 0
     flow: tuple[Array, Array, Array] | None = None
-    refitted: Callable[[Array, Array], Any] = _unknown
 
     def expected(self, rows: int) -> Any:
         """When sensors are due (rows, q)."""
@@ -79,8 +73,6 @@ class Form:
         taken, owner = log.taken(latency)
         moves, N = self.moves(taken), len(taken.t)
         due = np.ones(taken.y.shape, dtype=bool)
-        for sensor, count in enumerate(self.early):
-            due[:count, sensor] = False
         if self.gains is not None:  # a filter that follows its covariance takes a sample off its schedule
             due &= self.expected(N)
         drift = None
@@ -95,24 +87,15 @@ class Form:
         )  # fmt: skip
 
 
-def _pieces(Q: Array) -> tuple[tuple[str, ...], Array, Array]:
-    """Names, values and effects of the variances in Q: its diagonal, or else one factor of it all."""
-    if np.any(Q - np.diag(np.diag(Q))):
-        return ("factor of Q",), np.ones(1), Q[None]
-    states = [int(i) for i in np.flatnonzero(np.diag(Q))]
-    names = tuple(f"Q[{i}][{i}]" for i in states)
-    return (
-        names,
-        np.diag(Q)[states],
-        np.array([np.outer(row, row) for row in np.eye(len(Q))[states]]).reshape(-1, *Q.shape),
-    )
-
-
 def stamped(plant: NoisyPlant, gate: float = 0.0) -> Form:
     """Of samples with time stamps."""
     if plant.S is not None:
         raise InvalidInputError("held noise (S) needs all sensors in each row: describe the noise as white, without S")
-    names, v, effects = _pieces(plant.Q)
+    states = np.flatnonzero(np.diag(plant.Q))
+    names, v = tuple(f"Q[{i}][{i}]" for i in states), np.diag(plant.Q)[states]
+    effects = _squares(np.eye(plant.order)[states])
+    if np.any(plant.Q - np.diag(np.diag(plant.Q))):
+        names, v, effects = ("factor of Q",), np.ones(1), plant.Q[None]
     parts = [Transition.of(plant.A, plant.B_u, effect) for effect in effects]
     still = Transition.of(plant.A, plant.B_u, np.zeros_like(plant.Q))
 
@@ -131,84 +114,31 @@ def stamped(plant: NoisyPlant, gate: float = 0.0) -> Form:
 
     direct = np.zeros((len(plant.C), plant.B_u.shape[1]))
     return Form(
-        tuple(plant.sensors), (), names, v, plant.C, direct, plant.R, plant.P0, moves, gate=gate,
-        flow=(plant.A, plant.B_u, effects),        refitted=refitted,
+        tuple(plant.sensors), (), names, v, plant.C, direct, plant.R, plant.P0, moves, refitted, gate=gate,
+        flow=(plant.A, plant.B_u, effects),
     )  # fmt: skip
 
 
-def periodic(plant: MultiratePlant, P0: Array, sensors: Sequence[str]) -> Form:
-    """Of samples at the instants of a base period."""
-    if plant.correlated:
-        raise InvalidInputError("B_w makes noise of plant and sensors correlated: describe both as independent")
-    columns = [int(i) for i in np.flatnonzero(np.any(plant.B_d, axis=0))]
-    effects = np.array([np.outer(b, b) for b in plant.B_d.T[columns]]).reshape(-1, *plant.A.shape)
-
-    def moves(log: Log) -> Moves:
-        return Moves(plant.A[None], plant.B_u[None], effects[None], np.zeros(len(log.t), dtype=int))
-
-    names, R = tuple(f"variance of d[{i}]" for i in columns), plant.D @ plant.D.T
-    return Form(
-        tuple(sensors), (), names, np.ones(len(columns)), plant.C, plant.D_u, R, P0, moves, plant.dt,
-        under_way=plant.under_way,
-    )  # fmt: skip
+def _squares(rows: Array) -> Array:
+    """b b' of each row (s, n, n)."""
+    return np.asarray(np.einsum("si,sj->sij", rows, rows))
 
 
-def of_plant(plant: Any, *, latency: Sequence[float], P0: Any, sensors: Sequence[str]) -> Form:
-    """Of a plant with a first guess of its noise: a NoisyPlant, MultiratePlant, ContinuousPlant or SlowRateResult.
-
-    latency: known ages of the samples in base periods, of multi-rate plants; what was measured before the start says
-    nothing of it and is left out. Raises InvalidInputError for another plant, or what does not belong to it.
-    """
-    if isinstance(plant, MultiratePlant | ContinuousPlant):
-        return _multirate(plant, latency, P0, sensors)
-    if isinstance(plant, SlowRateResult):
-        given, names = plant.problem, plant.signals.measurements
-        model = given.plant
-        plant = NoisyPlant(model.A, model.C, given.process_noise, given.sensor_noise, model.B_u, sensors=names)
-    if not isinstance(plant, NoisyPlant):
-        raise InvalidInputError(
-            "plant must be a NoisyPlant, MultiratePlant, ContinuousPlant or the result of a dual-rate design at the "
-            f"slow rate, got {type(plant).__name__}"
-        )
-    if np.size(latency) or len(sensors):
-        raise InvalidInputError(
-            "latency and sensors belong to multi-rate plants: a NoisyPlant has names, see latencies"
-        )
-    return stamped(plant if P0 is None else replace(plant, P0=P0))
-
-
-def _multirate(plant: MultiratePlant | ContinuousPlant, latency: Sequence[float], P0: Any, sensors: Any) -> Form:
-    between = None
-    if isinstance(plant, ContinuousPlant):
-        plant = _in_columns(plant)
-        between, whole = plant.after, plant.after(plant.dt)
+def of_plant(plant: Any) -> Form:
+    """Of a plant with a first guess of its noise, or of a design for it; raises InvalidInputError for another thing."""
+    if isinstance(plant, NoisyPlant):
+        return stamped(plant)
+    if isinstance(plant, KalmanResult):
+        form = _multirate(plant.filter())
+    elif isinstance(plant, SlowRateResult):
+        form = _dual_rate(plant.running())
     else:
-        whole = plant
-    names = tuple(sensors) if len(sensors) else numbered("y", whole.sensors)
-    if len(names) != whole.sensors:
-        raise InvalidInputError(f"sensors must name the {whole.sensors} rows of C, got {sensors!r}")
-    ages = checked_latency(latency if np.size(latency) else [0.0] * whole.sensors, whole.sensors)
-    start = np.eye(whole.order) if P0 is None else covariance("P0", P0, whole.order)
-    along = delivered(whole, ages, between)
-    form = periodic(along, block_diag(start, np.zeros((along.under_way, along.under_way))), names)
-
-    def refitted(v: Array, R: Array) -> MultiratePlant | ContinuousPlant:
-        scale = np.ones(whole.B_d.shape[1])
-        scale[np.any(along.B_d, axis=0)] = np.sqrt(v)
-        if isinstance(plant, MultiratePlant):
-            return replace(plant, B_d=plant.B_d * scale, D=np.sqrt(R))
-        return replace(plant, B_d=np.asarray(plant.B_d) * scale, R=R, D=None)
-
-    return replace(form, early=tuple(ceil(age) for age in ages), refitted=refitted)
-
-
-def _in_columns(plant: ContinuousPlant) -> ContinuousPlant:
-    """The same with Q in the columns of B_d."""
-    B = np.eye(len(np.asarray(plant.A))) if plant.B_d is None else np.asarray(plant.B_d, dtype=float)
-    Q = np.eye(B.shape[1]) if plant.Q is None else covariance("Q", plant.Q, B.shape[1])
-    if np.any(Q - np.diag(np.diag(Q))):
-        raise InvalidInputError("fit takes a diagonal Q of a ContinuousPlant: put what is common into B_d")
-    return replace(plant, B_d=B * np.sqrt(np.diag(Q)), Q=None)
+        raise InvalidInputError(
+            "plant must be a NoisyPlant, or the result of a multi-rate design or of a dual-rate one at the slow rate, "
+            f"both with goal='h2', got {type(plant).__name__}"
+        )
+    # Its own covariances follow from the noise, and where a log begins the filter is not yet steady.
+    return replace(form, P0=UNSTEADY * form.P0, gains=None)
 
 
 def of_observer(observer: Any) -> Form:
@@ -217,20 +147,51 @@ def of_observer(observer: Any) -> Form:
         return stamped(observer.plant, observer.gate)
     if isinstance(observer, RunningController):
         return _dual_rate(observer)
-    if not isinstance(observer, KalmanFilter | StartingFilter):
-        raise InvalidInputError(
-            "observer must be a Kalman filter (StampedKalman, ExtendedKalman, the filter() of a multi-rate or the "
-            f"running() of a dual-rate design for goal='h2'), got {type(observer).__name__}"
-        )
-    problem, signals = observer.problem, observer.signals
-    names = signals.measurements if signals else numbered("y", problem.plant.sensors)
+    if isinstance(observer, KalmanFilter | StartingFilter):
+        return _multirate(observer)
+    raise InvalidInputError(
+        "observer must be a Kalman filter (StampedKalman, ExtendedKalman, ExtendedFilter, the filter() of a multi-rate "
+        f"or the running() of a dual-rate design for goal='h2'), got {type(observer).__name__}"
+    )
+
+
+def _multirate(observer: KalmanFilter | StartingFilter) -> Form:
+    plant, signals = observer.problem.plant, observer.signals or Signals((), (), (), (), None)
+    if plant.correlated:
+        raise InvalidInputError("B_w makes noise of plant and sensors correlated: describe both as independent")
+    columns = [int(i) for i in np.flatnonzero(np.any(plant.B_d, axis=0))]
+    effects = _squares(plant.B_d.T[columns])
+    own = signals.disturbances if len(signals.disturbances) == plant.B_d.shape[1] else numbered("d", plant.B_d.shape[1])
+
+    def moves(log: Log) -> Moves:
+        return Moves(plant.A[None], plant.B_u[None], effects[None], np.zeros(len(log.t), dtype=int))
+
+    def refitted(v: Array, R: Array) -> MultiratePlant:
+        scale = np.ones(plant.B_d.shape[1])
+        scale[columns] = np.sqrt(v)
+        return replace(plant, B_d=plant.B_d * scale, D=np.sqrt(R))
+
     if isinstance(observer, KalmanFilter):
         P0, gains = observer.gains.predicted[0], observer.gains.K[:, 0]
     else:
         P0, gains = observer.start, None
-    form = periodic(problem.plant, P0, names)
-    inputs = signals.inputs if signals else ()
-    return replace(form, inputs=inputs, gains=gains, due=problem.schedule.mask, gate=observer.gate)
+    return Form(
+        sensors=signals.measurements or numbered("y", plant.sensors),
+        inputs=signals.inputs,
+        noise=tuple(f"variance of {own[i]}" for i in columns),
+        v=np.ones(len(columns)),
+        C=plant.C,
+        D_u=plant.D_u,
+        R=plant.D @ plant.D.T,
+        P0=P0,
+        moves=moves,
+        dt=plant.dt,
+        gains=gains,
+        due=observer.problem.schedule.mask,
+        gate=observer.gate,
+        under_way=plant.under_way,
+        refitted=refitted,
+    )
 
 
 def _dual_rate(observer: RunningController) -> Form:

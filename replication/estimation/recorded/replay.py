@@ -251,10 +251,12 @@ def judged(log: Log, sensors: tuple[str, ...], due: NDArray[np.bool_], found: Ru
     """The verdicts on what a filter made of a log; under_way: how many of the last states are late samples."""
     w, came = whitened(found), ~np.isnan(log.y)
     used, n = found.used.sum(axis=0), found.x.shape[1] - under_way
-    if np.any(used <= LAGS):
-        raise InvalidInputError(
-            f"{int(used.min())} samples of a sensor are used, too few: widen the gate, or record on"
-        )
+    for name, few, all_of in zip(sensors, used, came.sum(axis=0), strict=True):
+        if few <= LAGS:
+            raise InvalidInputError(
+                f"{few} of {all_of} samples of {name!r} are used, too few: they come off the schedule (shift its offset), "
+                "or lie beyond the gate (widen it)"
+            )
     count = int(used.sum())
     low, high = stats.chi2.interval(PROBABILITY, count) / np.float64(count)
     sizes = np.sqrt(np.nanmean(w**2, axis=0))

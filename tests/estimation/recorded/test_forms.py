@@ -69,11 +69,13 @@ def dense(log: Any, plant: NoisyPlant, bias: float, late: float) -> float:
     return -float(stats.multivariate_normal(expected, V).logpdf([one[2] for one in entries]))
 
 
-def likelihood(plant: Any, rows: int, *, late: bool = False, **given: Any) -> Likelihood:
+def designed(plant: Any, latency: tuple[float, ...] = (), offsets: tuple[int, ...] = ()) -> Any:
+    return multirate.design(plant, periods=(3, 1), goal="h2", latency=latency, offsets=offsets)
+
+
+def likelihood(plant: Any, rows: int, *, late: bool = False) -> Likelihood:
     """With all variances, a bias and perhaps a latency free, at the plant's own noise."""
-    names = () if isinstance(plant, NoisyPlant) else ("x", "v")
-    form = of_plant(plant, latency=given.get("latency", ()), P0=None, sensors=names)
-    data = read_log(log_of(rows), ("x", "v"), ("u",), least=1)
+    form, data = of_plant(plant), read_log(log_of(rows), ("x", "v"), ("u",), least=1)
     guess = np.concatenate([np.log(form.v), np.log(np.diag(form.R)), [0.3], [0.037] if late else []])
     tardy = (0,) if late else ()
     return Likelihood(form, data, guess, np.ones(len(guess), bool), (0,), tardy, np.zeros(len(form.P0)))
@@ -90,9 +92,9 @@ def test_the_likelihood_is_that_of_the_joint_density() -> None:
 CASES = {
     "time stamps": likelihood(STAMPED, 60),
     "late": likelihood(STAMPED, 60, late=True),
-    "multi-rate": likelihood(GRID, 60),
-    "multi-rate, late": likelihood(GRID, 60, latency=(3, 0)),
-    "continuous, late": likelihood(HELD, 60, latency=(1.4, 0)),
+    "multi-rate": likelihood(designed(GRID), 60),
+    "multi-rate, late": likelihood(designed(GRID, (3, 0)), 60),
+    "continuous, late": likelihood(designed(HELD, (1.4, 0)), 60),
     "one factor": likelihood(replace(STAMPED, Q=[[0.2, 0.1], [0.1, 0.3]]), 60),
 }
 
@@ -174,34 +176,33 @@ def driven(plant: MultiratePlant, rows: int, late: int, seed: int) -> dict[str, 
         x = plant.A @ x + plant.B_u @ [u] + plant.B_d @ rng.standard_normal(plant.B_d.shape[1])
     slow = np.full(rows, np.nan)
     slow[late::3] = np.array(y)[: rows - late : 3, 0]
-    return {"t": plant.dt * np.arange(rows), "x": slow, "v": np.array(y)[:, 1], "u": inputs}
+    return {"t": plant.dt * np.arange(rows), "y[0]": slow, "y[1]": np.array(y)[:, 1], "u[0]": inputs}
 
 
 @pytest.mark.parametrize("late", [0, 2])
-def test_fit_of_a_multirate_plant_recovers_the_truth_and_its_plant_designs(late: int) -> None:
-    guess = replace(GRID, B_d=GRID.B_d * [3, 0.3], D=GRID.D * 2)
-    log = driven(GRID, 2500, late, 3)
-    given: dict[str, Any] = {"inputs": ("u",), "sensors": ("x", "v"), "latency": (late, 0)}
-    best = fit(guess, log, **given)
+def test_fit_of_a_multirate_design_recovers_the_truth_and_designs_again(late: int) -> None:
+    guess, log = replace(GRID, B_d=GRID.B_d * [3, 0.3], D=GRID.D * 2), driven(GRID, 2500, late, 3)
+    best = fit(designed(guess, (late, 0)), log)
     truth = np.array([1 / 9, 1 / 0.09, 0.04, 0.01])
     assert np.all(np.abs(np.log(best.values / truth)) < 3 * best.errors)
-    assert best.names == ("variance of d[0]", "variance of d[1]", "R[x]", "R[v]")
-    np.testing.assert_allclose(best.plant.B_d, guess.B_d * np.sqrt(best.values[:2]))
+    assert best.names == ("variance of d[0]", "variance of d[1]", "R[y[0]]", "R[y[1]]")
+    np.testing.assert_allclose(best.plant.B_d[:2], guess.B_d * np.sqrt(best.values[:2]))
     np.testing.assert_allclose(best.plant.D @ best.plant.D.T, np.diag(best.values[2:]))
     assert best.replay.estimates.shape == (2500, 2)
-    assert multirate.design(best.plant, periods=(3, 1), goal="h2", latency=(late, 0)).value > 0
+    again = designed(best.plant, offsets=(late, 0))
+    assert replay(again.filter(), log).nis == pytest.approx(best.replay.nis, abs=0.01)
     if late:
-        wrong = fit(guess, log, **{**given, "latency": (0, 0)})
-        assert wrong.log_likelihood < best.log_likelihood - 10
+        with pytest.raises(InvalidInputError, match=r"0 of 833 samples of 'y\[0\]' are used.*offset"):
+            replay(designed(best.plant).filter(), log)
+        assert fit(designed(guess), log).log_likelihood < best.log_likelihood - 10
 
 
-def test_fit_of_a_held_plant_gives_one_of_its_kind() -> None:
+def test_fit_of_a_plant_in_continuous_time() -> None:
     whole = HELD.after(HELD.dt)
-    best = fit(replace(HELD, Q=[0.0, 0.1]), driven(whole, 1500, 0, 5), inputs=("u",), sensors=("x", "v"))
-    assert isinstance(best.plant, ContinuousPlant)
+    best = fit(designed(replace(HELD, Q=[0.0, 0.1])), driven(whole, 1500, 0, 5))
     assert best.values[0] * 0.1 == pytest.approx(0.7, rel=0.5)
-    again = best.plant.after(HELD.dt)
-    np.testing.assert_allclose(again.B_d @ again.B_d.T, whole.B_d @ whole.B_d.T * best.values[0] / 7, atol=1e-12)
+    found = best.plant.B_d @ best.plant.B_d.T
+    np.testing.assert_allclose(found, whole.B_d @ whole.B_d.T * best.values[0] / 7, atol=1e-12)
 
 
 def test_a_latency_is_found_and_can_be_held() -> None:
@@ -229,27 +230,34 @@ def table(**columns: Any) -> dict[str, Any]:
     return {**log_of(60), **columns}
 
 
+def on_grid(times: Any) -> dict[str, Any]:
+    return {"t": times, **{new: log_of(60)[old] for new, old in (("y[0]", "x"), ("y[1]", "v"), ("u[0]", "u"))}}
+
+
+MULTI = designed(GRID)
+GIVEN = {"inputs": ("u",)}
 BAD: dict[str, tuple[Any, dict[str, Any], dict[str, Any]]] = {
-    "lies 0.37 base periods": (GRID, table(t=np.r_[0, 0.137, 0.1 * np.arange(2, 60)]), {}),
-    "lie in one base period": (GRID, table(t=np.r_[0, 0.002, 0.1 * np.arange(2, 60)]), {}),
-    "check dt and the unit of time": (GRID, table(t=100.0 * np.arange(60)), {}),
-    "fixed names no parameter 'R": (GRID, table(), {"fixed": ("R[z]",)}),
-    "sensors must name the 2 rows": (GRID, table(), {"sensors": ("x",)}),
-    "latencies must be finite numbers": (STAMPED, table(), {"latencies": {"z": 0.1}}),
-    "latencies belong to filters with time stamps": (GRID, table(), {"latencies": {"x": 0.1}}),
-    "latency and sensors belong to multi-rate": (STAMPED, table(), {"latency": (1, 0)}),
-    "B_w makes noise": (replace(GRID, B_w=[[0.1, 0], [0, 0]]), table(), {}),
-    "diagonal R": (replace(STAMPED, R=[[0.04, 0.01], [0.01, 0.01]]), table(), {}),
-    "process noise is zero": (replace(STAMPED, Q=np.zeros((2, 2))), table(), {}),
-    "diagonal Q of a ContinuousPlant": (replace(HELD, Q=[[1, 0.5], [0.5, 1]]), table(), {}),
-    "start must have shape": (STAMPED, table(), {"start": [1.0]}),
+    "lies 0.37 base periods": (MULTI, on_grid(np.r_[0, 0.137, 0.1 * np.arange(2, 60)]), {}),
+    "lie in one base period": (MULTI, on_grid(np.r_[0, 0.002, 0.1 * np.arange(2, 60)]), {}),
+    "check dt and the unit of time": (MULTI, on_grid(100.0 * np.arange(60)), {}),
+    "latencies belong to filters with time stamps": (
+        MULTI, on_grid(0.1 * np.arange(60)), {"latencies": {"y[0]": 0.1}},
+    ),
+    "B_w makes noise": (designed(replace(GRID, B_w=[[0.1, 0], [0, 0]])), table(), {}),
+    "fixed names no parameter 'R": (STAMPED, table(), {"fixed": ("R[z]",), **GIVEN}),
+    "latencies must be finite numbers": (STAMPED, table(), {"latencies": {"z": 0.1}, **GIVEN}),
+    "latencies must name sensors": (STAMPED, table(), {"latencies": {"x": "late"}, **GIVEN}),
+    "biases must be different names": (STAMPED, table(), {"biases": ("x", "x"), **GIVEN}),
+    "there are 1 known inputs": (STAMPED, table(), {}),
+    "diagonal R": (replace(STAMPED, R=[[0.04, 0.01], [0.01, 0.01]]), table(), GIVEN),
+    "process noise is zero": (replace(STAMPED, Q=np.zeros((2, 2))), table(), GIVEN),
+    "start must have shape": (STAMPED, table(), {"start": [1.0], **GIVEN}),
     "plant must be a NoisyPlant": ("plant", table(), {}),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_what_does_not_fit_has_its_own_message(message: str) -> None:
     plant, log, given = BAD[message]
-    names = {} if isinstance(plant, NoisyPlant | str) else {"sensors": ("x", "v")}
     with pytest.raises(InvalidInputError, match=message):
-        fit(plant, log, **{"inputs": ("u",), **names, **given})
+        fit(plant, log, **given)

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import c_file
-from replication.estimation.api.plants import NOT_GIVEN, numbered
+from replication.estimation.api.plants import numbered
 from replication.estimation.api.running import gate_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from replication.estimation.nonuniform.stamped.transition import TURN, WEIGHED
+from replication.estimation.nonuniform.stamped.transition import TURN, USAGE, WEIGHED, stepped
 from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3
@@ -75,37 +74,20 @@ class NonlinearPlant:
     (2,)
     """
 
-    f: Callable[[Array, Array, float], Array]
-    F: Callable[[Array, Array, float], Array]
-    h: Callable[[Array], Array]
-    H: Callable[[Array], Array]
-    Q: Array | Callable[[float], Array]
-    R: Array
-    x0: Array
-    P0: Array = NOT_GIVEN
+    f: Callable[[Array, Array, float], Any]
+    F: Callable[[Array, Array, float], Any]
+    h: Callable[[Array], Any]
+    H: Callable[[Array], Any]
+    Q: Any
+    R: Any
+    x0: Any
+    P0: Any = None
     inputs: int = 0
-    sensors: Sequence[str] = NOT_GIVEN
+    sensors: Any = None
     dt: float = 0.1
 
     S: ClassVar[None] = None
     """Its noise is white."""
-
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(
-            self,
-            f: Callable[[Array, Array, float], Any],
-            F: Callable[[Array, Array, float], Any],
-            h: Callable[[Array], Any],
-            H: Callable[[Array], Any],
-            Q: npt.ArrayLike | Callable[[float], Any],
-            R: npt.ArrayLike,
-            x0: npt.ArrayLike,
-            P0: npt.ArrayLike | None = None,
-            inputs: int = 0,
-            sensors: Sequence[str] | None = None,
-            dt: float = 0.1,
-        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not all(callable(function) for function in (self.f, self.F, self.h, self.H)):
@@ -252,39 +234,27 @@ def extended_c(plant: NonlinearPlant, gate: float, name: str, comment: str) -> s
     """The C form, with a gate in standard deviations; raises InvalidInputError where Q is a function."""
     if callable(plant.Q):
         raise InvalidInputError("the C form needs Q as a matrix, the intensity of white noise")
-    sizes = {"order": plant.order, "inputs": plant.inputs, "measurements": len(plant.R)}
+    n = plant.order
+    sizes = {"order": n, "inputs": plant.inputs, "measurements": len(plant.R), "mean": n, "gaps": 1, "spread": n * n}
     tables = {"q": plant.Q, "noise": plant.R, "origin": plant.x0, "start": plant.P0, "gate": np.array([gate])}
-    return c_file(name, comment, USAGE, EXTENDED.replace("$shared", TURN + WEIGHED), sizes, tables)
+    return c_file(name, comment, YOURS + USAGE, stepped(TURN + AHEAD, WEIGHED + CORRECTED), sizes, tables)
 
 
-USAGE = """\
-You write OBS_f(x, u, d, next, jacobian): the state d seconds after x under the input u that is held, and its Jacobian
-   by x, OBS_ORDER rows; and OBS_h(x, y, jacobian): what the sensors measure, and its Jacobian, OBS_MEASUREMENTS rows.
-   obs_init(&s, NULL) or, with a start of OBS_ORDER numbers, obs_init(&s, start); then for each sample
-   obs_step(&s, t, u, y, estimate): t is its time stamp in seconds, u holds OBS_INPUTS known inputs from t on (NULL:
-   as before), y holds OBS_MEASUREMENTS measurements (NAN where a sensor did not measure; NULL: only the input changes).
-   obs_predict(&s, t, estimate) gives the estimate at a later time. Both return 0, or 1 and change nothing if a number
-   is not finite, also one of yours, or t is not later than the sample before. It is an extended Kalman filter: it
-   guarantees nothing."""
-EXTENDED = """\
+YOURS = """\
+It is an extended Kalman filter, and guarantees nothing. You write OBS_f(x, u, d, next, jacobian): the state d seconds
+   after x under the input u that is held, and its Jacobian by x, OBS_ORDER rows; and OBS_h(x, y, jacobian): what the
+   sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
+   """
+AHEAD = """
 void obs_f(const double *x, const double *u, double d, double *next, double *jacobian);
 void obs_h(const double *x, double *y, double *jacobian);
 
-typedef struct {
-    double mean[OBS_ORDER], input[OBS_INPUTS + 1], time, sampled, covariance[OBS_ORDER * OBS_ORDER];
-    unsigned long samples, gated;
-    int started;
-} obs_t;
-
-$shared
-/* f at the estimate, and F (P + Q d/2) F' + Q d/2; 1 if a number of yours is not finite. */
-static int obs_moved(const obs_t *s, double d, double *x, double *covariance)
+/* f at the estimate, and F (P + Q d/2) F' + Q d/2. */
+static int obs_ahead(const obs_t *s, double d, double *x, double *covariance)
 {
     double jacobian[OBS_ORDER * OBS_ORDER], spread[OBS_ORDER * OBS_ORDER];
     int i;
-    memcpy(x, s->mean, sizeof s->mean);
-    memcpy(covariance, s->covariance, sizeof s->covariance);
-    if (!s->started || d <= 0.0)
+    if (d <= 0.0)
         return 0;
     obs_f(s->mean, s->input, d, x, jacobian);
     if (obs_bad(x, OBS_ORDER, 0) || obs_bad(jacobian, OBS_ORDER * OBS_ORDER, 0))
@@ -296,49 +266,16 @@ static int obs_moved(const obs_t *s, double d, double *x, double *covariance)
     obs_turn(covariance, jacobian, spread);
     return 0;
 }
-
-void obs_init(obs_t *s, const double *start)
+"""
+CORRECTED = """
+static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
 {
-    memset(s, 0, sizeof *s);
-    memcpy(s->mean, start == NULL ? obs_origin : start, sizeof s->mean);
-    memcpy(s->covariance, obs_start, sizeof s->covariance);
-}
-
-int obs_predict(const obs_t *s, double t, double *estimate)
-{
-    double covariance[OBS_ORDER * OBS_ORDER];
-    if (!isfinite(t) || !s->started || t < s->time)
+    double expected[OBS_MEASUREMENTS], jacobian[OBS_MEASUREMENTS * OBS_ORDER];
+    (void)t;
+    obs_h(x, expected, jacobian);
+    if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ORDER, 0))
         return 1;
-    return obs_moved(s, t - s->time, estimate, covariance);
-}
-
-int obs_step(obs_t *s, double t, const double *u, const double *y, double *estimate)
-{
-    double x[OBS_ORDER], covariance[OBS_ORDER * OBS_ORDER], expected[OBS_MEASUREMENTS];
-    double jacobian[OBS_MEASUREMENTS * OBS_ORDER];
-    if (!isfinite(t) || (s->started && t < s->time) || (s->samples > 0 && y != NULL && t <= s->sampled))
-        return 1;
-    if ((u != NULL && obs_bad(u, OBS_INPUTS, 0)) || (y == NULL ? u == NULL : obs_bad(y, OBS_MEASUREMENTS, 1)))
-        return 1;
-    if (obs_moved(s, t - s->time, x, covariance))
-        return 1;
-    if (y != NULL) {
-        obs_h(x, expected, jacobian);
-        if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ORDER, 0))
-            return 1;
-    }
-    memcpy(s->mean, x, sizeof x);
-    memcpy(s->covariance, covariance, sizeof covariance);
-    if (y != NULL) {
-        obs_weigh(s, x, y, expected, jacobian);
-        s->sampled = t;
-        s->samples++;
-    }
-    if (u != NULL)
-        memcpy(s->input, u, OBS_INPUTS * sizeof *u);
-    s->time = t;
-    s->started = 1;
-    memcpy(estimate, s->mean, sizeof s->mean);
+    obs_weigh(s, x, covariance, y, expected, jacobian);
     return 0;
 }
 """
