@@ -3,7 +3,7 @@
 `replay(observer, log)` judges a filter by its innovations; `fit(plant, log)` estimates variances, biases and latencies.
 """
 
-from replication.estimation.recorded.fit import Fit, fit
-from replication.estimation.recorded.replay import Replay, replay
+from replication.estimation.recorded.fitting import Fit, fit
+from replication.estimation.recorded.replaying import Replay, replay
 
 __all__ = ["Fit", "Replay", "fit", "replay"]

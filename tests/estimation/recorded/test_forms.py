@@ -18,7 +18,7 @@ from replication.estimation.multirate import ContinuousPlant, MultiratePlant
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded import fit, replay
-from replication.estimation.recorded.fit import Likelihood
+from replication.estimation.recorded.fitting import Likelihood
 from replication.estimation.recorded.forms import of_plant
 from replication.estimation.recorded.log import read_log
 

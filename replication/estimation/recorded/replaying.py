@@ -254,8 +254,8 @@ def judged(log: Log, sensors: tuple[str, ...], due: NDArray[np.bool_], found: Ru
     for name, few, all_of in zip(sensors, used, came.sum(axis=0), strict=True):
         if few <= LAGS:
             raise InvalidInputError(
-                f"{few} of {all_of} samples of {name!r} are used, too few: they come off the schedule (shift its offset), "
-                "or lie beyond the gate (widen it)"
+                f"{few} of {all_of} samples of {name!r} are used, too few: they come off the schedule (shift its "
+                "offset), or lie beyond the gate (widen it)"
             )
     count = int(used.sum())
     low, high = stats.chi2.interval(PROBABILITY, count) / np.float64(count)

@@ -20,7 +20,7 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.shown import Shown
 from replication.estimation.recorded.forms import Form, of_plant
 from replication.estimation.recorded.log import Log, by_sensor
-from replication.estimation.recorded.replay import PROBABILITY, Replay, begun, logged, replayed
+from replication.estimation.recorded.replaying import PROBABILITY, Replay, begun, logged, replayed
 from replication.estimation.recorded.series import Parameters, Series, likelihood
 from replication.estimation.validation import Array
 
