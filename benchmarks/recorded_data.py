@@ -1,6 +1,6 @@
 """Coverage of the 95 % intervals of `fit` over many simulated logs of each form, and what it costs.
 
-`python benchmarks/recorded_data.py [LOGS]` prints both; each log has a seed of its own. Beside the coverage of a bias
+`python benchmarks/recorded_data.py [LOGS [FORM]]` prints both; each log has a seed of its own. Beside the coverage of a bias
 stands that of the same logs with all variances known, where it is exact but for the chance of the draw.
 """
 
@@ -141,12 +141,13 @@ def cost() -> None:
     print(f"a fit of {len(made[2].names)} unknowns takes {spent[2] / spent[1]:.1f} times the seconds of a replay")
 
 
-def main(logs: int) -> None:
-    """Print all."""
+def main(logs: int, title: str = "") -> None:
+    """Print all, or one form."""
     cost()
     for case in CASES:
-        coverage(case, logs)
+        if title in ("", case.title):
+            coverage(case, logs)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 500)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 500, *sys.argv[2:3])
