@@ -1,7 +1,7 @@
 """Coverage of the 95 % intervals of `fit` over many simulated logs of each form, and what it costs.
 
-`python benchmarks/recorded_data.py [LOGS [FORM]]` prints both; each log has a seed of its own. Beside the coverage of a bias
-stands that of the same logs with all variances known, where it is exact but for the chance of the draw.
+`python benchmarks/recorded_data.py [LOGS [FORM]]` prints both; each log has a seed of its own. Beside the coverage of a
+bias stands that of the same logs with all variances known, where it is exact but for the chance of the draw.
 """
 
 from __future__ import annotations
