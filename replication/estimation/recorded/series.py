@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from replication.errors import SolverError
 from replication.estimation.recorded.log import Log
 from replication.estimation.validation import Array
 
@@ -25,6 +26,12 @@ SETTLED = 1e-15
 """Relative change of covariances over one period below which they count as steady."""
 REPEATS = 64
 """Different steps up to which the covariances of a log may become steady."""
+
+
+LOST = (
+    "a covariance of innovations was lost in rounding: bring Q, R and P0 nearer to each other, or scale the states; "
+    "begin an extended filter nearer the truth"
+)
 
 
 class Drift(NamedTuple):
@@ -171,7 +178,10 @@ def _corrected(P: Array, sensors: Sensing, Phi: Array, noise: Array, fixed: Arra
     C, R, _ = sensors
     crossed = P @ C.T
     V = C @ crossed + R
-    inverse = np.linalg.inv(V[0])
+    try:
+        inverse = np.linalg.inv(V[0])
+    except np.linalg.LinAlgError:
+        raise SolverError(LOST) from None
     K = crossed[0] @ inverse if fixed is None else fixed
     left = np.eye(len(Phi)) - K @ C
     filtered = left @ P @ left.T + K @ R @ K.T
@@ -179,11 +189,14 @@ def _corrected(P: Array, sensors: Sensing, Phi: Array, noise: Array, fixed: Arra
 
 
 def likelihood(found: Run) -> tuple[float, Array, Array]:
-    """-ln L, its gradient (p,), and Fisher's information (p, p)."""
+    """-ln L, its gradient (p,), and Fisher's information (p, p); raises SolverError if rounding spoils a covariance."""
     e, V, de, dV = found.e[:, 0], found.V[:, 0], found.e[:, 1:], found.V[:, 1:]
     inverse = np.linalg.inv(V)
     weighted = np.einsum("kab,kb->ka", inverse, e)
-    cost = 0.5 * (np.linalg.slogdet(V)[1].sum() + np.sum(e * weighted) + np.log(2 * np.pi) * found.used.sum())
+    sign, size = np.linalg.slogdet(V)
+    if not np.all(sign > 0):
+        raise SolverError(LOST)
+    cost = 0.5 * (size.sum() + np.sum(e * weighted) + np.log(2 * np.pi) * found.used.sum())
     relative = inverse[:, None] @ dV
     gradient = 0.5 * np.einsum("kiaa->i", relative) + np.einsum("kia,ka->i", de, weighted)
     gradient -= 0.5 * np.einsum("ka,kiab,kb->i", weighted, dV, weighted, optimize=True)
@@ -195,6 +208,12 @@ def likelihood(found: Run) -> tuple[float, Array, Array]:
 
 
 def whitened(found: Run) -> Array:
-    """Innovations as independent numbers of variance one if the model is right (N, q); NaN where none was used."""
-    roots = np.linalg.cholesky(found.V[:, 0])
+    """Innovations as independent numbers of variance one if the model is right (N, q); NaN where none was used.
+
+    Raises SolverError if rounding spoils their covariance.
+    """
+    try:
+        roots = np.linalg.cholesky(found.V[:, 0])
+    except np.linalg.LinAlgError:
+        raise SolverError(LOST) from None
     return np.where(found.used, np.linalg.solve(roots, found.e[:, 0, :, None])[..., 0], np.nan)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from replication.errors import InvalidInputError
+from replication.errors import InvalidInputError, SolverError
 from replication.estimation import dualrate, multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
 from replication.estimation.multirate import ContinuousPlant, MultiratePlant
@@ -261,3 +261,10 @@ def test_what_does_not_fit_has_its_own_message(message: str) -> None:
     plant, log, given = BAD[message]
     with pytest.raises(InvalidInputError, match=message):
         fit(plant, log, **given)
+
+
+def test_rounding_has_its_own_message() -> None:
+    twice = NoisyPlant([[0.0]], [[1], [1]], Q=[[1.0]], R=[1e-18, 1e-18], P0=[[1e9]], sensors=["x", "v"])
+    log = {name: column for name, column in log_of(60).items() if name != "u"}
+    with pytest.raises(SolverError, match="lost in rounding"):
+        replay(StampedKalman(twice), log)

@@ -49,6 +49,18 @@ def test_replay_is_the_running_filter_and_the_right_model_is_consistent() -> Non
     assert len(shown.panels()) == 4
 
 
+def test_the_plots_show_all_and_have_axes_of_their_own() -> None:
+    shown = replay(StampedKalman(CART), simulated(), **GIVEN)
+    height, _, innovations, lags = shown.plot().axes
+    low, high = innovations.get_ylim()
+    assert low < np.nanmin(shown.whitened) and np.nanmax(shown.whitened) < high
+    assert lags.get_xlim()[1] < 12 < 80 <= innovations.get_xlim()[1]
+    (band,) = height.collections
+    lower = band.get_paths()[0].vertices[:, 1].min()
+    spread = 1.96 * np.sqrt(shown.covariances[:, 0, 0])
+    assert lower == pytest.approx((shown.estimates[:, 0] - spread).min(), rel=1e-3)
+
+
 def test_a_wrong_model_is_not_consistent() -> None:
     loud = replay(StampedKalman(replace(CART, R=CART.R / 4)), simulated(), **GIVEN)
     assert loud.nis > loud.interval[1]
