@@ -265,7 +265,10 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
             "leave it out"
         )
     uses = [files.source(steps[0]) for steps in ways]
-    found, meant_here = parse(printed), claim.of("meant", entry)
+    try:
+        found, meant_here = parse(printed), claim.of("meant", entry)
+    except AuditError as error:
+        raise AuditError(f"{where} {claim.id}: {error}") from None
     part.claim(
         Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE,
         pinned=claim.of("pinned", entry) or ("reproduced after erratum" if meant_here else ""),
