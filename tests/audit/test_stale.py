@@ -154,7 +154,6 @@ WAYS = [
         named="random numbers without a seed"),
     Way("entropy", "import os\ndef make(): return os.urandom(3).hex()", named="random numbers without a seed"),
     Way("clock", "from time import time\ndef make(): return time()", named="the clock"),
-    Way("date", "import datetime\ndef make(): return str(datetime.datetime.now())", named="the clock"),
     Way("machine", "import socket\ndef make(): return socket.gethostname()", named="the name of the machine"),
     Way("a file that is written", READS + "(ROOT / 'out.csv').write_text('1')", named="writes out.csv"),
     Way("a seed of the shared generator", "import random\ndef make():\n    random.seed(1)\n    return random.random()"),

@@ -7,23 +7,18 @@ let alone; those that all modules share count as without one unless the computat
 from __future__ import annotations
 
 import contextlib
-import datetime
 import functools
 import importlib
 import os
 import random
-import re
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
 SEEDLESS, CLOCK = "random numbers without a seed", "the clock"
 _RANDOM = ("/random.py", "/secrets.py")
-_TODAY = re.compile(rf"\b(?:{datetime.datetime.__name__}|{datetime.date.__name__})\.(?:now|utcnow|today)\(")
-"""Methods of types of C, which nothing can follow: found in the sources."""
 
 _seeded = False
 Told = Callable[[str, FrameType], None]
@@ -99,17 +94,3 @@ def draws(frame: FrameType) -> FrameType | None:
     ):
         place = place.f_back
     return place
-
-
-@functools.cache
-def asks_for_today(path: Path) -> bool:
-    """Whether a module asks for the date or the time of the day."""
-    try:
-        return _TODAY.search(path.read_text(encoding="utf-8")) is not None
-    except (OSError, ValueError):
-        return False
-
-
-def today(paths: Iterable[Path]) -> tuple[str, ...]:
-    """The words for modules of which one asks for the date."""
-    return (CLOCK,) if any(map(asks_for_today, paths)) else ()

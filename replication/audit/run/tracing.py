@@ -28,7 +28,7 @@ import msgspec
 
 import replication
 from replication.audit.project import CONFIGURATION
-from replication.audit.run.chance import CLOCK, draws, listen, today
+from replication.audit.run.chance import CLOCK, draws, listen
 from replication.audit.store.provenance import OWN, installed, kernel, listing, owners, run_record
 from replication.audit.store.sources import KEPT, SourceTree, default_packages
 from replication.files import write_atomically
@@ -45,7 +45,6 @@ _OURS = re.compile(r"LC_|XDG_|PYTHON|OMP_|MKL_|OPENBLAS_|BLIS_|NUMEXPR_|VECLIB_|
 _STDLIB = sysconfig.get_path("stdlib")
 _MACHINE = ("/usr/", "/lib", "/proc/", "/sys/", "/dev/", "/etc/ld.so", "/etc/localtime", "/etc/ssl", "/etc/fonts")
 _LIBRARY = ("site-packages", "dist-packages")
-_OWN_ROOM = f"{replication.__name__}/"
 _HOME = str(Path(replication.__file__).parent) + os.sep
 _SEEKERS = ("/importlib/metadata/__init__.py", "/pkgutil.py")
 """Python's modules that list folders in search of packages, which count by their versions."""
@@ -104,9 +103,7 @@ def labels(
 def untraced(trace: Trace, tree: SourceTree, sources: Iterable[str] | None) -> tuple[str, ...]:
     """What cannot be followed, in words; sources: as for `labels`."""
     parts = _parts(trace, tree, None if sources is None else set(sources))
-    own = {tree.label(Path(path)): Path(path) for path in _imported} if sources is None else {}
-    files = own | {label: tree.path(label) for label in sources or () if not label.startswith(_OWN_ROOM)}
-    return tuple(sorted({*(words for part in parts for words in part.untraced), *today(files.values())}))
+    return tuple(sorted({words for part in parts for words in part.untraced}))
 
 
 def _parts(trace: Trace, tree: SourceTree, sources: set[str] | None) -> list[Trace]:
