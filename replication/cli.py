@@ -32,10 +32,11 @@ EXIT_CODES = """exit codes:
 """
 EXAMPLES = """examples:
   replication run                        audit all papers, write report/ and figures/
-  replication run okajima2023 --jobs 1   one paper, one experiment at a time
+  replication run KEY --jobs 1           one paper, one experiment at a time
   replication list                       papers and claims with their verdicts
   replication show CLAIM                 all the evidence for one claim
   replication diff old.json new.json     what changed between two runs, and why
+  replication guide                      how to audit a paper of your own, in any field
   replication design multirate cart.toml --periods 1,4
                                          gains for a plant of your own, and what they guarantee
 

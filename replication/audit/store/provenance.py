@@ -125,8 +125,11 @@ LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
 THREADS = 1
 """Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
 
-# What a run writes; an edit there does not change what the next run computes.
-OUTPUTS = ("figures", "report/index.html", "report/results.json", "report/*/*", "benchmarks/results.md", ".cache")
+# What runs and exports write; an edit there does not change what the next run computes.
+OUTPUTS = (
+    *("figures", "report/index.html", "report/results.json", "report/*/*", "benchmarks/results.md", ".cache"),
+    *("codecheck.yml", ".zenodo.json"),
+)
 
 
 @dataclass(frozen=True)
@@ -259,7 +262,7 @@ def read_packages(names: Iterable[str]) -> dict[str, str]:
         return {name: importlib.metadata.version(name) for name in names}
     except importlib.metadata.PackageNotFoundError as error:
         raise AuditError(
-            f"package {error.name} is not installed; install it with pip, or this project with `make`"
+            f"package {error.name} is not installed; install it with pip, in the version of {LOCK} where there is one"
         ) from None
 
 
