@@ -131,8 +131,9 @@ def write_registers(results: ResultsFile, software: Software, root: Path) -> Ite
     """Write what registers read at `root`, and say so; a file that a person wrote is kept."""
     for name, text in register_texts(results, software).items():
         path = root / name
-        if path.is_file() and not is_ours(path.read_text(encoding="utf-8", errors="replace")):
-            yield f"{path}: kept, for it was not written by this command; remove it to have it written"
+        there = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else text
+        if there != text and not is_ours(there):
+            yield f"{path}: kept as it is, which is not what this command writes; remove it to have it written"
         else:
             write_atomically(path, text.encode())
             yield str(path)
