@@ -19,7 +19,7 @@ from pathlib import Path
 from replication import commands
 from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
 from replication.errors import InvalidInputError, ReplicationError
-from replication.extras import missing, told
+from replication.extras import DISTRIBUTION, missing, told
 
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
@@ -41,7 +41,6 @@ EXAMPLES = """examples:
                                          gains for a plant of your own, and what they guarantee
 
 """
-DISTRIBUTION = "slow-sensor-replication"
 TRACEBACK = "REPLICATION_TRACEBACK"
 """A variable of the environment: if it is set, an unforeseen error shows where it came from."""
 YOUNG = 100_000

@@ -1,4 +1,4 @@
-"""A paper of another field, as a journal takes it: every output and error speaks of it alone, and it rebuilds itself."""
+"""A paper of another field, as a journal takes it: outputs and errors speak of it alone, and it rebuilds itself."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ pytestmark = pytest.mark.slow
 
 EPIDEMIC = Path(__file__).parent / "epidemic"
 OURS = re.compile(
-    r"slow.sensor|control eng|\bmake (?:report|readme|lock|artifact|coq|verify\S*|test)\b|`make|okajima|mustafa|\bshao\b|"
-    r"peet\b|state estimation|estimators?\b|kalman|\[estimation\]|\bdocs/",
+    r"slow.sensor|control eng|\bmake (?:report|readme|lock|artifact|coq|verify\S*|test)\b|`make|okajima|mustafa|"
+    r"\bshao\b|peet\b|state estimation|estimators?\b|kalman|\[estimation\]|\bdocs/",
     re.IGNORECASE,
 )
 """What is of this project, and belongs in no output of another."""

@@ -22,11 +22,12 @@ from typing import Any
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
+from replication.extras import DISTRIBUTION
 
 # The installed distributions with which something is computed, and where they differ from the lock
 
 
-OWN = "slow-sensor-replication"
+OWN = DISTRIBUTION
 """This program, whose sources count one by one."""
 _PIN = re.compile(r"^([A-Za-z0-9][A-Za-z0-9._-]*)==([^\s;\\#]+)", re.MULTILINE)
 
@@ -118,7 +119,6 @@ def _files(record: str) -> str:
     return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:8]
 
 
-DISTRIBUTION = OWN
 COMPUTING = ("estimation", "proofs")
 """The extras of this package with which papers compute."""
 LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
