@@ -246,15 +246,15 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     if missing:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out, then `replication run`")
     software = read_software(root)
+    added = {name: text.encode() for name, text in register_texts(results, software).items()}
+    added |= {} if brings_the_tool(root) else rebuild_files(root)
+    whole = {**added, **{file.as_posix(): (root / file).read_bytes() for file in described}}
     texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
-    texts[CRATE] = to_json(crate(results, software, root, described))
+    texts[CRATE] = to_json(crate(results, software, whole))
     texts[COMMIT_FILE] = f"{commit}\n"
-    texts |= register_texts(results, software)
-    added = {} if brings_the_tool(root) else rebuild_files(root)
-    content = {name: (data, PLAIN) for name, data in {**{k: v.encode() for k, v in texts.items()}, **added}.items()}
-    for file in described:
-        executable = (root / file).stat().st_mode & 0o100
-        content[file.as_posix()] = ((root / file).read_bytes(), EXECUTABLE if executable else PLAIN)
+    whole |= {name: text.encode() for name, text in texts.items()}
+    executable = {file.as_posix() for file in described if (root / file).stat().st_mode & 0o100}
+    content = {name: (data, EXECUTABLE if name in executable else PLAIN) for name, data in whole.items()}
     sums = (f"{hashlib.sha256(data).hexdigest()}  {name}\n" for name, (data, _) in sorted(content.items()))
     yield MANIFEST, ("".join(sums).encode(), PLAIN)
     yield from content.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import mimetypes
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -150,9 +150,9 @@ def article(paper: PaperRecord) -> Json:
     )
 
 
-def crate(results: ResultsFile, software: Software, root: Path, files: Sequence[Path]) -> Json:
-    """The metadata of an RO-Crate 1.1 of `files` (relative to `root`): each with its size, type and checksum."""
-    parts = [_file(root, path) for path in sorted(files)]
+def crate(results: ResultsFile, software: Software, files: Mapping[str, bytes]) -> Json:
+    """The metadata of an RO-Crate 1.1 of `files`, by their names in it: each with its size, type and checksum."""
+    parts = [_file(name, content) for name, content in sorted(files.items())]
     return {
         "@context": f"{CRATE}/context",
         "@graph": [
@@ -196,13 +196,12 @@ def _action(results: ResultsFile) -> Json:
     }
 
 
-def _file(root: Path, path: Path) -> Json:
-    content = (root / path).read_bytes()
+def _file(name: str, content: bytes) -> Json:
     return {
-        "@id": path.as_posix(),
+        "@id": name,
         "@type": "File",
         "contentSize": str(len(content)),
-        "encodingFormat": media_type(path),
+        "encodingFormat": media_type(Path(name)),
         "sha256": hashlib.sha256(content).hexdigest(),
     }
 
