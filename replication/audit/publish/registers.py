@@ -137,6 +137,10 @@ def write_registers(results: ResultsFile, software: Software, root: Path) -> Ite
         else:
             write_atomically(path, text.encode())
             yield str(path)
+    own = (software.title, software.abstract, *(person.full_name for person in software.authors))
+    yield from (
+        f"{ZENODO}: {words!r} is of the template; write CITATION.cff" for words in own if PLACEHOLDER.search(words)
+    )
     paper = checked(results)
     if paper is None:
         yield f'no {CODECHECK}: it is on one paper; write [codecheck] paper = "{results.papers[0].key}", say'

@@ -78,13 +78,13 @@ class _Run:
             {name: f"experiment {name} failed: {done.error}" for name, done in chosen.items() if done.entry is None},
         )
 
-    def attempt(self, uses: Sequence[str], function: Callable[[Any], T]) -> tuple[T | None, str]:
+    def attempt(self, uses: Sequence[str], function: Callable[[Any], T], place: str = "") -> tuple[T | None, str]:
         """The value of a paper's function of these results, or None and the error."""
         results = self.results(uses)
         try:
             return function(results), ""
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
-            return None, describe(failure, self.sources)
+            return None, describe(failure, self.sources, place)
         finally:
             self.read.update(results.read)
 
@@ -204,7 +204,7 @@ def _claim(
 def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
     """What answers the claim. Asked again with its own print moved, it must not follow."""
     with watched(claim.printed, claim.place) as watch:
-        evidence, error = state.attempt(claim.uses, claim.answer)
+        evidence, error = state.attempt(claim.uses, claim.answer, state.sources.location(claim.answer))
     if not watch.met or evidence is None:
         return evidence, error
     moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
