@@ -50,7 +50,7 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
         (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
         (sh("exit 1"), {}, "ended with code 1: it says nothing"),
         (sh("kill -9 $$"), {}, "ended with code -9"),
-        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*print the answer and nothing else"),
+        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*write the answer and nothing else"),
         (sh("true"), {}, "its output is no JSON"),
         (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
         (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),

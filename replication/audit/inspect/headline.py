@@ -231,8 +231,7 @@ def notes(
 
 def _uncovered(folder: Path, paper: Paper) -> Iterator[str]:
     """That the list of what the text prints does not fit the paper, as the first fault says."""
-    there = all((folder / name).is_file() for name in ("coverage.toml", "printed.toml"))
-    if there and (found := faults(folder, paper)):
+    if (folder / "coverage.toml").is_file() and (found := faults(folder, paper)):
         count = f"{len(found)} fault{'s' if len(found) > 1 else ''}"
         yield f"coverage.toml of {paper.key} has {count}, see `replication coverage {paper.key}`; the first: {found[0]}"
 
