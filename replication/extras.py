@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -19,19 +18,17 @@ NAMES = {
     **{"flint": "python-flint", "sdpap": "sdpa-python", "sklearn": "scikit-learn", "skimage": "scikit-image"},
     **{"yaml": "pyyaml", "PIL": "pillow", "cv2": "opencv-python", "Bio": "biopython", "bs4": "beautifulsoup4"},
 }
-"""The name in the index of packages, of modules that are called otherwise."""
+"""The name in the index of packages, of modules that are called otherwise there."""
 DISTRIBUTION = "slow-sensor-replication"
 
 
 def missing(error: BaseException) -> str:
-    """The top-level module that an import did not find and that can be installed; empty for any other error.
+    """The top-level module that an import did not find, if it is known which package has it; empty for any other error.
 
-    A module of the project itself, or of the standard library, is none.
+    Of a name that nobody knows it is not said that it should be installed: it may be misspelt.
     """
-    if not isinstance(error, ModuleNotFoundError) or not error.name:
-        return ""
-    top = error.name.partition(".")[0]
-    return "" if top in {"replication", *sys.stdlib_module_names} or _beside(top) else top
+    top = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
+    return top if top in {**EXTRAS, **NAMES} else ""
 
 
 def told(error: BaseException) -> str:
@@ -39,13 +36,6 @@ def told(error: BaseException) -> str:
     said = " ".join(str(error).split())
     top = missing(error)
     return f"{said}; install it with `python -m pip install {_wanted(error, top)}`" if top else said
-
-
-def _beside(top: str) -> bool:
-    """Whether the name is that of a module or folder here, whose part is misspelt."""
-    return (
-        any((Path(place) / f"{top}{end}").exists() for place in sys.path for end in (".py", "")) or top in sys.modules
-    )
 
 
 def _wanted(error: BaseException, top: str) -> str:

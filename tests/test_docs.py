@@ -12,10 +12,11 @@ import pytest
 from lab import Lab, make_lab
 
 from benchmarks.boilerplate import measure
+from replication.audit.data import FIELDS
 from replication.audit.declare import Evidence, Part
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.model import Kind
-from replication.audit.numbers import Declared, numbers
+from replication.audit.numbers import Stated, numbers
 from replication.audit.people import Reply
 from replication.cli import main
 from replication.errors import InvalidInputError
@@ -130,15 +131,16 @@ CLAIMS = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
 @pytest.mark.parametrize(
     ("heading", "fields"),
     [
-        ("What is printed", Declared.__struct_fields__),
-        ("What is claimed", [*inspect.signature(Part.claim).parameters][2:]),
+        ("What is printed", FIELDS),
+        ("What is claimed: `claims.toml`", Stated.__struct_encode_fields__),
+        ("What is claimed: in Python", [*inspect.signature(Part.claim).parameters][2:]),
         ("What was computed", Evidence.__struct_fields__),
         ("Replies", Reply.__struct_fields__),
     ],
 )
 def test_the_page_on_claims_has_every_field(heading: str, fields: Iterable[str]) -> None:
     page = CLAIMS.partition(f"# {heading}")[2].partition("\n## ")[0]
-    named = {name for line in re.findall(r"^(?:\| |`\[\[|The run )(.*)", page, re.MULTILINE) for name in _names(line)}
+    named = {name for line in re.findall(r"^(?:\| |(?=`)|The run )(.*)", page, re.MULTILINE) for name in _names(line)}
     assert set(fields) - named == set()
 
 
@@ -153,15 +155,19 @@ def test_the_python_of_the_page_on_claims_runs() -> None:
         exec(compile(block, "claims.md", "exec"), {"__name__": "claims"})
 
 
-def test_the_names_of_the_page_on_claims_are_those_of_the_program(tmp_path: Path) -> None:
-    (block,) = re.findall(r"```toml\n(\[half_life\].*?)```", CLAIMS, re.DOTALL)
-    (tmp_path / "printed.toml").write_text(block, encoding="utf-8")
-    (part,) = numbers(tmp_path / "printed.py")
-    assert part.title == "Kinetics" and [claim.id for claim in part.claims] == ["half-life.25", "half-life.35"]
-    assert [str(claim.expected) for claim in part.claims] == ["reproduced", "differs"]
-    text = '[P]\nplace = "T"\nvalue = {One = "1"}\n[P.claim]\nstatement = "S"\nresult = "a"\nmethod = "m"\n'
-    (tmp_path / "printed.toml").write_text(text, encoding="utf-8")
-    assert [claim.id for part in numbers(tmp_path / "printed.py") for claim in part.claims] == ["p.one"]
+def test_the_tables_of_the_page_on_claims_are_read(tmp_path: Path) -> None:
+    for name, text in FILES.findall(CLAIMS):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    parts = {part.title: part for part in numbers(tmp_path / "claims.py").parts}
+    assert list(parts) == ["Kinetics", "Sec. 3", "Sec. 4"]
+    found = {claim.id: str(claim.expected) for part in parts.values() for claim in part.claims}
+    assert found == {
+        "half-life.25": "reproduced", "half-life.35": "reproduced after erratum", "rate": "reproduced",
+        "loss": "reproduced", "energy": "undetermined",
+    }  # fmt: skip
+    text = '[[claim]]\nid = "P"\nplace = "T"\nprinted = {One = "1"}\nstatement = "S"\nfrom = "a:b"\nmethod = "m"\n'
+    (tmp_path / "claims.toml").write_text(text, encoding="utf-8")
+    assert [claim.id for part in numbers(tmp_path / "claims.py").parts for claim in part.claims] == ["p.one"]
 
 
 @pytest.mark.parametrize("page", sorted(path.stem for path in (ROOT / "replication" / "guide").glob("*.md")))
@@ -208,7 +214,9 @@ def test_every_command_of_the_guide_exists() -> None:
     from replication import commands
 
     named = set(
-        re.findall(r"python -m replication (\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md")))
+        re.findall(
+            r"(?:python -m |`)replication\s(\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md"))
+        )
     )
     assert named <= set(commands.NAMES)
 
