@@ -153,9 +153,10 @@ def _place(task: Task, tree: SourceTree) -> str:
 def describe(failure: BaseException, sources: SourceTree, place: str = "") -> str:
     """Type, message and the innermost line of the project of an exception, on one line.
 
-    An error that we raise on account of a paper says the line of the paper; `place` if there is none.
+    An error that we raise on account of a paper says the line of the paper; `place` if there is none in it.
     """
     message = told(failure)
+    place = "" if f"{place}:" in message else place
     where = sources.last_line(failure.__traceback__, of_papers=isinstance(failure, ReplicationError)) or place
     return f"{type(failure).__name__}{message and f': {message}'}{where and f' [{where}]'}"
 
