@@ -134,9 +134,11 @@ def test_media_types_do_not_depend_on_the_machine(name: str, expected: str) -> N
 def test_citation_file_with_a_mistake_is_named(tmp_path: Path) -> None:
     with pytest.raises(AuditError, match=r"CITATION.cff is missing"):
         read_software(tmp_path)
-    (tmp_path / "CITATION.cff").write_text("title: [1]\n", encoding="utf-8")
-    with pytest.raises(AuditError, match=r"title"):
-        read_software(tmp_path)
+    author = "authors: [{name: A, orcid: https://orcid.org/0000-0002-1825-0098}]"
+    for text, said in (("title: [1]\n", "title"), (author, "is none; copy it from orcid.org")):
+        (tmp_path / "CITATION.cff").write_text(text, encoding="utf-8")
+        with pytest.raises(AuditError, match=said):
+            read_software(tmp_path)
 
 
 @pytest.mark.slow

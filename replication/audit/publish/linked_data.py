@@ -34,6 +34,9 @@ class Person(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
     given_names: str = ""
     orcid: str = ""
 
+    def __post_init__(self) -> None:
+        _ = self.plain_orcid
+
     @property
     def full_name(self) -> str:
         """Given and family name, or the name of the group."""
@@ -46,7 +49,7 @@ class Person(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
 
     @property
     def plain_orcid(self) -> str:
-        """The ORCID without the address in front of it, which this kind of file asks for."""
+        """The ORCID without the address in front of it, which CITATION.cff asks for; ValueError if it is none."""
         return plain_orcid(self.orcid) if self.orcid else ""
 
     def linked(self) -> Json:
