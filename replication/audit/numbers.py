@@ -152,7 +152,11 @@ class _Files:
     """The files that claims read, each as an experiment of its own, with the command that makes it."""
 
     def __init__(self, commands: Sequence[Experiment], pinned: Mapping[str, str]) -> None:
-        self.makers = {name: one.name for one in commands for name in one.inputs["writes"]}
+        self.makers: dict[str, str] = {}
+        for one in commands:
+            for name in one.inputs["writes"]:
+                if self.makers.setdefault(name, one.name) != one.name:
+                    raise AuditError(f"{name!r} is written by {self.makers[name]!r} and {one.name!r}; let one write it")
         self.pinned, self.experiments = pinned, dict[str, Experiment]()
 
     def source(self, first: str) -> tuple[str, ...]:
@@ -265,7 +269,10 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
             "leave it out"
         )
     uses = [files.source(steps[0]) for steps in ways]
-    found, meant_here = parse(printed), claim.of("meant", entry)
+    try:
+        found, meant_here = parse(printed), claim.of("meant", entry)
+    except AuditError as error:
+        raise AuditError(f"{where} {claim.id}: {error}") from None
     part.claim(
         Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE,
         pinned=claim.of("pinned", entry) or ("reproduced after erratum" if meant_here else ""),

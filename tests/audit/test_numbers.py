@@ -168,6 +168,9 @@ COMMAND = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\n'
         (COMMAND + "raeds = []", r"\[\[command\]\]: got an unexpected keyword argument 'raeds'"),
         (COMMAND + 'reads = ["/etc"]', r"\[\[command\]\]: .*leads out of the project"),
         (COMMAND + 'reads = ["papers/"]', "reads 'papers/', and so what the paper prints"),
+        (COMMAND + 'writes = ["a.csv"]\n' + COMMAND.replace("fit", "fat") + 'writes = ["a.csv"]',
+         "'a.csv' is written by 'fit' and 'fat'; let one write it"),
+        (CLAIM.replace('slow = "0.25"', 'slow = "12:30"'), r"rate: printed value '12:30'.* a time or a ratio"),
         ('[[data]]\nfile = "a.csv"', "missing required field `sha256`"),
         ('[[reading]]\nname = "a"', "missing required field `place`"),
         *((f'{CLAIM}{field} = {{ fats = "x" }}', f"{field} speaks of the entry 'fats'; did you mean fast") for field in

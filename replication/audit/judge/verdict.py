@@ -441,7 +441,7 @@ def _with_untraced(judgement: Judgement, evidence: Evidence) -> Judgement:
 def plain(evidence: Evidence | None) -> Evidence:
     """The evidence with plain finite numbers; raises AuditError naming the field that is not."""
     if not isinstance(evidence, Evidence):
-        raise AuditError(f"there is no evidence: the claim answered {evidence!r}")
+        raise AuditError(f"there is no evidence: it answered {evidence!r:.80}; return Evidence(method=..., value=...)")
     try:
         fields = msgspec.to_builtins(evidence, enc_hook=_from_numpy)
         plain = msgspec.convert(fields, Evidence)
