@@ -19,7 +19,7 @@ from pathlib import Path
 from replication import commands
 from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
 from replication.errors import InvalidInputError, ReplicationError
-from replication.extras import missing, told
+from replication.extras import DISTRIBUTION, missing, told
 
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
@@ -32,15 +32,15 @@ EXIT_CODES = """exit codes:
 """
 EXAMPLES = """examples:
   replication run                        audit all papers, write report/ and figures/
-  replication run okajima2023 --jobs 1   one paper, one experiment at a time
+  replication run KEY --jobs 1           one paper, one experiment at a time
   replication list                       papers and claims with their verdicts
   replication show CLAIM                 all the evidence for one claim
   replication diff old.json new.json     what changed between two runs, and why
+  replication guide                      how to audit a paper of your own, in any field
   replication design multirate cart.toml --periods 1,4
                                          gains for a plant of your own, and what they guarantee
 
 """
-DISTRIBUTION = "slow-sensor-replication"
 TRACEBACK = "REPLICATION_TRACEBACK"
 """A variable of the environment: if it is set, an unforeseen error shows where it came from."""
 YOUNG = 100_000

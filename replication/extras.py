@@ -1,6 +1,9 @@
-"""Packages that only some papers need, by the extra of this distribution that installs them."""
+"""Packages that only some papers need, and how to install what an import did not find."""
 
 from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
 
 EXTRAS = {
     "flint": "proofs",
@@ -11,17 +14,45 @@ EXTRAS = {
     "sdpap": "estimation",
 }
 """The extra of each module that may be absent."""
+NAMES = {
+    **{"flint": "python-flint", "sdpap": "sdpa-python", "sklearn": "scikit-learn", "skimage": "scikit-image"},
+    **{"yaml": "pyyaml", "PIL": "pillow", "cv2": "opencv-python", "Bio": "biopython", "bs4": "beautifulsoup4"},
+}
+"""The name in the index of packages, of modules that are called otherwise there."""
+DISTRIBUTION = "slow-sensor-replication"
 
 
 def missing(error: BaseException) -> str:
-    """The extra that installs what an import did not find; empty for any other error."""
-    if not isinstance(error, ModuleNotFoundError):
-        return ""
-    return EXTRAS.get((error.name or "").partition(".")[0], "")
+    """The top-level module that an import did not find, if it is known which package has it; empty for any other error.
+
+    Of a name that nobody knows it is not said that it should be installed: it may be misspelt.
+    """
+    top = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
+    return top if top in {**EXTRAS, **NAMES} else ""
 
 
 def told(error: BaseException) -> str:
-    """The message of an error on one line; of a module that an extra installs, with how to install it."""
+    """The message of an error on one line; of a module that is not there, with how to install it."""
     said = " ".join(str(error).split())
-    extra = missing(error)
-    return f'{said}; install it with `pip install "slow-sensor-replication[{extra}]"`' if extra else said
+    top = missing(error)
+    return f"{said}; install it with `python -m pip install {_wanted(error, top)}`" if top else said
+
+
+def _wanted(error: BaseException, top: str) -> str:
+    """What to install: all of the extra where this program itself asks for the module, else the package alone."""
+    last = error.__traceback__
+    own = False
+    while last is not None:
+        place = Path(last.tb_frame.f_code.co_filename)
+        if "importlib" not in str(place):
+            own = place.is_relative_to(Path(__file__).parent)
+        last = last.tb_next
+    if own and top in EXTRAS:
+        try:
+            lines = metadata.requires(DISTRIBUTION) or []
+        except metadata.PackageNotFoundError:
+            lines = []
+        mark = f'extra == "{EXTRAS[top]}"'
+        if wanted := [line.partition(";")[0].strip() for line in lines if mark in line.replace("'", '"')]:
+            return " ".join(f'"{line}"' for line in wanted)
+    return NAMES.get(top, top)

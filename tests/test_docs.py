@@ -1,7 +1,10 @@
 """The documentation: the guide to a new paper does what it says, and the map shows what is there."""
 
+import inspect
 import json
 import re
+import shutil
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +12,13 @@ import pytest
 from lab import Lab, make_lab
 
 from benchmarks.boilerplate import measure
+from replication.audit.data import FIELDS
+from replication.audit.declare import Evidence, Part
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.model import Kind
+from replication.audit.numbers import Stated, numbers
+from replication.audit.people import Reply
+from replication.cli import main
 from replication.errors import InvalidInputError
 from replication.scaffold.make import scaffold
 
@@ -89,10 +97,94 @@ def test_the_program_of_the_guide_runs(lab: Lab) -> None:
     assert done.stdout == "2 True\n", done.stderr
 
 
+OTHER = (ROOT / "docs" / "another-field.md").read_text(encoding="utf-8")
+FILES = re.compile(r'```\w+ title="([^"]+)"\n(.*?)```', re.DOTALL)
+
+
+@pytest.mark.slow
+def test_the_audit_with_a_script_in_r_comes_out_as_its_page_says(tmp_path: Path) -> None:
+    if shutil.which("Rscript") is None:
+        pytest.skip("Rscript is missing; the page is tried where R is installed")
+    lab = Lab(tmp_path)
+    assert lab.cli("new", "anscombe").returncode == 0
+    lab.path("anscombe/figures.py").unlink()
+    for name, text in FILES.findall(OTHER):
+        (lab.root / name).parent.mkdir(parents=True, exist_ok=True)
+        (lab.root / name).write_text(text, encoding="utf-8")
+    done = lab.cli("run")
+    assert done.returncode == 0, done.stdout + done.stderr
+    (said,) = re.findall(r"```text\n(anscombe: .*)\n```", OTHER)
+    assert said in done.stdout.splitlines()
+    assert "We cut the digits off" in lab.cli("show", "anscombe.correlation.4").stdout
+    for words in (["coverage"], ["check"]):
+        assert lab.cli(*words).returncode == 0
+    assert "0 computed, 2 reused" in lab.cli("run").stdout
+    script = lab.root / "fit.R"
+    script.write_text(script.read_text(encoding="utf-8").replace("lm(y ~ x)", "lm(y[-1] ~ x[-1])"), encoding="utf-8")
+    done = lab.cli("run")
+    assert done.returncode == 3 and "more than half a printed place apart" in done.stdout
+
+
+CLAIMS = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("heading", "fields"),
+    [
+        ("What is printed", FIELDS),
+        ("What is claimed: `claims.toml`", Stated.__struct_encode_fields__),
+        ("What is claimed: in Python", [*inspect.signature(Part.claim).parameters][2:]),
+        ("What was computed", Evidence.__struct_fields__),
+        ("Replies", Reply.__struct_fields__),
+    ],
+)
+def test_the_page_on_claims_has_every_field(heading: str, fields: Iterable[str]) -> None:
+    page = CLAIMS.partition(f"# {heading}")[2].partition("\n## ")[0]
+    named = {name for line in re.findall(r"^(?:\| |(?=`)|The run )(.*)", page, re.MULTILINE) for name in _names(line)}
+    assert set(fields) - named == set()
+
+
+def _names(line: str) -> list[str]:
+    return re.findall(r"`(\w+)`", line.partition(" | ")[0] if " | " in line else line)
+
+
+def test_the_python_of_the_page_on_claims_runs() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", CLAIMS, re.DOTALL)
+    assert len(blocks) == 4
+    for block in blocks:
+        exec(compile(block, "claims.md", "exec"), {"__name__": "claims"})
+
+
+def test_the_tables_of_the_page_on_claims_are_read(tmp_path: Path) -> None:
+    for name, text in FILES.findall(CLAIMS):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    parts = {part.title: part for part in numbers(tmp_path / "claims.py").parts}
+    assert list(parts) == ["Kinetics", "Sec. 3", "Sec. 4"]
+    found = {claim.id: str(claim.expected) for part in parts.values() for claim in part.claims}
+    assert found == {
+        "half-life.25": "reproduced", "half-life.35": "reproduced after erratum", "rate": "reproduced",
+        "loss": "reproduced", "energy": "undetermined",
+    }  # fmt: skip
+    text = '[[claim]]\nid = "P"\nplace = "T"\nprinted = {One = "1"}\nstatement = "S"\nfrom = "a:b"\nmethod = "m"\n'
+    (tmp_path / "claims.toml").write_text(text, encoding="utf-8")
+    assert [claim.id for part in numbers(tmp_path / "claims.py").parts for claim in part.claims] == ["p.one"]
+
+
+@pytest.mark.parametrize("page", sorted(path.stem for path in (ROOT / "replication" / "guide").glob("*.md")))
+def test_a_page_of_the_guide_is_one_of_the_documentation(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    assert main(["guide", page]) == 0
+    assert capsys.readouterr().out == text.rstrip("\n") + "\n"
+    assert main(["guide"]) == 0
+    assert re.search(
+        rf"^{page} +{re.escape(text.splitlines()[0].lstrip('# '))}$", capsys.readouterr().out, re.MULTILINE
+    )
+
+
 @pytest.mark.parametrize("key", ["", "Upper", "1st", "a-b", "../up", "class", "a" * 41, "toy2020"])
 def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, key: str) -> None:
     before = sorted(lab.root.rglob("*"))
-    with pytest.raises(InvalidInputError, match=r"for example okajima2023|exists"):
+    with pytest.raises(InvalidInputError, match=r"for example gosset1908|exists"):
         scaffold(key, lab.root)
     assert sorted(lab.root.rglob("*")) == before
 
@@ -122,7 +214,9 @@ def test_every_command_of_the_guide_exists() -> None:
     from replication import commands
 
     named = set(
-        re.findall(r"python -m replication (\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md")))
+        re.findall(
+            r"(?:python -m |`)replication\s(\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md"))
+        )
     )
     assert named <= set(commands.NAMES)
 

@@ -6,7 +6,7 @@ What reaches the disk is a `msgspec.Struct`; what holds a function is a dataclas
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -14,6 +14,7 @@ import msgspec
 from replication.audit.brief import Brief
 from replication.audit.model import Claim, Erratum, Experiment, Reading
 from replication.audit.model import Results as Results
+from replication.audit.people import Reply
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +121,8 @@ class Paper:
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
-    notebook: name of its tutorial, if it has one. brief: what leads the report on it.
+    notebook: name of its tutorial, if it has one. brief: what leads the report on it. orcids: of the authors, by name,
+    where they are known. replies: of the authors, to claims.
     """
 
     key: str
@@ -145,3 +147,5 @@ class Paper:
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()
     brief: Brief | None = None
+    orcids: Mapping[str, str] = field(default_factory=dict)
+    replies: tuple[Reply, ...] = ()

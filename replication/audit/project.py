@@ -6,6 +6,11 @@ authors = ["A. Author"]                # optional: of the audit, for its citatio
 common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
 repository = "https://github.com/a/b"  # optional: the public address, to which the report then links code at the commit
 papers = "papers"                      # optional: the package in this folder that holds a package for each paper
+
+[codecheck]                            # optional: what a codechecker adds to codecheck.yml
+codechecker = [{name = "C. Checker", orcid = "0000-0002-1825-0097"}]
+certificate = "2026-001"               # the number that the register gave
+report = "https://doi.org/10.5281/zenodo.3674056"
 """
 
 from __future__ import annotations
@@ -26,6 +31,7 @@ import msgspec
 from replication.audit.data import line_of_field, read_tables
 from replication.audit.inspect.coverage import tallies
 from replication.audit.parts import Paper
+from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
 
@@ -42,6 +48,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     common: str = ""
     repository: str = ""
     papers: str = PACKAGE
+    codecheck: Codecheck = Codecheck()
 
     def sources(self, commit: str, dirty: bool | None) -> str:
         """Where the files of a commit are read, without a copy of the sources; empty if they are public nowhere."""
@@ -104,6 +111,12 @@ class Project:
             raise AuditError(f"{package}/{key} cannot be loaded: {self._told(error)}; correct it there") from None
         if not isinstance(paper, Paper) or paper.key != key:
             raise AuditError(f"{package}/{key} must define PAPER, a Paper whose key is {key!r}, got {paper!r:.80}")
+        ids = [claim.id.removeprefix(f"{key}.") for claim in paper.claims]
+        for reply in paper.replies:
+            if (name := reply.claim.removeprefix(f"{key}.")) not in ids:
+                raise AuditError(
+                    f"{self.folder / key / NAME} replies to {name!r}, which is no claim; {meant(name, ids)}"
+                )
         return paper
 
     def _told(self, error: Exception) -> str:
@@ -170,16 +183,17 @@ NAME = "paper.toml"
 
 
 class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The fields of the file; year is None if the text gives none."""
+    """The fields of the file; year is None if the text gives none, an author with an ORCID is a table."""
 
     title: str
-    authors: tuple[str, ...]
+    authors: tuple[str | Named, ...]
     summary: str
     year: int | None = None
     venue: str = ""
     doi: str = ""
     notebook: str = ""
     bibtex: str = ""
+    replies: tuple[Reply, ...] = ()
 
 
 def about(module: str) -> dict[str, Any]:
@@ -193,7 +207,19 @@ def about(module: str) -> dict[str, Any]:
     found = _read(path)
     key = path.parent.name
     fields = {name: getattr(found, name) for name in About.__struct_fields__}
-    return {**fields, "key": key, "bibtex": found.bibtex or _entry(key, found), "coverage": tallies(module)}
+    people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
+    authors = tuple(author.name for author in people)
+    return {
+        **fields,
+        "key": key,
+        "authors": authors,
+        "orcids": {author.name: author.orcid for author in people if author.orcid},
+        "bibtex": found.bibtex or _entry(key, authors, found),
+        "replies": tuple(
+            msgspec.structs.replace(reply, claim=f"{key}.{reply.claim.lower()}") for reply in found.replies
+        ),
+        "coverage": tallies(module),
+    }
 
 
 def _read(path: Path) -> About:
@@ -215,10 +241,10 @@ def _at(path: Path, name: str) -> str:
     return f"{path}:{line_of_field(path, name)}: {name}"
 
 
-def _entry(key: str, found: About) -> str:
+def _entry(key: str, authors: Iterable[str], found: About) -> str:
     """A BibTeX entry of the fields that are given."""
     fields = {
-        "author": " and ".join(found.authors),
+        "author": " and ".join(authors),
         "title": found.title,
         "howpublished": found.venue,
         "year": found.year,

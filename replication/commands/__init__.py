@@ -22,6 +22,7 @@ MODULES = {
     "report": "publish",
     "diff": "results",
     "new": "papers",
+    "guide": "papers",
     "notebooks": "publish",
     "certify": "proofs",
     "verify": "proofs",

@@ -1,4 +1,4 @@
-"""`replication new` and `coverage`: the package of a new paper, and what of the texts of papers is bound."""
+"""`replication new`, `guide` and `coverage`: a new paper, how to audit it, and what of the texts of papers is bound."""
 
 from __future__ import annotations
 
@@ -16,24 +16,64 @@ if TYPE_CHECKING:
 
 _NEW = "make the package of a new paper with claims, a figure, a table and tests, ready to run"
 _NEW_NOTES = """\
-What it writes runs as it is; docs/adding-a-paper.md walks through making it yours. In a folder that
+What it writes runs as it is; `replication guide adding-a-paper` walks through making it yours. In a folder that
 belongs to no project it begins one: replication.toml says what it is called, and where its papers lie.
+With --ci it also writes what a service or a stranger needs to run the audit: a GitHub workflow, a Dockerfile, the
+page REBUILD.md, a lock of the packages that are installed here, and this program as a wheel. Files that are there stay.
 
 """
 
 
 def _for_new(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("key", metavar="KEY", help="name of the package in papers/, for example okajima2023")
+    parser.add_argument("key", metavar="KEY", help="name of the package in papers/, for example gosset1908")
+    parser.add_argument(
+        "--ci", action="store_true", help="also write workflow, container, lock and wheel of the program"
+    )
 
 
 def new(chosen: argparse.Namespace) -> int:
-    """Write the files and name them."""
-    from replication.audit.project import root_above
+    """Write the files and name them; `--ci` alone completes a project that has the paper."""
+    from replication.audit.project import read_settings, root_above
     from replication.scaffold.make import scaffold
 
-    say(map(str, scaffold(chosen.key, root_above(Path.cwd()) or Path.cwd())))
+    root = root_above(Path.cwd()) or Path.cwd()
+    there = (root / read_settings(root).papers / chosen.key).is_dir()
+    if not (chosen.ci and there):
+        say(map(str, scaffold(chosen.key, root)))
+    if chosen.ci:
+        from replication.audit.publish.rebuild import rebuild_files
+        from replication.files import write_atomically
+
+        for name, data in rebuild_files(root).items():
+            write_atomically(root / name, data)
+            say([str(root / name)])
     say([f"next: replication run {chosen.key}"])
+    return FINE
+
+
+_GUIDE = "print a page of the guide for auditors, or list its pages"
+
+
+def _for_guide(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("page", nargs="?", metavar="PAGE", help="name of a page (default: the list)")
+
+
+def guide(chosen: argparse.Namespace) -> int:
+    """Print the page, or the name and title of each."""
+    import replication
+    from replication.errors import one_of
+
+    pages = {path.stem: path for path in sorted((Path(replication.__file__).parent / "guide").glob("*.md"))}
+    if chosen.page is None:
+        titles = {
+            name: path.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ") for name, path in pages.items()
+        }
+        width = max(map(len, titles))
+        say(f"{name:{width}}  {title}" for name, title in titles.items())
+    else:
+        say([pages[one_of("page", chosen.page, pages)].read_text(encoding="utf-8").rstrip("\n")])
     return FINE
 
 
@@ -135,5 +175,6 @@ def _compare(path: Path, key: str, name: str) -> int:
 
 COMMANDS = {
     "new": Command(_NEW, _for_new, new, _NEW_NOTES),
+    "guide": Command(_GUIDE, _for_guide, guide),
     "coverage": Command(_COVERAGE, _for_coverage, coverage, _COVERAGE_NOTES),
 }

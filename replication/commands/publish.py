@@ -39,12 +39,16 @@ def notebooks(chosen: argparse.Namespace) -> int:
 
 
 def export(chosen: argparse.Namespace) -> int:
-    """Write the exports and name them."""
+    """Write the exports, and what registers read at the root of the project, and name them."""
     from replication.audit.publish.archive import write_exports
+    from replication.audit.publish.linked_data import read_software
+    from replication.audit.publish.registers import write_registers
     from replication.audit.store.records import read_results
 
-    path = results_path(chosen)
-    say(map(str, write_exports(read_results(path), project_root(), chosen.to or path.parent / "exports")))
+    path, root = results_path(chosen), project_root()
+    results = read_results(path)
+    say(map(str, write_exports(results, root, chosen.to or path.parent / "exports")))
+    say(write_registers(results, read_software(root), root))
     return FINE
 
 
@@ -100,8 +104,8 @@ def _for_register(parser: argparse.ArgumentParser) -> None:
 
 
 _ARTIFACT_NOTES = """\
-The same commit and results give the same bytes. Unpacked, the archive is a project again:
-`replication run` rebuilds it.
+The same commit and results give the same bytes. Unpacked, the archive is a project again, which its REBUILD.md
+rebuilds beside nothing but Python.
 
 """
 
@@ -111,10 +115,12 @@ COMMANDS = {
         "execute the tutorial notebooks and write them as pages that load nothing", _for_notebooks, notebooks
     ),
     "export": Command(
-        "write badges, JSON-LD, CODECHECK and ReScience metadata and BibTeX from results.json", _for_export, export
+        "write badges, JSON-LD, metadata for CODECHECK, Zenodo and ReScience, and BibTeX from results.json",
+        _for_export,
+        export,
     ),
     "artifact": Command(
-        "pack sources, results, figures and report into one zip with checksums",
+        "pack sources, results, figures, report, this program and the way to rebuild into one zip with checksums",
         _for_artifact,
         artifact,
         _ARTIFACT_NOTES,

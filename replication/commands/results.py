@@ -35,7 +35,11 @@ def show(chosen: argparse.Namespace) -> int:
     results = read_results(results_path(chosen))
     claims = {claim.id: claim for claim in results.claims}
     claim = claims[one_of("claim", chosen.claim, claims)]
-    rows = claim_rows(claim, results.readings.get(claim.paper, ()))
+    replies = [reply for paper in results.papers for reply in paper.replies if reply.claim == claim.id]
+    rows = [
+        *claim_rows(claim, results.readings.get(claim.paper, ())),
+        *((f"reply of {reply.by or 'the authors'}", " ".join([reply.date, reply.text]).strip()) for reply in replies),
+    ]
     if not sys.stdout.isatty():
         say(f"{label}: {text}" for label, text in rows)
         return FINE

@@ -29,13 +29,14 @@ REPORT_FOLDERS = ("exports", "notebooks")
 def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     """Write papers/KEY/ and tests/papers/test_KEY.py of the project at `root`, whole or not at all; returns the files.
 
-    A folder without a configuration becomes a project by what its papers lack: replication.toml and papers/__init__.py.
+    A folder without a configuration becomes a project by what it lacks: replication.toml, papers/__init__.py,
+    CITATION.cff and .gitignore.
     Raises InvalidInputError if `key` is no name of a module in lower case, or what it would name exists.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or keyword.iskeyword(key) or len(key) > LONGEST:
         raise InvalidInputError(
             f"the key of a paper is a Python name in lower case of at most {LONGEST} characters, "
-            f"for example okajima2023; got {key[: 2 * LONGEST]!r}"
+            f"for example gosset1908; got {key[: 2 * LONGEST]!r}"
         )
     folder = read_settings(root).papers
     package, test = root / folder / key, root / "tests" / "papers" / f"test_{key}.py"
@@ -56,6 +57,8 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
 
     texts = {name: rendered(template) for name, template in FILES.items()}
     around = {root / CONFIGURATION: "replication.toml", package.parent / "__init__.py": "papers.py", test: "test.py"}
+    if not (root / CONFIGURATION).exists():
+        around |= {root / "CITATION.cff": "CITATION.cff", root / ".gitignore": "gitignore"}
     begun = {path: rendered(template) for path, template in around.items() if not path.exists()}
     package.parent.mkdir(parents=True, exist_ok=True)
     # A dot in front keeps a half-written package from being found as a paper.

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import json
-import re
 import shutil
-import subprocess
-import sys
-from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
-from packaging.requirements import Requirement
 
 from replication.extras import EXTRAS
-from tests.patience import PATIENCE
+from tests.anywhere.conftest import Stranger
 
-ROOT = Path(__file__).parents[2]
 EPIDEMIC = Path(__file__).parent / "epidemic"
-PARTS = ("replication", "papers", "README.md", "LICENSE", "pyproject.toml")
 STABLE = {
     "format": "replication-certificate/1",
     "paper": None,
@@ -43,74 +35,6 @@ STABLE = {
 """A certificate of a plant of one's own."""
 
 pytestmark = pytest.mark.slow
-
-
-@dataclass(frozen=True)
-class Stranger:
-    """A folder, and an environment in which only the wheel and its dependencies are installed."""
-
-    home: Path
-    environment: Path
-
-    def run(self, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-        words = [str(self.environment / "bin" / program), *arguments]
-        return subprocess.run(words, cwd=self.home, capture_output=True, text=True, timeout=PATIENCE, check=False)
-
-
-def needed(requirements: list[str]) -> dict[str, str]:
-    """The installed distributions that these need, and those need, by name with version."""
-    found: dict[str, str] = {}
-    waiting = list(requirements)
-    while waiting:
-        wanted = Requirement(waiting.pop())
-        if wanted.marker is not None and not wanted.marker.evaluate({"extra": ""}):
-            continue
-        try:
-            there = distribution(wanted.name)
-        except PackageNotFoundError:
-            continue
-        if there.name not in found:
-            found[there.name] = there.version
-            waiting += there.requires or []
-    return found
-
-
-def link_into(site: Path, names: dict[str, str]) -> None:
-    """Let `site` have the top level of each distribution, as an installation of it alone would."""
-    for name in names:
-        there = distribution(name)
-        tops = {file.parts[0] for file in there.files or () if file.parts[0] not in ("..", "__pycache__")}
-        for top in tops:
-            if not (site / top).exists():
-                (site / top).symlink_to(Path(str(there.locate_file(top))).resolve())
-
-
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("wheel")
-    (folder / "source").mkdir()
-    for part in PARTS:
-        copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy
-        copy(ROOT / part, folder / "source" / part)
-    code = "from setuptools import build_meta as b; b.build_wheel('..')"
-    subprocess.run([sys.executable, "-c", code], cwd=folder / "source", check=True, capture_output=True)
-    (built,) = folder.glob("*.whl")
-    return built
-
-
-@pytest.fixture(scope="module")
-def stranger(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Stranger:
-    folder = tmp_path_factory.mktemp("stranger")
-    (folder / "home").mkdir()
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / "environment"], check=True)
-    python = folder / "environment" / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check"]
-    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", str(wheel)], check=True)
-    site = next((folder / "environment" / "lib").glob("python*/site-packages"))
-    (metadata,) = site.glob("slow_sensor_replication-*.dist-info/METADATA")
-    required = re.findall(r"^Requires-Dist: (.+)$", metadata.read_text(encoding="utf-8"), re.MULTILINE)
-    link_into(site, needed(required))
-    return Stranger(folder / "home", folder / "environment")
 
 
 def test_what_an_extra_installs_is_not_there(stranger: Stranger) -> None:
@@ -203,14 +127,3 @@ def test_reasons_ask_for_no_certificate_and_a_theorem_is_verified_without_its_ex
     refused = stranger.run("replication", "verify", "stable.json")
     certificate.unlink()
     assert refused.returncode == 1 and refused.stdout.startswith("NOT PROVED stable.json: ")
-
-
-def test_what_needs_an_extra_says_which(stranger: Stranger) -> None:
-    experiments = stranger.home / "papers" / "epidemic" / "experiments.py"
-    text = experiments.read_text(encoding="utf-8")
-    experiments.write_text("import scipy\n" + text, encoding="utf-8")
-    done = stranger.run("replication", "run")
-    experiments.write_text(text, encoding="utf-8")
-    assert done.returncode == 2
-    assert 'pip install "slow-sensor-replication[estimation]"' in done.stderr
-    assert "[papers/epidemic/experiments.py:1]" in done.stderr

@@ -105,6 +105,18 @@ def test_a_command_that_changes_the_project_by_a_whole_path_is_found(tmp_path: P
 
 
 @pytest.mark.parametrize(
+    ("where", "named"),
+    [("{root}/out.csv", "/out.csv"), ("{root}/data/out.csv", "/data/out.csv"), ("../out.csv", "/out.csv")],
+)
+def test_a_command_that_writes_outside_of_its_folder_is_found(tmp_path: Path, where: str, named: str) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "in.txt").write_text("1")
+    line = sh(f"echo 2 > {where.format(root=tmp_path)}; echo 1")
+    with pytest.raises(AuditError, match=f"it writes outside of its folder: \\S*{named}; let it write"):
+        answer(tmp_path, line, reads=["data/"])
+
+
+@pytest.mark.parametrize(
     ("line", "more", "words"),
     [
         ("node fit.js", {}, "command is 'node fit.js'; write a list of words"),

@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -271,3 +272,16 @@ def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
     os.kill(process.pid, blow)
     process.wait(timeout=PATIENCE)
     wait_for(lambda: alive(process.pid) == [])
+
+
+def test_processes_end_where_nothing_lists_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small containers have no `pgrep`; joblib would then wait for minutes."""
+    from replication.audit.run import pool
+
+    monkeypatch.setattr(pool.shutil, "which", lambda name: None)
+    monkeypatch.setattr(pool.importlib.util, "find_spec", lambda name: None)
+    executor = pool._single_process()
+    executor.submit(time.sleep, 2 * PATIENCE)
+    (process,) = executor._processes.values()
+    pool._end(executor)
+    assert process.exitcode == -signal.SIGKILL

@@ -242,5 +242,5 @@ def test_the_report_calls_a_theorem_machine_checked_for_the_very_file_only(tmp_p
     kept.unlink()
     assert named() == []
     kept.write_text("[]", encoding="utf-8")
-    with pytest.raises(AuditError, match="not what `make coq` writes"):
+    with pytest.raises(AuditError, match="not what `replication coq` writes"):
         named()

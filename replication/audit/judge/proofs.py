@@ -37,12 +37,12 @@ def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[st
     Nothing where the theory, the decimals or the list of theorems have changed since.
     stated: the theorems that Coq has a statement of. Raises AuditError if the record names another one.
     """
-    found = _left(folder / "machine-checked.json", "make coq", "statement", "theory", "certificates")
+    found = _left(folder / "machine-checked.json", "replication coq", "statement", "theory", "certificates")
     others = sorted(found.get("certificates", {}).keys() - set(stated))
     if others:
         raise AuditError(
             f"{folder / 'machine-checked.json'} names {', '.join(others)}, of which Coq has no statement; run "
-            "`make coq` again, or remove the file"
+            "`replication coq` again, or remove the file"
         )
     fresh = found and found["theory"] == sum_for(folder)
     return (found["statement"], found["certificates"]) if fresh else ("", {})
@@ -54,11 +54,12 @@ def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
     Nothing where the second arithmetic has changed since. listed: the theorems that the paper wants. Raises AuditError
     if the record names another one.
     """
-    found = _left(folder / RECORD, "make verify-both", "arithmetic", "certificates")
+    found = _left(folder / RECORD, "python verify.py --both", "arithmetic", "certificates")
     others = sorted(found.get("certificates", {}).keys() - set(listed))
     if others:
         raise AuditError(
-            f"{folder / RECORD} names {', '.join(others)}, which theorems.json does not; run `make verify-both` again"
+            f"{folder / RECORD} names {', '.join(others)}, which theorems.json does not; run `python verify.py --both` "
+            "again"
         )
     return dict(found["certificates"]) if found and found["arithmetic"] == second() else {}
 

@@ -1,7 +1,8 @@
 """One zip of everything: sources, lock, results, figures, certificates, report, exports, with a checksum for each file.
 
-Unpacked, it is a project like the one that it came from: `replication run` rebuilds it, `replication artifact` packs it
-again, and `sha256sum -c SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
+Unpacked, it is a project like the one that it came from, with this program as a wheel and REBUILD.md, the way to run it
+beside nothing but Python. `replication run` rebuilds it, `replication artifact` packs it again, and `sha256sum -c
+SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
 """
 
 from __future__ import annotations
@@ -17,20 +18,21 @@ from pathlib import Path, PurePosixPath
 
 import msgspec
 
-from replication.audit.inspect.headline import counts, sentence
+from replication.audit.inspect.headline import counts
 from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Verdict
 from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software, without_empty
+from replication.audit.publish.rebuild import brings_the_tool, rebuild_files
+from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
 from replication.audit.report.claim import standing
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
-from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile, RunRecord, read_results
+from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-# The folder of exports: badges, linked data, CODECHECK configurations, ReScience metadata and BibTeX of a run
+# The folder of exports: badges, linked data, ReScience metadata and BibTeX of a run
 
 
-CODECHECK = "https://codecheck.org.uk/spec/config/1.0/"
 HEIGHT, PADDING, MARK = 20, 7, 16
 CHARACTER = 6.6
 """Width in pixels that one character of 11 px text is given; `textLength` then makes the text as wide as its box."""
@@ -51,7 +53,6 @@ def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
         texts[f"badges/{paper.key}.svg"] = badge(paper.key, claims)
-        texts[f"codecheck/{paper.key}/codecheck.yml"] = codecheck(paper, results, software)
     return dict(sorted(texts.items()))
 
 
@@ -107,38 +108,6 @@ def _text(text: str, x: float) -> str:
     return f'<text x="{x:g}" y="14" textLength="{CHARACTER * len(text):g}">{html.escape(text)}</text>'
 
 
-def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> str:
-    """`codecheck.yml` of one paper: what a codechecker has to rebuild, and what came out here.
-
-    No checker, certificate or date of a check is named: they are for the person who does one.
-    """
-    figures = [record for record in results.figures if record.paper == paper.key and not record.error]
-    claims = [claim for claim in results.claims if claim.paper == paper.key]
-    manifest = [
-        {"file": f"figures/{record.name}.{suffix}", "comment": f"{record.place}: {record.title}"}
-        for record in figures
-        for suffix in ("svg", "csv")
-    ]
-    return _yaml(
-        {
-            "version": CODECHECK,
-            "paper": without_empty(
-                {
-                    "title": paper.title,
-                    "authors": [{"name": name} for name in paper.authors],
-                    "reference": f"https://doi.org/{paper.doi}" if paper.doi else "",
-                }
-            ),
-            "manifest": [
-                {"file": "report/results.json", "comment": "every claim with its evidence and verdict"},
-                *manifest,
-            ],
-            "summary": f"{sentence(claims)} Made by `replication run` of {software.title}, version {software.version}.",
-            **({"repository": software.repository_code} if software.repository_code else {}),
-        }
-    )
-
-
 def rescience(results: ResultsFile, software: Software) -> str:
     """`metadata.yaml` in the manner of ReScience C: this package as the replication, the papers as the originals."""
     return _yaml(
@@ -146,7 +115,7 @@ def rescience(results: ResultsFile, software: Software) -> str:
             "title": software.title,
             "type": "Replication",
             "authors": [
-                without_empty({"name": person.full_name, "orcid": person.orcid}) for person in software.authors
+                without_empty({"name": person.full_name, "orcid": person.plain_orcid}) for person in software.authors
             ],
             "abstract": software.abstract,
             "keywords": list(software.keywords),
@@ -270,21 +239,29 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     results = read_results(root / "report" / "results.json")
     commit = _require_unedited(root, results.run)
     tutorials = (path.relative_to(root) for path in (root / "report" / "notebooks").glob("*.html"))
-    described = sorted({*map(Path, (*_sources(root), *BUILT)), *tutorials})
+    drawn = (Path("figures") / f"{f.name}.{end}" for f in results.figures if not f.error for end in ("svg", "csv"))
+    sources = [name for name in _sources(root) if name != CODECHECK or not is_ours(_read(root / name))]
+    described = sorted({*map(Path, (*sources, *BUILT)), *tutorials, *drawn})
     missing = [str(file) for file in described if not (root / file).is_file()]
     if missing:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out, then `replication run`")
     software = read_software(root)
+    added = {name: text.encode() for name, text in register_texts(results, software).items()}
+    added |= {} if brings_the_tool(root) else rebuild_files(root)
+    whole = {**added, **{file.as_posix(): (root / file).read_bytes() for file in described}}
     texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
-    texts[CRATE] = to_json(crate(results, software, root, described))
+    texts[CRATE] = to_json(crate(results, software, whole))
     texts[COMMIT_FILE] = f"{commit}\n"
-    content = {name: (text.encode(), PLAIN) for name, text in texts.items()}
-    for file in described:
-        executable = (root / file).stat().st_mode & 0o100
-        content[file.as_posix()] = ((root / file).read_bytes(), EXECUTABLE if executable else PLAIN)
+    whole |= {name: text.encode() for name, text in texts.items()}
+    executable = {file.as_posix() for file in described if (root / file).stat().st_mode & 0o100}
+    content = {name: (data, EXECUTABLE if name in executable else PLAIN) for name, data in whole.items()}
     sums = (f"{hashlib.sha256(data).hexdigest()}  {name}\n" for name, (data, _) in sorted(content.items()))
     yield MANIFEST, ("".join(sums).encode(), PLAIN)
     yield from content.items()
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
 
 
 def _require_unedited(root: Path, run: RunRecord) -> str:
@@ -301,9 +278,13 @@ def _sources(root: Path) -> list[str]:
     if (listed := git(root, "ls-files", "-z")) is not None and git_state(root)[1] is not None:
         return [name for name in listed.split("\0") if name]
     if not (root / MANIFEST).is_file():
-        raise AuditError(f"{root} is no checkout of git, which says what its sources are; `git init`, commit, then run")
+        raise AuditError(
+            f"{root} is no checkout of git, which says what its sources are; `git init`, `git add .`, `git commit`, "
+            "then `replication run`"
+        )
     packed = {name for name, _ in _manifest(root)} - {CRATE, COMMIT_FILE}
-    edited = [line for line in changed_files(root) if line.partition("/")[0] not in ("figures", "report")]
+    built = ("figures", "report", f"{CODECHECK}: changed")
+    edited = [line for line in changed_files(root) if line.partition("/")[0] not in built]
     if edited:
         raise AuditError(f"sources of this archive were changed ({edited[0]}); pack from a git checkout")
     return [name for name in packed if not name.startswith(f"{EXPORTS}/")]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import mimetypes
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from replication.audit.inspect.headline import sentence
+from replication.audit.people import Reply, plain_orcid
 from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
@@ -18,6 +20,10 @@ from replication.errors import AuditError
 
 
 CITATION = "CITATION.cff"
+Json = dict[str, Any]
+_GROUP = re.compile(
+    r"^The |\b(collaboration|consortium|contributors|developers|group|laboratory|project|team|university)\b", re.I
+)
 
 
 class Person(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
@@ -28,10 +34,29 @@ class Person(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
     given_names: str = ""
     orcid: str = ""
 
+    def __post_init__(self) -> None:
+        _ = self.plain_orcid
+
     @property
     def full_name(self) -> str:
         """Given and family name, or the name of the group."""
         return self.name or f"{self.given_names} {self.family_names}".strip()
+
+    @property
+    def sorted_name(self) -> str:
+        """Family name, then given names, where they are told apart."""
+        return ", ".join(part for part in (self.family_names, self.given_names) if part) or self.name
+
+    @property
+    def plain_orcid(self) -> str:
+        """The ORCID without the address in front of it, which CITATION.cff asks for; ValueError if it is none."""
+        return plain_orcid(self.orcid) if self.orcid else ""
+
+    def linked(self) -> Json:
+        """The author in the vocabulary of schema.org; a name that says so is that of a group."""
+        kind = "Organization" if _GROUP.search(self.full_name) else "Person"
+        address = f"https://orcid.org/{self.plain_orcid}" if self.orcid else ""
+        return without_empty({"@type": kind, "@id": address, "name": self.full_name})
 
 
 class Software(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
@@ -62,7 +87,6 @@ def read_software(root: Path) -> Software:
         raise AuditError(f"{path} cannot be used: {error}; correct it") from None
 
 
-Json = dict[str, Any]
 SCHEMA = "https://schema.org"
 CRATE = "https://w3id.org/ro/crate/1.1"
 MEDIA_TYPES = {".md": "text/markdown", ".j2": "text/plain", ".cff": "application/yaml", ".yml": "application/yaml"}
@@ -70,12 +94,15 @@ MEDIA_TYPES = {".md": "text/markdown", ".j2": "text/plain", ".cff": "application
 
 def claims_graph(results: ResultsFile, software: Software) -> Json:
     """The audit as schema.org: each paper an article, each claim a ClaimReview with its verdict in words."""
+    replies: dict[str, list[Reply]] = {}
+    for reply in (reply for paper in results.papers for reply in paper.replies):
+        replies.setdefault(reply.claim, []).append(reply)
     return {
         "@context": SCHEMA,
         "@graph": [
             source_code(software),
             *map(article, results.papers),
-            *(_review(claim, results.run.date) for claim in results.claims),
+            *(_review(claim, results.run.date, replies.get(claim.id, ())) for claim in results.claims),
         ],
     }
 
@@ -106,10 +133,7 @@ def source_code(software: Software) -> Json:
             "keywords": list(software.keywords),
             "codeRepository": software.repository_code,
             "programmingLanguage": "Python",
-            "author": [
-                {"@type": "Person" if person.family_names else "Organization", "name": person.full_name}
-                for person in software.authors
-            ],
+            "author": [person.linked() for person in software.authors],
         }
     )
 
@@ -121,7 +145,7 @@ def article(paper: PaperRecord) -> Json:
             "@id": f"#paper-{paper.key}",
             "@type": "ScholarlyArticle",
             "name": paper.title,
-            "author": [{"@type": "Person", "name": name} for name in paper.authors],
+            "author": [Person(name=name, orcid=paper.orcids.get(name, "")).linked() for name in paper.authors],
             "datePublished": str(paper.year or ""),
             "isPartOf": paper.venue,
             "sameAs": f"https://doi.org/{paper.doi}" if paper.doi else "",
@@ -129,9 +153,9 @@ def article(paper: PaperRecord) -> Json:
     )
 
 
-def crate(results: ResultsFile, software: Software, root: Path, files: Sequence[Path]) -> Json:
-    """The metadata of an RO-Crate 1.1 of `files` (relative to `root`): each with its size, type and checksum."""
-    parts = [_file(root, path) for path in sorted(files)]
+def crate(results: ResultsFile, software: Software, files: Mapping[str, bytes]) -> Json:
+    """The metadata of an RO-Crate 1.1 of `files`, by their names in it: each with its size, type and checksum."""
+    parts = [_file(name, content) for name, content in sorted(files.items())]
     return {
         "@context": f"{CRATE}/context",
         "@graph": [
@@ -175,13 +199,12 @@ def _action(results: ResultsFile) -> Json:
     }
 
 
-def _file(root: Path, path: Path) -> Json:
-    content = (root / path).read_bytes()
+def _file(name: str, content: bytes) -> Json:
     return {
-        "@id": path.as_posix(),
+        "@id": name,
         "@type": "File",
         "contentSize": str(len(content)),
-        "encodingFormat": media_type(path),
+        "encodingFormat": media_type(Path(name)),
         "sha256": hashlib.sha256(content).hexdigest(),
     }
 
@@ -192,8 +215,12 @@ def media_type(path: Path) -> str:
     return MEDIA_TYPES.get(path.suffix) or known or "application/octet-stream"
 
 
-def _review(claim: ClaimRecord, date: str) -> Json:
-    return {
+def _review(claim: ClaimRecord, date: str, replies: Sequence[Reply]) -> Json:
+    said = [
+        without_empty({"@type": "Comment", "text": reply.text, "author": reply.by, "dateCreated": reply.date})
+        for reply in replies
+    ]
+    review = {
         "@id": f"#claim-{claim.id}",
         "@type": "ClaimReview",
         "claimReviewed": claim.claim.statement,
@@ -212,7 +239,9 @@ def _review(claim: ClaimRecord, date: str) -> Json:
         },
         "datePublished": date,
         "author": {"@id": "#software"},
+        "comment": said,
     }
+    return without_empty(review)
 
 
 def without_empty(fields: Json) -> Json:

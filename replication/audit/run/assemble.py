@@ -79,13 +79,13 @@ class _Run:
             {name: f"experiment {name} failed: {done.error}" for name, done in chosen.items() if done.entry is None},
         )
 
-    def attempt(self, uses: Sequence[str], function: Callable[[Any], T]) -> tuple[T | None, str]:
+    def attempt(self, uses: Sequence[str], function: Callable[[Any], T], place: str = "") -> tuple[T | None, str]:
         """The value of a paper's function of these results, or None and the error."""
         results = self.results(uses)
         try:
             return function(results), ""
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
-            return None, describe(failure, self.sources)
+            return None, describe(failure, self.sources, place)
         finally:
             self.read.update(results.read)
 
@@ -213,7 +213,7 @@ def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
             looked.update(results.read)
 
     with watched(claim.printed, claim.place) as watch:
-        evidence, error = state.attempt(claim.uses, ask)
+        evidence, error = state.attempt(claim.uses, ask, state.sources.location(claim.answer))
     if claim.uses and not (looked or error or getattr(evidence, "not_checkable", "")):
         return None, (
             f"claim {claim.id} looks at none of the experiments that it uses, {', '.join(claim.uses)}; answer it from "

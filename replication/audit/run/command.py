@@ -16,7 +16,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -46,12 +46,13 @@ def execute(
 
     store: the folder in which files that experiments made are kept by their checksum; needed: those that this one
     gets, by name. Raises AuditError for a command that is not there, fails, answers in no known form, changes what it
-    reads, or writes what it does not declare.
+    reads, writes what it does not declare, or writes beside its folder or into the project.
     """
     project = Path(root)
     names = list(_files(project, [*reads, *([environment] if environment else [])]))
     with tempfile.TemporaryDirectory(prefix="replication-") as made:
-        folder = Path(made).resolve()
+        folder = Path(made).resolve() / "work"
+        folder.mkdir()
         for name in names:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(project / name, folder / name)
@@ -62,9 +63,13 @@ def execute(
         for name in writes:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
         before = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
+        around = {folder.parent, project, *((project / name).parent for name in names)}
+        there = _listed(around)
         note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
         output = _run(command, folder, variables)
         _require_kept(before, folder, project, names)
+        if outside := sorted(_listed(around) - there):
+            raise AuditError(f"it writes outside of its folder: {', '.join(outside[:4])}; let it write where it starts")
         _require_declared(_checksums(folder).keys() - before.keys(), writes)
         note(files={name: _keep(folder / name, Path(store), command) for name in writes})
         if answer == OUTPUT:
@@ -165,6 +170,12 @@ def _keep(path: Path, store: Path, command: Sequence[str]) -> str:
         store.mkdir(parents=True, exist_ok=True)
         write_atomically(store / sha256, path.read_bytes())
     return sha256
+
+
+def _listed(folders: Iterable[Path]) -> set[str]:
+    """What lies in these folders, without what is hidden or made of Python's modules."""
+    found = (entry for folder in folders for entry in os.scandir(folder))
+    return {entry.path for entry in found if not entry.name.startswith((".", "__"))}
 
 
 def _checksums(folder: Path) -> dict[str, str]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
+import shutil
 import signal
 import threading
 import time
@@ -98,7 +100,7 @@ def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterato
             yield from answers
     finally:
         # Idle processes would hold modules as they were now, and outlive an interruption.
-        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+        _end(get_reusable_executor(reuse=True))
 
 
 def _one_by_one(tasks: Sequence[Task]) -> Iterator[Answer]:
@@ -116,7 +118,16 @@ def _one_by_one(tasks: Sequence[Task]) -> Iterator[Answer]:
             yield Answer(task.name, None, 0.0, KILLED)
         finally:
             # Without waiting for a computation that an interruption has made useless.
-            executor.shutdown(wait=True, kill_workers=True)
+            _end(executor)
+
+
+def _end(executor: Any) -> None:
+    """End its processes. joblib does so by psutil or `pgrep`, and would wait minutes where there is neither."""
+    found = shutil.which("pgrep") or importlib.util.find_spec("psutil")
+    for process in () if found else list((executor._processes or {}).values()):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGKILL)
+    executor.shutdown(wait=True, kill_workers=bool(found))
 
 
 def _single_process() -> Any:

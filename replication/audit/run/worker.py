@@ -105,7 +105,7 @@ def compute(task: Task) -> Answer:
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
-        error = describe(failure, tree)
+        error = describe(failure, tree, _place(task, tree))
         text = None
     return Answer(task.name, text, time.perf_counter() - begin, error, data, loose, files)
 
@@ -143,13 +143,22 @@ def _encoded(name: str, value: Any) -> str:
     return text
 
 
-def describe(failure: BaseException, sources: SourceTree) -> str:
+def _place(task: Task, tree: SourceTree) -> str:
+    """Where the function of a task is defined; empty if it cannot be found, or is none of the project's."""
+    with contextlib.suppress(Exception):
+        place = tree.location(_find(task.function))
+        return "" if place.startswith("replication/") else place
+    return ""
+
+
+def describe(failure: BaseException, sources: SourceTree, place: str = "") -> str:
     """Type, message and the innermost line of the project of an exception, on one line.
 
-    An error that we raise on account of a paper says the line of the paper.
+    An error that we raise on account of a paper says the line of the paper; `place` if there is none in it.
     """
     message = told(failure)
-    where = sources.last_line(failure.__traceback__, of_papers=isinstance(failure, ReplicationError))
+    place = "" if f"{place}:" in message else place
+    where = sources.last_line(failure.__traceback__, of_papers=isinstance(failure, ReplicationError)) or place
     return f"{type(failure).__name__}{message and f': {message}'}{where and f' [{where}]'}"
 
 

@@ -61,7 +61,8 @@ def _check(path: str, value: Any) -> None:
             _check(f"{path}.{key}", entry)
     else:
         kind = f"{type(value).__module__}.{type(value).__qualname__}".removeprefix("builtins.")
-        raise AuditError(f"{path} is a {kind}, which JSON cannot hold; give numbers, text, lists and dictionaries")
+        cure = "give numbers, text, lists and dictionaries" + ("; of an array, .tolist()" * hasattr(value, "tolist"))
+        raise AuditError(f"{path} is a {kind}, which JSON cannot hold; {cure}")
 
 
 def _listed(value: Any) -> Iterator[Any]:

@@ -22,11 +22,12 @@ from typing import Any
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
+from replication.extras import DISTRIBUTION
 
 # The installed distributions with which something is computed, and where they differ from the lock
 
 
-OWN = "slow-sensor-replication"
+OWN = DISTRIBUTION
 """This program, whose sources count one by one."""
 _PIN = re.compile(r"^([A-Za-z0-9][A-Za-z0-9._-]*)==([^\s;\\#]+)", re.MULTILINE)
 
@@ -118,15 +119,17 @@ def _files(record: str) -> str:
     return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:8]
 
 
-DISTRIBUTION = OWN
 COMPUTING = ("estimation", "proofs")
 """The extras of this package with which papers compute."""
 LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
 THREADS = 1
 """Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
 
-# What a run writes; an edit there does not change what the next run computes.
-OUTPUTS = ("figures", "report/index.html", "report/results.json", "report/*/*", "benchmarks/results.md", ".cache")
+# What runs and exports write; an edit there does not change what the next run computes.
+OUTPUTS = (
+    *("figures", "report/index.html", "report/results.json", "report/*/*", "benchmarks/results.md", ".cache"),
+    *("codecheck.yml", ".zenodo.json"),
+)
 
 
 @dataclass(frozen=True)
@@ -259,7 +262,7 @@ def read_packages(names: Iterable[str]) -> dict[str, str]:
         return {name: importlib.metadata.version(name) for name in names}
     except importlib.metadata.PackageNotFoundError as error:
         raise AuditError(
-            f"package {error.name} is not installed; install it with pip, or this project with `make`"
+            f"package {error.name} is not installed; install it with pip, in the version of {LOCK} where there is one"
         ) from None
 
 

@@ -13,6 +13,7 @@ import msgspec
 from replication.audit.brief import Brief, Consequence
 from replication.audit.model import Evidence, Judgement, Kind, Reading, SolverRecord, Verdict
 from replication.audit.parts import CommonLevel, Coverage, Formula, ScopeItem, Sensitivity, Table
+from replication.audit.people import Reply
 from replication.audit.project import Settings
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -185,7 +186,10 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the report says of a source paper beside its claims; notebook: name of its tutorial, or empty."""
+    """What the report says of a source paper beside its claims; notebook: name of its tutorial, or empty.
+
+    orcids: of authors, by name. replies: of the authors, by the id of the claim.
+    """
 
     key: Name
     title: str
@@ -205,6 +209,8 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
     brief: Brief | None = None
+    orcids: dict[str, str] = {}
+    replies: tuple[Reply, ...] = ()
 
     @property
     def cited(self) -> str:

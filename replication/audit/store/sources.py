@@ -198,7 +198,7 @@ class SourceTree:
     def last_line(self, traceback: TracebackType | None, *, of_papers: bool = False) -> str:
         """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none.
 
-        of_papers: in a module of a paper, if one is among them.
+        of_papers: in a module of a paper; empty if none is among them.
         """
         found, theirs = "", ""
         while traceback is not None:
@@ -206,7 +206,7 @@ class SourceTree:
             found = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else found
             theirs = found if label and not label.startswith(f"{replication.__name__}/") else theirs
             traceback = traceback.tb_next
-        return (theirs or found) if of_papers else found
+        return theirs if of_papers else found
 
     def now(self, label: str) -> str | None:
         """The checksum of a file as it is on the disk now, None if there is none."""

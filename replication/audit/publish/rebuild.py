@@ -1,0 +1,108 @@
+"""How a project is rebuilt where there is nothing but Python: the wheel of this program, a lock, and the steps.
+
+`replication new --ci` writes them for a service that runs the audit at each change, `replication artifact` packs them.
+The steps stand here once; the page for readers, the workflow and the container are made of them.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import json
+import platform
+import zipfile
+from importlib import metadata
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+import replication
+from replication import scaffold
+from replication.audit.store.provenance import LOCK, OWN, canonical, installed, python_minor
+from replication.errors import AuditError
+
+TOOL = "tool"
+"""The folder of the wheel: the program is in no index of packages, so it travels with what it audits."""
+PAGE, CONTAINER, WORKFLOW = "REBUILD.md", "Dockerfile", ".github/workflows/replication.yml"
+INSTALL = (f"python -m pip install -r {LOCK}", f"python -m pip install {TOOL}/*.whl")
+RUN = ("replication run", "replication check")
+METADATA = ("METADATA", "WHEEL", "entry_points.txt", "top_level.txt", "licenses/LICENSE")
+NOT_LOCKED = {OWN, "pip", "setuptools", "wheel"}
+EARLIEST = (1980, 1, 1, 0, 0, 0)
+
+
+def brings_the_tool(root: Path) -> bool:
+    """Whether the project holds the sources of this very program, and so needs no wheel of it."""
+    return Path(replication.__file__).resolve().is_relative_to(root.resolve()) and (root / "pyproject.toml").is_file()
+
+
+def tool_wheel() -> tuple[str, bytes]:
+    """Name and bytes of a wheel of this program as it is installed; the same installation gives the same bytes.
+
+    Raises AuditError where the program runs from sources that were never installed.
+    """
+    found = installed(OWN)
+    if found is None:
+        raise AuditError("this program is not installed, so that its wheel cannot be packed; `pip install` its sources")
+    package = Path(replication.__file__).parent
+    stem = f"{OWN.replace('-', '_')}-{found.version}"
+    files = {
+        path.relative_to(package.parent).as_posix(): path.read_bytes()
+        for path in package.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    texts = {f"{stem}.dist-info/{name}": found.read_text(name) for name in METADATA}
+    files |= {name: text.encode() for name, text in texts.items() if text}
+    lines = [f"{name},sha256={_digest(data)},{len(data)}" for name, data in sorted(files.items())]
+    record = f"{stem}.dist-info/RECORD"
+    files[record] = "\n".join([*lines, f"{record},,", ""]).encode()
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as wheel:
+        for name, data in sorted(files.items()):
+            entry = zipfile.ZipInfo(name, EARLIEST)
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o100644 << 16
+            wheel.writestr(entry, data)
+    return f"{TOOL}/{stem}-py3-none-any.whl", buffer.getvalue()
+
+
+def _digest(data: bytes) -> str:
+    return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+
+
+def lock_text() -> str:
+    """What is installed where this runs, a package a line with its version; what is in no index is named beside."""
+    pins: dict[str, str] = {}
+    for found in metadata.distributions():
+        name = found.metadata["Name"]
+        if name and canonical(name) not in NOT_LOCKED:
+            origin = json.loads(found.read_text("direct_url.json") or "{}").get("url", "")
+            pin = f"# from no index: {name} {found.version}, {origin}" if origin else f"{name}=={found.version}"
+            pins.setdefault(canonical(name), pin)
+    head = f"# What `replication run` is run with: Python {python_minor(platform.python_version())} and these packages."
+    return "\n".join([head, *(pins[name] for name in sorted(pins)), ""])
+
+
+def rebuild_texts() -> dict[str, str]:
+    """The page for readers, the workflow and the container, by name."""
+    templates = Environment(
+        loader=FileSystemLoader(Path(scaffold.__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+    given = {
+        "install": INSTALL,
+        "steps": (*INSTALL, *RUN),
+        "python": python_minor(platform.python_version()),
+        "lock": LOCK,
+    }
+    names = {PAGE: "rebuild.md.j2", WORKFLOW: "workflow.yml.j2", CONTAINER: "Dockerfile.j2"}
+    return {name: templates.get_template(template).render(given) for name, template in names.items()}
+
+
+def rebuild_files(root: Path) -> dict[str, bytes]:
+    """All of it by name, but for what the project has: a wheel in `tool`, a lock, files that a person wrote."""
+    texts = {LOCK: lock_text(), ".dockerignore": ".cache\n.git\n.venv\n", **rebuild_texts()}
+    files = {name: text.encode() for name, text in texts.items() if not (root / name).exists()}
+    if not list((root / TOOL).glob("*.whl")):
+        name, wheel = tool_wheel()
+        files[name] = wheel
+    return dict(sorted(files.items()))

@@ -1,0 +1,153 @@
+"""What registers read at the root of a project: `codecheck.yml` of CODECHECK, and `.zenodo.json` of Zenodo.
+
+CODECHECK: the specification of the configuration file in version 2.0, and its published rules, by whose names `unmet`
+says what is still to be filled in (https://codecheck.org.uk/spec/config/2.0/). Zenodo: the fields of a deposition
+(https://developers.zenodo.org/#representation).
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import msgspec
+
+from replication.audit.inspect.headline import sentence
+from replication.audit.people import PLACEHOLDER, Named
+from replication.audit.publish.linked_data import Json, Software, without_empty
+from replication.audit.store.records import PaperRecord, ResultsFile
+from replication.errors import one_of
+from replication.files import write_atomically
+
+CODECHECK, ZENODO = "codecheck.yml", ".zenodo.json"
+VERSION = "https://codecheck.org.uk/spec/config/2.0/"
+MARK = "# Written by `replication export`, from replication.toml, paper.toml, CITATION.cff and the results of the run."
+"""A file without this line belongs to a person, and is left as it is."""
+
+
+def register_texts(results: ResultsFile, software: Software) -> dict[str, str]:
+    """Text by name of what lies at the root; of several papers, codecheck.yml is on the one that is to be checked."""
+    texts = {ZENODO: msgspec.json.format(msgspec.json.encode(zenodo(results, software)), indent=2).decode() + "\n"}
+    if (paper := checked(results)) is not None:
+        body = msgspec.yaml.encode(codecheck(paper, results, software), order=None).decode()
+        texts[CODECHECK] = f"---\n{MARK}\n{body}"
+    return texts
+
+
+def checked(results: ResultsFile) -> PaperRecord | None:
+    """The paper of codecheck.yml: the only one, or the one that the settings name; None if that is open."""
+    by_key = {paper.key: paper for paper in results.papers}
+    if name := results.project.codecheck.paper:
+        return by_key[one_of("paper of [codecheck]", name, by_key)]
+    return results.papers[0] if len(by_key) == 1 else None
+
+
+def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> Json:
+    """What has to be rebuilt for this paper, and what came out; files are relative to the root of the project."""
+    check = results.project.codecheck
+    claims = [claim for claim in results.claims if claim.paper == paper.key]
+    published = " ".join(text for text in (paper.venue, str(paper.year or "")) if text)
+    return without_empty(
+        {
+            "version": VERSION,
+            "paper": without_empty(
+                {
+                    "title": paper.title,
+                    "authors": list(_people(Named(name=n, orcid=paper.orcids.get(n, "")) for n in paper.authors)),
+                    "reference": f"https://doi.org/{paper.doi}" if paper.doi else published,
+                }
+            ),
+            "manifest": [
+                {"file": "report/results.json", "comment": "every claim with its evidence and verdict"},
+                *(
+                    {"file": f"figures/{record.name}.{suffix}", "comment": f"{record.place}: {record.title}"}
+                    for record in results.figures
+                    if record.paper == paper.key and not record.error
+                    for suffix in ("svg", "csv")
+                ),
+            ],
+            "codechecker": list(_people(check.codechecker)),
+            "summary": check.summary or f"{sentence(claims)} Made by `replication run` of {software.title}.",
+            "repository": software.repository_code or results.project.repository,
+            "check_time": check.check_time,
+            "certificate": check.certificate,
+            "report": check.report,
+        }
+    )
+
+
+def _people(people: Iterable[Named]) -> Iterator[Json]:
+    for person in people:
+        yield without_empty({"name": person.name, "ORCID": person.orcid})
+
+
+def unmet(content: Json) -> Iterator[str]:
+    """The rules of the register that a configuration does not meet yet, each with where to fill in what is missing."""
+    table = "in [codecheck] of replication.toml"
+    missing = {
+        "codechecker": f'CC-CFG-008: no codechecker; write codechecker = [{{name = "…", orcid = "…"}}] {table}',
+        "report": f'CC-CFG-011: no report; write report = "https://doi.org/…", the address of the certificate, {table}',
+        "certificate": f'CC-CFG-025: no certificate; write certificate = "YYYY-NNN", which the register gives, {table}',
+    }
+    yield from (text for name, text in missing.items() if name not in content)
+    for person in content["paper"]["authors"]:
+        if "ORCID" not in person:
+            yield (
+                f"CC-CFG-020: no ORCID of {person['name']}; write "
+                f'{{name = "{person["name"]}", orcid = "…"}} among the authors in paper.toml'
+            )
+    if "reference" not in content["paper"]:
+        yield "CC-CFG-021: no reference to the article; write doi, or venue and year, in paper.toml"
+    for words in (content["paper"]["title"], *(person["name"] for person in content["paper"]["authors"])):
+        if PLACEHOLDER.search(words):
+            yield f"CC-CFG-023: {words!r} is of the template; write what it stands for in paper.toml"
+
+
+def zenodo(results: ResultsFile, software: Software) -> Json:
+    """The fields of a deposition of this audit: an upload of software that reviews the papers with a DOI."""
+    return without_empty(
+        {
+            "title": software.title,
+            "description": html.escape(software.abstract, quote=False),
+            "creators": [
+                without_empty({"name": person.sorted_name, "orcid": person.plain_orcid}) for person in software.authors
+            ],
+            "version": software.version,
+            "upload_type": "software",
+            "access_right": "open",
+            "license": software.license,
+            "keywords": list(software.keywords),
+            "related_identifiers": [
+                {"identifier": paper.doi, "relation": "reviews", "scheme": "doi"}
+                for paper in results.papers
+                if paper.doi
+            ],
+        }
+    )
+
+
+def write_registers(results: ResultsFile, software: Software, root: Path) -> Iterator[str]:
+    """Write what registers read at `root`, and say so; a file that a person wrote is kept."""
+    for name, text in register_texts(results, software).items():
+        path = root / name
+        there = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else text
+        if there != text and not is_ours(there):
+            yield f"{path}: kept as it is, which is not what this command writes; remove it to have it written"
+        else:
+            write_atomically(path, text.encode())
+            yield str(path)
+    own = (software.title, software.abstract, *(person.full_name for person in software.authors))
+    yield from (
+        f"{ZENODO}: {words!r} is of the template; write CITATION.cff" for words in own if PLACEHOLDER.search(words)
+    )
+    paper = checked(results)
+    if paper is None:
+        yield f'no {CODECHECK}: it is on one paper; write [codecheck] paper = "{results.papers[0].key}", say'
+    else:
+        yield from (f"{CODECHECK}: not yet {line}" for line in unmet(codecheck(paper, results, software)))
+
+
+def is_ours(text: str) -> bool:
+    """Whether a file at the root was written here: codecheck.yml says so; JSON has no place for it."""
+    return MARK in text

@@ -1,0 +1,222 @@
+"""A paper of another field, as a journal takes it: outputs and errors speak of it alone, and it rebuilds itself."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+import yaml
+
+from replication.audit.publish.rebuild import INSTALL, RUN
+from tests.anywhere.conftest import Stranger, environment
+from tests.patience import PATIENCE
+
+pytestmark = pytest.mark.slow
+
+EPIDEMIC = Path(__file__).parent / "epidemic"
+OURS = re.compile(
+    r"slow.sensor|control eng|\bmake (?:report|readme|lock|artifact|coq|verify\S*|test)\b|`make|okajima|mustafa|"
+    r"\bshao\b|peet\b|state estimation|estimators?\b|kalman|\[estimation\]|\bdocs/",
+    re.IGNORECASE,
+)
+"""What is of this project, and belongs in no output of another."""
+SETTINGS = """title = "Epidemics, replicated"
+subject = "the growth of epidemics"
+authors = ["B. Reader"]
+[codecheck]
+codechecker = [{name = "C. Checker", orcid = "0000-0002-1825-0097"}]
+certificate = "2026-001"
+report = "https://doi.org/10.5281/zenodo.3674056"
+"""
+CITATION = """cff-version: 1.2.0
+message: Cite it.
+title: "Epidemics, replicated"
+abstract: Growth and final size of an epidemic.
+authors: [{name: B. Reader, orcid: https://orcid.org/0000-0002-1825-0097}]
+version: 1.0.0
+license: MIT
+"""
+PAPER = """title = "A note on an epidemic"
+authors = [{name = "A. Author", orcid = "0000-0002-1825-0097"}]
+year = 2031
+venue = "Made up"
+summary = "Growth, doubling time and final size of an epidemic."
+[[replies]]
+claim = "final"
+by = "A. Author"
+date = "2031-05-04"
+text = "Two digits were exchanged in proof."
+"""
+
+
+@pytest.fixture(scope="module")
+def project(stranger: Stranger) -> Stranger:
+    """The project of the stranger under git, run, exported and packed."""
+    begun = stranger.run("replication", "new", "epidemic", "--ci")
+    assert begun.returncode == 0, begun.stderr
+    for path in EPIDEMIC.iterdir():
+        shutil.copy(path, stranger.home / "papers" / "epidemic" / path.name)
+    for name, text in (
+        ("replication.toml", SETTINGS),
+        ("CITATION.cff", CITATION),
+        ("papers/epidemic/paper.toml", PAPER),
+    ):
+        (stranger.home / name).write_text(text, encoding="utf-8")
+    identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
+    for words in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
+        subprocess.run(["git", *identity, *words], cwd=stranger.home, check=True)
+    for words in (("run",), ("export",), ("artifact", "--to", "../epidemics.zip")):
+        done = stranger.run("replication", *words)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert not OURS.search(done.stdout + done.stderr)
+    return stranger
+
+
+@pytest.fixture(scope="module")
+def unpacked(project: Stranger) -> Path:
+    with zipfile.ZipFile(project.home.parent / "epidemics.zip") as archive:
+        archive.extractall(project.home.parent / "elsewhere")
+    return project.home.parent / "elsewhere" / "epidemics"
+
+
+def test_no_output_speaks_of_another_project(project: Stranger, unpacked: Path) -> None:
+    texts = {
+        path.relative_to(unpacked).as_posix(): path.read_text(encoding="utf-8")
+        for path in unpacked.rglob("*")
+        if path.is_file() and path.suffix != ".whl"
+    }
+    assert {"codecheck.yml", ".zenodo.json", "exports/metadata.yaml", "exports/claims.jsonld", "REBUILD.md",
+            "report/index.html", "Dockerfile", "ro-crate-metadata.json"} <= set(texts)  # fmt: skip
+    wheel = re.compile(r"\S*tool/slow_sensor_replication-\S+\.whl\S*")
+    found = {name: said for name, text in texts.items() if (said := OURS.findall(wheel.sub("", text)))}
+    assert not found
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        *(((name, "--help"), 0) for name in ("new", "run", "export", "artifact", "guide", "coverage", "check")),
+        (("--help",), 0),
+        (("new", "Upper"), 2),
+        (("show", "odd"), 2),
+        (("guide", "odd"), 2),
+        (("check",), 0),
+        (("list",), 0),
+        (("coverage",), 0),
+    ],
+)
+def test_no_help_and_no_error_speaks_of_another_project(
+    project: Stranger, arguments: tuple[str, ...], code: int
+) -> None:
+    done = project.run("replication", *arguments)
+    assert done.returncode == code, done.stderr
+    text = (done.stdout + done.stderr).replace("replication design multirate cart.toml", "")
+    assert not [line for line in text.splitlines() if OURS.search(line) and not line.lstrip().startswith("design ")]
+
+
+@pytest.mark.parametrize(
+    ("line", "cure"),
+    [
+        ("import scipy", "install it with `python -m pip install scipy`"),
+        ("import sklearn.svm", "install it with `python -m pip install scikit-learn`"),
+        ("import papers.epidemic.absent", "No module named 'papers.epidemic.absent'"),
+    ],
+)
+def test_a_package_that_is_missing_is_told_with_its_own_name(project: Stranger, line: str, cure: str) -> None:
+    experiments = project.home / "papers" / "epidemic" / "experiments.py"
+    text = experiments.read_text(encoding="utf-8")
+    experiments.write_text(f"{line}\n{text}", encoding="utf-8")
+    done = project.run("replication", "run")
+    experiments.write_text(text, encoding="utf-8")
+    assert done.returncode == 2 and cure in done.stderr and "[papers/epidemic/experiments.py:1]" in done.stderr
+    assert not OURS.search(done.stderr) and ("pip" in done.stderr) is ("pip" in cure)
+
+
+def test_what_this_program_itself_wants_is_told_with_its_versions(project: Stranger) -> None:
+    done = project.run("replication", "design", "multirate", "plant.toml", "--periods", "1,4")
+    assert done.returncode == 2 and 'install it with `python -m pip install "' in done.stderr
+    assert "scipy>=" in done.stderr and "slow-sensor" not in done.stderr
+
+
+def test_the_reply_of_the_authors_stands_with_the_claim(project: Stranger) -> None:
+    said = "Two digits were exchanged in proof."
+    shown = project.run("replication", "show", "epidemic.final").stdout
+    assert f"reply of A. Author: 2031-05-04 {said}" in shown
+    page = (project.home / "report" / "index.html").read_text(encoding="utf-8")
+    assert page.count(said) == 1 and f"A. Author replies, 2031-05-04:</strong> <bdi>{said}" in page
+    graph = json.loads((project.home / "report" / "exports" / "claims.jsonld").read_bytes())["@graph"]
+    comments = [node["comment"] for node in graph if "comment" in node]
+    assert comments == [[{"@type": "Comment", "text": said, "author": "A. Author", "dateCreated": "2031-05-04"}]]
+
+
+def test_a_reply_to_no_claim_is_told(project: Stranger) -> None:
+    paper = project.home / "papers" / "epidemic" / "paper.toml"
+    paper.write_text(PAPER.replace('"final"', '"finale"'), encoding="utf-8")
+    done = project.run("replication", "run")
+    paper.write_text(PAPER, encoding="utf-8")
+    assert done.returncode == 2 and "replies to 'finale', which is no claim" in done.stderr and "final" in done.stderr
+
+
+def test_workflow_and_container_take_the_steps_of_the_page(unpacked: Path) -> None:
+    workflow = yaml.safe_load((unpacked / ".github" / "workflows" / "replication.yml").read_text(encoding="utf-8"))
+    steps = workflow["jobs"]["audit"]["steps"]
+    assert [step["run"] for step in steps if "run" in step] == [*INSTALL, *RUN]
+    container = (unpacked / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    assert [line.removeprefix("RUN ") for line in container if line.startswith("RUN ")] == [*INSTALL]
+    assert steps_of(unpacked)[2:] == [*INSTALL, *RUN]
+
+
+def steps_of(unpacked: Path) -> list[str]:
+    page = (unpacked / "REBUILD.md").read_text(encoding="utf-8")
+    return page.partition("```sh\n")[2].partition("\n```")[0].splitlines()
+
+
+def test_there_is_a_file_for_each_line_of_codecheck(unpacked: Path) -> None:
+    content = yaml.safe_load((unpacked / "codecheck.yml").read_text(encoding="utf-8"))
+    assert [item["file"] for item in content["manifest"] if not (unpacked / item["file"]).is_file()] == []
+    assert content["certificate"] == "2026-001" and "check_time" not in content
+
+
+def test_the_archive_runs_beside_nothing_but_python_and_packs_itself(project: Stranger, unpacked: Path) -> None:
+    """As REBUILD.md says; the packages of its lock are linked, not installed anew."""
+    (wheel,) = (unpacked / "tool").glob("*.whl")
+    with zipfile.ZipFile(wheel) as packed, zipfile.ZipFile(next(project.home.glob("tool/*.whl"))) as first:
+        assert packed.read("replication/cli.py") == first.read("replication/cli.py")
+    place = environment(project.home.parent / "bare", wheel)
+    pins = dict(re.findall(r"^(\S+)==(\S+)$", (unpacked / "requirements.lock").read_text(), re.MULTILINE))
+    assert {"numpy", "msgspec", "matplotlib"} <= set(pins) and "slow-sensor-replication" not in pins
+    alone = {"PATH": str(place / "bin"), "HOME": str(project.home.parent), "LANG": "C.UTF-8"}
+    for step in (*RUN, "replication artifact --to again.zip", "replication artifact --check ."):
+        done = subprocess.run(step.split(), cwd=unpacked, env=alone, capture_output=True, text=True, timeout=PATIENCE)
+        assert done.returncode == (1 if "--check" in step else 0), done.stdout + done.stderr
+    changed = [line.partition(":")[0] for line in done.stdout.splitlines()[:-1]]
+    assert all(name.startswith(("report/", "figures/")) for name in changed)
+    assert verdicts(unpacked) == verdicts(project.home)
+    assert (unpacked / "again.zip").is_file()
+
+
+@pytest.mark.skipif(os.environ.get("REBUILD") != "all", reason="installs everything anew; `make rebuild` asks for it")
+def test_the_archive_installs_itself_from_its_lock(project: Stranger, tmp_path: Path) -> None:
+    with zipfile.ZipFile(project.home.parent / "epidemics.zip") as archive:
+        archive.extractall(tmp_path)
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
+    kept = {name: value for name, value in os.environ.items() if name.startswith(("PIP_", "SSL_"))}
+    alone = {"PATH": str(tmp_path / "bin"), "HOME": str(tmp_path), "LANG": "C.UTF-8", **kept}
+    steps = "set -e\n" + "\n".join(steps_of(tmp_path / "epidemics"))
+    shell = shutil.which("sh") or "sh"
+    done = subprocess.run([shell, "-c", steps], cwd=tmp_path / "epidemics", env=alone, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert verdicts(tmp_path / "epidemics") == verdicts(project.home)
+
+
+def verdicts(root: Path) -> dict[str, str]:
+    told = json.loads((root / "report" / "results.json").read_bytes())["claims"]
+    return {one["claim"]["id"]: one["judgement"]["verdict"] for one in told}
