@@ -55,13 +55,13 @@ BRIEF = Brief(
     "a worst-case gain of at least [{finite-grid:over:gamma.1}](+finite-grid) times that.",
     holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
     "sequence of periods, in [both](stable.1) [examples](stable.2).",
-    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Case U3](u3) and "
-    "[two](map) [maps](map-12) are misprinted.",
+    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Two](map) "
+    "[maps](map-12) are misprinted, and perhaps [case U3](+u3).",
     guess="What does [step 4](algorithm) compute? Is the level of [step 3](step-3) for the grid, or for every "
     "sequence of periods?",
     verdict="nominal levels",
     headline="If the sampling period varies, do not count on the printed gains: they are nominal, for one constant "
-    "period, as Theorem 3 and Sec. V-A say",
+    "period, by Theorem 3 and Sec. V-A",
     picture=Bars(
         printed="at the middle period, as printed",
         bound="if the period varies over the range",
