@@ -48,7 +48,7 @@ def denominator(results: Results) -> Proof:
     DIAGONAL,
     "Eq. (41)",
     "In our copy the matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
-    "Another matrix, one with the stated poles; on the diagonal alone two real ones differ.",
+    "Another matrix, one with the stated poles. Two differ on the diagonal alone, others elsewhere.",
     *USES,
     ALL_DIAGONALS,
     inference=True,
@@ -78,7 +78,7 @@ def diagonal(results: Results) -> Proof:
     SETTING,
     "Sec. IV-C, before eq. (41)",
     "The setting is that of Sec. IV-A in everything but A.",
-    "Not determined. A plant that fits stands beside; an A that differs off its diagonal is not excluded.",
+    "Not determined. One plant that fits is told beside; an A that differs off its diagonal is not excluded.",
     *USES,
     inference=True,
 )

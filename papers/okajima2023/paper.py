@@ -66,8 +66,8 @@ def _case(label: str, name: str, claim: str, *sensors: Ticks) -> Picture:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="All levels of the [stable plant](+gamma.proposed) hold; [1.14](-table1.n21) is where a solver may stop. In our "
-    "copy eq. (41) has [the stable matrix](?unstable.is-unstable).",
+    card="All levels of the [stable plant](+gamma.proposed) hold; [1.14](-table1.n21) is where a solver may stop. In "
+    "our copy eq. (41) has [the stable matrix](?unstable.is-unstable).",
     holds="All levels of the stable plant ([its own](gamma.proposed), [Cases A](gamma.case-a), [B](gamma.case-b), "
     "[C](gamma.case-c), Table 1), and the [level](gains.eq33) of all four printed gain sets.",
     correct="In our copy eq. (41) repeats the matrix of the stable plant; with it the error "

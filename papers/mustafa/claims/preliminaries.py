@@ -51,8 +51,7 @@ def no_grid(e: int, results: Results) -> Evidence:
         return Evidence(method=method, value=float(ended[0]["size"]))
     return Evidence(
         method=method,
-        not_checkable="As printed, step 4 adds no new period, so the algorithm never ends; a set-minus does not change "
-        "this.",
+        not_checkable="Step 4 adds no new period, so the algorithm never ends; a set-minus does not change this.",
     )
 
 
@@ -177,13 +176,13 @@ def finite_grid_is_not_enough(results: Results) -> Evidence:
 @on_motor
 def grid_of_7(results: Results) -> Evidence:
     """By [7] a grid can be constructed such that (6) holds for all periods if it holds for those of the grid."""
-    told = [(down(results[f"curve.{e}"]["floor"]), up(upper_end(GAMMA[e]), 5), e) for e in EXAMPLES]
-    found = " and ".join(f"{floor} and not {level} in Example {e}" for floor, level, e in told)
+    told = [(down(results[f"curve.{e}"]["floor"]), f"{upper_end(GAMMA[e]):.5f}", e) for e in EXAMPLES]
+    found = " and ".join(f"{floor} against {level} in Example {e}" for floor, level, e in told)
     return Evidence(
         method="",
-        not_checkable="It reports another paper, which is not at hand, and whose (6) is about stability. For the (6) "
-        "of this text and its grids of one element it is false: at another period the level is at least "
-        f"{found} (claim finite-grid).",
+        not_checkable="It reports another paper, which is not at hand. For the (6) of this text and its grids of one "
+        f"element it is false: at another period every filter of form (4) exceeds the level, {found} (claim "
+        "finite-grid).",
         settled_by="the source that the paper takes it from",
     )
 
