@@ -189,7 +189,7 @@ REFUSED = [
     ("section-4c-poles", put("1", "parameters", "diagonal", 0), "A has not the stated pole"),
     ("section-4c-poles", put("1/100000", "plant", "half_unit"), "A has not the stated pole"),
     ("section-4c-poles", remove("plant", "poles", 0), "1 poles are stated, A has 2"),
-    ("section-4c-design", put("0", "parameters", "C", 0, 0), "the matrix .30. of Theorem 2"),
+    ("section-4c-design", put("9", "parameters", "B_d", 0, 0), "the matrix .30. of Theorem 2"),
     ("section-4c-design", remove("witness", "Y", 5), "witness.Y must have 6 entries, got 5"),
     ("section-4c-design", remove("witness", "P", 5), "witness.P must have 6 entries, got 5"),
     ("section-4c-design", scaled(LESS, "bound", "upper"), "the matrix .30. of Theorem 2"),
