@@ -275,7 +275,7 @@ def test_gains_that_do_not_stabilise_are_refused() -> None:
         recover_inputs(A_RECOVERED, C_RECOVERED, GAINS, bound=0.1)
 
 
-@pytest.mark.parametrize("name", ["section-4c-poles", "section-4c-design"])
+@pytest.mark.parametrize("name", ["section-4c-poles", "section-4c-error-poles", "section-4c-second-setting"])
 def test_the_search_finds_the_plant_that_the_theorems_are_about(name: str) -> None:
     theorem = subject("okajima2023", name)
     assert certificates.recovered(theorem) == {"bound": {}, "witness": {}}

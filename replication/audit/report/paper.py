@@ -12,7 +12,7 @@ from typing import TypeVar
 from markupsafe import Markup
 
 from replication.audit.brief import Consequence
-from replication.audit.inspect.headline import counts
+from replication.audit.inspect.headline import Tally, counts, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import AGREES
@@ -127,6 +127,7 @@ class PaperView:
     record: PaperRecord
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
+    tally: Tally
     total: int
     proved: int
     beyond: int
@@ -141,11 +142,9 @@ class PaperView:
     def headings(self) -> dict[str, str]:
         """The heading of each part: its result, where it has one."""
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
-        failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
-        agree, open_ = sum(self.counts[verdict] for verdict in AGREES), self.counts[Verdict.UNDETERMINED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
         slips = sum(erratum.scan for erratum in self.errata)
-        copied = f"; {slips} may correct {'slips' if slips > 1 else 'a slip'} of our copy" if slips else ""
+        copied = f"; {slips} of them perhaps {'slips' if slips > 1 else 'a slip'} of our copy" if slips else ""
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
@@ -153,7 +152,7 @@ class PaperView:
             "ladder": "How close our proved values lie to the printed ones",
             "errata": f"{len(self.errata)} correction{'s' * (len(self.errata) != 1)}, {certain} certain{copied}",
             "findings": "What we found",
-            "claims": f"{agree} of {self.total} claims agree, {failing} fail, {open_} undecided",
+            "claims": f"{self.total} claims: {self.tally.words}",
             "figures": "The paper's figures, recomputed",
             "readings": "Assumptions where the paper is silent",
             "scope": "What was checked, and what was left out",
@@ -218,6 +217,7 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         record=paper,
         claims=shown,
         counts=counts(claims),
+        tally=tally(claims),
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
         beyond=sum(bool(claim.evidence.not_checkable) for claim in undetermined),

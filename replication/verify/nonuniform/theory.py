@@ -163,7 +163,7 @@ def stalls(plant: Plant, witness: grid.Alpha) -> Found:
     says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
 )
 def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
-    """For (13), which is missing, as it is reconstructed here, with a scalar scaling: with {cells} cells, in modal
+    """For (13), missing from our copy, as it is reconstructed here, with a scalar scaling: with {cells} cells, in modal
     coordinates, one level for both channels is at least {forced:down}, whether or not Delta is divided by its norm; a
     filter of form (4) has the level {level:up} for every sequence.
 
