@@ -51,27 +51,29 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="[Both](+gamma.1) are [right](+gamma.2) at the middle period. If the period varies, no filter of form (4) "
-    "keeps Example 1 below [{valid.1:over:gamma.1}](?valid.1) times its gain.",
+    card="At the middle of the range [both](+gamma.1) gains are [right](+gamma.2); Theorem 3 and Sec. V-A promise no "
+    "more. In Example 1 every filter of form (4) has at least {valid.1:over:gamma.1} times the printed gain if the "
+    "period varies. One number differs: in Example 1 [Algorithm 1](-grid.1), corrected, ends with {grid.1} grid "
+    "elements, not one.",
     holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](gamma.2)); stability for every sequence "
     "of periods, in [both](stable.1) [examples](stable.2).",
     correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Case U3](u3) and "
     "[two](map) [maps](map-12) are misprinted.",
     guess="Is [the abstract's level](robust-level.1) for every sequence of periods, or for the grid, as in Sec. V-A? "
     "What does [step 4](algorithm) compute?",
-    verdict="nominal levels",
-    headline="If the sampling period varies, do not count on the printed worst-case gains: they are nominal, for one "
-    "constant period, as Sec. V-A says",
+    verdict="hold at one period",
+    headline="The printed gains hold at one constant period, as stated; if it varies, the worst case is at least "
+    "{robust-level.1:over:gamma.1} and {robust-level.2:over:gamma.2} times as large",
     picture=Bars(
-        printed="at the middle period, as printed",
+        printed="printed, at the middle period",
         bound="if the period varies over the range",
         pairs=(
             Pair(
-                label="Example 1: worst-case gain of our filter, since the paper prints none",
+                label="Example 1 (the paper prints no filter; this is ours)",
                 printed="gamma.1",
                 bound="robust-level.1",
             ),
-            Pair(label="Example 2: worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
+            Pair(label="Example 2 (the printed filter)", printed="gamma.2", bound="robust-level.2"),
         ),
     ),
     sketch=Sketch(

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from markupsafe import Markup, escape
 
 from replication.audit.brief import Brief, Draws, Sketch, Stroke
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import rounds_to
-from replication.audit.judge.numerals import LINK, require_short
+from replication.audit.judge.numerals import LINK, require_short, sentences
 from replication.audit.model import Policy, Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.report.templates import seen
@@ -152,13 +153,24 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
         topic=brief.topic,
         verdict=told(brief.verdict, ANYTHING),
         headline=told(brief.headline, ANYTHING),
-        card=told(brief.card),
+        card=_joined(told(sentence) for sentence in sentences(brief.card)),
         lines=(
             ("reproduced", "What holds", told(brief.holds, HOLDS)),
             ("differs", "What to correct", told(brief.correct, FAILS)),
             ("compatible", "What remains a guess", told(brief.guess, OPEN)),
         ),
         sketch=drawn(brief.sketch),
+    )
+
+
+def _joined(told: Iterable[Told]) -> Told:
+    """Several sentences as one text."""
+    listed = tuple(told)
+    parts = [part for one in listed for part in (*one.parts, (" ", ""))]
+    return Told(
+        parts=tuple(parts[:-1]),
+        shaken=any(one.shaken for one in listed),
+        numbers=tuple(number for one in listed for number in one.numbers),
     )
 
 
@@ -208,6 +220,9 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
         if rounded == printed:
             raise AuditError(f"the brief of {key} says that {record.claim.printed} is not {instead}; correct it")
         return f"{instead}, not {record.claim.printed}", float(instead)
+    if how == "miss":
+        miss = _miss(record, value)
+        return numerals.short(miss, 1), float(numerals.short(miss, 1))
     if not isinstance(lower, int | float):
         raise refused
     if how == "over":
@@ -215,3 +230,9 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
         lower /= float(rounds_to(under.claim.printed, 0)[0]) if under is not None else math.nan
     shown = numerals.at_least(lower, LOWER_DIGITS)
     return shown, float(shown)
+
+
+def _miss(record: ClaimRecord, value: float) -> float:
+    """By how many per cent the computed number misses the nearest one that rounds to the print; 0 if it does not."""
+    ((low, high),) = ((Fraction(low), Fraction(high)) for low, high in record.judgement.intervals)
+    return float(100 * max(low - Fraction(value), Fraction(value) - high, Fraction(0)) / abs(Fraction(value)))
