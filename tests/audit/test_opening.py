@@ -100,7 +100,7 @@ def test_consequence_by_rule(place: str, kind: Kind, printed: str, expected: Con
 def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFile) -> None:
     again = altered(made.claims[1], repeats=made.claims[0].id)
     text = render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path())
-    assert "1 repeat of another claim, not counted" in text and "not counted" not in render(made, Path())
+    assert "1 more repeats a claim" in text and "repeats a claim" not in render(made, Path())
     page = html5lib.parse(text)
     marks = [e for e in page.iter() if e.get("class") == "k"]
     expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
@@ -135,11 +135,11 @@ def stands(
         ([stands(broken=1, refuted=False)], "The paper gives a guarantee that fails."),
         ([stands()], "In the paper every theorem passes our tests."),
         ([stands(), stands(sound=False)], "In both papers no theorem is refuted."),
-        ([stands(sound=False, failing=1)], "In the paper no theorem is refuted, but one result differs."),
+        ([stands(sound=False, failing=1)], "In the paper no theorem is refuted; one result differs."),
         (
             [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
-            "One of four papers gives a false guarantee. In the other three no corrected theorem is refuted, but "
-            "three results differ.",
+            "One of four papers gives a false guarantee. In the other three no theorem is refuted once misprints are "
+            "corrected; three results differ.",
         ),
         ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
         (
@@ -151,6 +151,13 @@ def stands(
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
     assert answer(papers, {}) == sentence
+
+
+def test_a_single_result_that_differs_is_named() -> None:
+    assert answer([stands(sound=False, failing=1)], {}, ["the grid of Doe et al."]) == (
+        "In the paper no theorem is refuted; one result differs, the grid of Doe et al."
+    )
+    assert "grid" not in answer([stands(sound=False, failing=2)], {}, ["the grid of Doe", "the level of Roe"])
 
 
 def paper_of(records: Any) -> Any:
@@ -242,7 +249,7 @@ def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> 
     told = with_brief(made, correct="The [level](column-5-7) is {column-5-7}.")
 
     def said(results: ResultsFile) -> str:
-        return "".join(words for words, _ in briefs(results)[KEY].lines[1][2].parts)
+        return "".join(words for words, _ in briefs(results)[KEY].lines[1][1].parts)
 
     assert said(told) == "The level is 1.9171."
     (level,) = [record for record in made.claims if record.id == f"{KEY}.column-5-7"]
@@ -256,7 +263,7 @@ def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(
     (wide,) = [record for record in made.claims if record.id == f"{KEY}.far"]
     assert wide.unexpected
     changed = with_brief(made, holds="[This](far) holds.")
-    assert briefs(changed)[KEY].lines[0][2].shaken
+    assert briefs(changed)[KEY].lines[0][1].shaken
     assert "A claim that this rests on has changed its verdict." in render(changed, Path())
 
 

@@ -111,7 +111,7 @@ class BriefView:
     verdict: Told
     headline: Told
     card: Told
-    lines: tuple[tuple[str, str, Told], ...]
+    lines: tuple[tuple[str, Told], ...]
     sketch: Markup
 
 
@@ -155,9 +155,9 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
         headline=told(brief.headline, ANYTHING),
         card=_joined(told(sentence) for sentence in sentences(brief.card)),
         lines=(
-            ("reproduced", "What holds", told(brief.holds, HOLDS)),
-            ("differs", "What to correct", told(brief.correct, FAILS)),
-            ("compatible", "What remains a guess", told(brief.guess, OPEN)),
+            ("What holds", told(brief.holds, HOLDS)),
+            ("What to correct", told(brief.correct, FAILS)),
+            ("What remains a guess", told(brief.guess, OPEN)),
         ),
         sketch=drawn(brief.sketch),
     )
