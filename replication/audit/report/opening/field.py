@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Verdict
 from replication.audit.report.claim import FAILS, ClaimView, Standing, standing
 from replication.audit.report.paper import PaperView
 
@@ -181,7 +181,7 @@ def _lane(paper: PaperView) -> Lane:
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
     listed = [view for view in paper.claims if view.consequence is kind]
     own = [view for view in listed if view.record.counted]
-    timed = [view for view in own if view.record.claim.kind is Kind.CITED and view.record.claim.unit == "s"]
+    timed = [view for view in own if view.timed]
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
     failing = Counter((_named(view), view.record.verdict) for view in marks if view.record.verdict in FAILS)
     return Cell(
