@@ -53,13 +53,14 @@ class Curve(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """One curve of a figure's table: a column, or the Euclidean norm of several.
 
     upper: a column above it; the curve is then the band between, of which only the two ends are known. quiet: whether
-    it stands for comparison only.
+    it stands for comparison only. refuted: whether it is what the paper prints and we refute, in red everywhere.
     """
 
     label: str
     columns: tuple[str, ...]
     upper: str = ""
     quiet: bool = False
+    refuted: bool = False
 
 
 class Ticks(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -81,6 +81,7 @@ class CurveView:
 
     label: str
     quiet: bool
+    refuted: bool
     band: bool
     path: str
     value: tuple[float, ...]
@@ -217,6 +218,7 @@ def _curve(
     return CurveView(
         label=curve.label,
         quiet=curve.quiet,
+        refuted=curve.refuted,
         band=len(lines) > 1,
         path=f"M{'L'.join(points[0])}" if len(points) == 1 else f"M{'L'.join([*points[0], *reversed(points[1])])}Z",
         at=at(begin),
