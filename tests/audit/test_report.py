@@ -46,7 +46,7 @@ NEWER_CSS = re.compile(
     "CSS: .*(text-decoration-thickness|text-underline-offset|text-wrap|color-scheme|text-size-adjust|::details-content"
     "|scrollbar-width|print-color-adjust|content-visibility|contain-intrinsic-size|vector-effect"
     "|too few values for the property .linear-gradient"
-    "|background.: . . is an incorrect operator)"
+    "|background.: . . is an incorrect operator|subgrid)"
 )
 
 
