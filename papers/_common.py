@@ -29,6 +29,9 @@ measures at every base period at once.
 MULTIPLES = (1, 2, 3, 4, 6, 8)
 """How many base periods: from one measurement to the next, at the most, or of lateness plus one."""
 
+MINCX = 0.01
+"""Relative accuracy, of what it minimises, at which mincx stops by default, says its documentation."""
+
 INPUTS: dict[str, Any] = {"plant": PLANT, "multiples": list(MULTIPLES)}
 
 

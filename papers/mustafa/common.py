@@ -15,7 +15,8 @@ from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant
 
 IRREGULAR = (
-    "irregular: 1 to m steps between measurements, our robust design by (10), neither Algorithm 1 nor an optimum"
+    "irregular (our design by (10)): 1 to m steps between measurements, one Lyapunov function for all, neither "
+    "Algorithm 1 nor an optimum"
 )
 
 

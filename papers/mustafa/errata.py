@@ -10,6 +10,10 @@ from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results
 
 ERRATA = Errata()
+BY_ROOT = (
+    " With √α in step 3 as well, and U3 corrected, one element comes out in both examples, as printed; but on that "
+    "interval (8) fails in Example 1."
+)
 HALF_UNIT = 0.00005
 """Rounding of an entry of the printed filter."""
 
@@ -17,7 +21,7 @@ HALF_UNIT = 0.00005
 @ERRATA.misprint(
     "map",
     "Sec. III, below (7)",
-    "(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand",
+    "(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand in our copy",
     "Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
     "identities",
 )
@@ -25,9 +29,9 @@ def order_of_map(results: Results) -> Proof:
     """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
     return _exchanged(
         results,
-        "The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
-        "gives (12), the map misses the transfer matrix at a constant Delta in random cases whose sizes fit; the right "
-        "order agrees.",
+        "The brackets do not balance, which may be a slip of our copy; the exchanged indices stand in (12) again, and "
+        "are the text's. Without the last bracket, and without the one before the inverse, which gives (12), the map "
+        "misses the transfer matrix at a constant Delta in random cases whose sizes fit; the right order agrees.",
         {" without the last bracket": "map as printed", " without the one before the inverse": "(12) as printed"},
     )
 
@@ -61,6 +65,7 @@ def _exchanged(results: Results, text: str, readings: dict[str, str]) -> Proof:
     "h̄ = h₀ + log(1 + α⁻¹ μ(A)) / μ(A)",
     "grids.1",
     "grids.2",
+    scan=True,
 )
 def case_u3(results: Results) -> Proof:
     """The upper ends of (9) with both logarithmic norms."""
@@ -68,8 +73,9 @@ def case_u3(results: Results) -> Proof:
     return Proof(
         holds=ends[2]["printed, alpha"]["upper"] < middle(2) < ends[2]["corrected, alpha"]["upper"]
         and ends[1]["printed, alpha"]["upper"] > ends[1]["corrected, alpha"]["upper"],
-        text="Lemma 3 bounds Delta(theta) by (e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies "
-        "below h_0, the middle of the range; in Example 1 it lies beyond where the bound reaches 1/alpha.",
+        text="The logarithm is that of case L3, which our copy may have repeated. Lemma 3 bounds Delta(theta) by "
+        "(e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies below h_0, the middle of the range; in "
+        "Example 1 it lies beyond where the bound reaches 1/alpha.",
         quantities={
             f"upper end, Example {e}, {name}": ends[e][f"{name}, alpha"]["upper"]
             for e in ends
@@ -90,7 +96,7 @@ def size_of_f(results: Results) -> Proof:
 
 
 @ERRATA.misprint(
-    "row", "Eq. (10)", "the text at hand has the row [−Z 0] twice in the right half", "once", "identities", scan=True
+    "row", "Eq. (10)", "our copy has the row [−Z 0] twice in the right half", "once", "identities", scan=True
 )
 def repeated_row(results: Results) -> Proof:
     """The right half of (10) has a row too many for a square matrix; without the repeated one it is the congruence."""
@@ -114,25 +120,26 @@ def repeated_row(results: Results) -> Proof:
 @ERRATA.misprint(
     "algorithm",
     "Algorithm 1, step 4",
-    "√α; in the text at hand also no set-minus between (h_l, h_u) and the union, a sign that may have been lost on the "
-    "way to it",
+    "√α; in our copy also no set-minus between (h_l, h_u) and the union, a sign that it may have lost",
     "α and a set-minus",
     "grids.1",
     "grids.2",
     inference=True,
 )
 def steps_of_algorithm(results: Results) -> Proof:
-    """Root and union in step 4: as printed, its union cut to the range, the run stalls in both examples; the correct
-    one covers."""
-    ends = {e: results[f"grids.{e}"]["algorithm"] for e in EXAMPLES}
+    """Root and union in step 4: as printed no new period is added in either example; the correct one covers."""
+    found = {e: results[f"grids.{e}"] for e in EXAMPLES}
+    ends = {e: grids["algorithm"] for e, grids in found.items()}
+    by_root = all(grids["intervals"]["corrected, root"]["covers"] for grids in found.values())
     return Proof(
         holds=all(
             runs[AS_PRINTED.name]["end"] == runs[WITH_SET_MINUS.name]["end"] == "STALLED"
             and runs[CORRECT.name]["end"] == "COVERED"
             for runs in ends.values()
         ),
-        text="With the root of step 4 and U3 as printed the run stalls, with the set-minus as without (its union cut "
-        "to the range); with alpha, a set-minus and U3 corrected it covers the range.",
+        text="With the root of step 4 and U3 as printed, step 4 adds no new period, so the algorithm never ends; a "
+        "set-minus does not change this. With alpha, a set-minus and U3 corrected it covers the range."
+        + (BY_ROOT if by_root else ""),
         quantities={
             f"elements, Example {e}, {name}": float(runs[reading.name]["size"])
             for e, runs in ends.items()
@@ -144,7 +151,7 @@ def steps_of_algorithm(results: Results) -> Proof:
 @ERRATA.misprint(
     MISNAMED,
     "Sec. VI-B",
-    "K_θ in A, K_q among the values: q is θ in a font of symbols, so the text at hand may have it wrong",
+    "K_θ in A, K_q among the values: q is θ in a font of symbols",
     "one constant, K_θ = K_q = K_T",
     "nominal.2",
     scan=True,

@@ -51,19 +51,19 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="At the middle of the range [both](+gamma.1) gains are [right](+gamma.2); Theorem 3 and Sec. V-A promise no "
-    "more. In Example 1 every filter of form (4) has at least {valid.1:over:gamma.1} times the printed gain if the "
-    "period varies. One number differs: in Example 1 [Algorithm 1](-grid.1), corrected, ends with {grid.1} grid "
-    "elements, not one.",
-    holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](gamma.2)); stability for every sequence "
-    "of periods, in [both](stable.1) [examples](stable.2).",
-    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Case U3](u3) and "
-    "[two](map) [maps](map-12) are misprinted.",
-    guess="Is [the abstract's level](robust-level.1) for every sequence of periods, or for the grid, as in Sec. V-A? "
-    "What does [step 4](algorithm) compute?",
+    card="At the middle of the range [both](+gamma.1) gains are [right](+filter.norm); Theorem 3 and Sec. V-A promise no "
+    "more. If the period varies, every filter of form (4) has in Example 1 at least [{finite-grid:over:gamma.1}]"
+    "(+finite-grid) times the printed gain. One number differs: in Example 1 [Algorithm 1](-grid.1), corrected, ends with "
+    "{grid.1} grid elements, not one.",
+    holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
+    "sequence of periods, in [both](stable.1) [examples](stable.2).",
+    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Two](map) "
+    "[maps](map-12) are misprinted, and perhaps [case U3](+u3).",
+    guess="What does [step 4](algorithm) compute? Is the level of [step 3](step-3) for the grid, or for every "
+    "sequence of periods?",
     verdict="hold at one period",
     headline="The printed gains hold at one constant period, as stated; if it varies, the worst case is at least "
-    "{robust-level.1:over:gamma.1} and {robust-level.2:over:gamma.2} times as large",
+    "{robust-level.1:over:gamma.1} and {robust-level.2:over:filter.norm} times as large",
     picture=Bars(
         printed="printed, at the middle period",
         bound="if the period varies over the range",
@@ -73,7 +73,7 @@ BRIEF = Brief(
                 printed="gamma.1",
                 bound="robust-level.1",
             ),
-            Pair(label="Example 2 (the printed filter)", printed="gamma.2", bound="robust-level.2"),
+            Pair(label="Example 2 (the printed filter)", printed="filter.norm", bound="robust-level.2"),
         ),
     ),
     sketch=Sketch(
@@ -127,16 +127,15 @@ def findings(results: Results) -> tuple[str, ...]:
     robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
     own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
     return (
-        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; Sec. V-A calls "
-        "those of Algorithm 1 nominal.",
+        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; Theorem 3 and "
+        "Sec. V-A promise no more.",
         f"If the period varies, the printed filter of Example 2 has at least {worst[1]} times the gain, and our "
         f"filter of Example 1 {worst[0]} times.",
-        "In Example 2 the printed filter has the printed gain; the least gain there is "
-        f"{results['nominal.2']['formula']:.5f}.",
-        f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed gain for every "
-        "sequence of periods.",
-        f"In Example 1 the raw measurement, which form (4) cannot use at once, guarantees {DATA['example-1']['D']} for "
-        "every sequence: less than the printed gain.",
+        "In Example 2 the printed filter has the printed gain; the least gain there, which step 2 seeks, rounds to "
+        f"{results['nominal.2']['formula']:.4f}.",
+        f"In Example 1 every stable filter of form (4) has a worst-case gain of at least {floor} × {GAMMA[1]}.",
+        f"In Example 1, y_k itself as estimate gives the gain D = {DATA['example-1']['D']} for every sequence; filter "
+        "(4) cannot, using y_k one step late.",
         "The error stays stable for every sequence of periods: a stable plant and (6) at one period suffice, without "
         "grid or condition (8).",
         "With the middle as its one grid element, Example 1 does not satisfy (8) over the range, whatever the "
@@ -159,8 +158,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{own[1]} times in Example 2.",
         *(
             (
-                "As printed, Algorithm 1 covers the range in neither example, with or without the missing set-minus "
-                "sign.",
+                "As printed, step 4 adds no new period, so Algorithm 1 never ends; the set-minus sign missing from our "
+                "copy does not change this.",
             )
             if ends == {"STALLED"}
             else ()
@@ -197,7 +196,8 @@ PARTS = (
     THEOREM_1,
     Part(
         "Eq. (9), cases L1, L2, U1 and U2",
-        reason="Limits of the same integral as L3 and U3, as mu tends to zero or below −alpha; no example meets them.",
+        reason="L1 and L2 cannot occur for a stable A, since μ(−A) ≥ −tr(A)/n > 0. U1 and U2 are limits of the same "
+        "integral as U3, as μ(A) tends to zero or below −α; no example meets them.",
     ),
     THEOREM_2,
     Part("Theorem 2, proof", reason="Its conclusion is proved in another way, without the condition (8)."),
@@ -210,10 +210,17 @@ PARTS = (
         "true, and nothing to compute.",
     ),
     ROBUST_PERFORMANCE,
-    Part("Eq. (13)", reason="Announced but missing in the text at hand; a reconstruction of ours is used."),
-    Part("Sec. V-A, trade-off by two performance measures", reason="A remark on (13), which is missing."),
+    Part("Eq. (13)", reason="Announced, but missing from our copy; a reconstruction of ours is used."),
+    Part(
+        "Sec. V-A, trade-off by two performance measures",
+        reason="A remark on (13), which is missing from our copy.",
+    ),
     Part("Sec. V-B, continuous-time performance", reason="A remark without a computation."),
     LEVELS,
+    Part(
+        "Sec. VI, levels of [13] and [14] beside those of the examples",
+        reason="Set side by side, in Example 1 with the remark that the indices differ; no order is claimed.",
+    ),
     RESPONSE,
 )
 

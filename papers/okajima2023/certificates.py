@@ -7,7 +7,6 @@ from typing import Any
 
 from papers.okajima2023.experiments.declared import DIAGONAL_STEP, ENTRY_DECIMALS, LARGEST_ENTRY, SECOND_DECIMALS
 from papers.okajima2023.experiments.unstable import any_entries
-from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, GAINS, PLANT, matrix, poles
 from replication.certify import multirate
@@ -16,8 +15,10 @@ from replication.errors import AuditError
 from replication.verify.subjects import subject
 
 KEY = "okajima2023"
-SECOND = "section-4c-second-setting"
-"""The theorem on the second diagonal with the stated poles."""
+SECOND = ("section-4c-second-setting", "section-4c-second-design")
+"""The theorems on the second diagonal with the stated poles."""
+FREE_DESIGN = "section-4c-free-design"
+"""That on a design for an A of which all entries may differ from the print."""
 
 
 def make(name: str) -> dict[str, Any]:
@@ -32,32 +33,44 @@ def nothing(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """No witness, where the search finds the parameters of the theorem: the diagonal, or C, B_d and D too.
+    """No witness, where the search finds the parameters of the theorem: the diagonal, or C too.
 
     They stand in theorems.json, so that the verifier need not search. Raises AuditError if the search finds others.
     """
-    gains, wanted = GAINS["42"], theorem["parameters"]
-    A = matrix(DATA["unstable-A"])
-    found: dict[str, Any] = {"diagonal": recover_poles(A, poles(DATA["poles"]), DIAGONAL_STEP)["fits"][0]}
-    if theorem["name"] == SECOND:
-        found["diagonal"] = [round(entry, SECOND_DECIMALS) for entry in exact_diagonals(A, poles(DATA["poles"]))[1]]
-    if "C" in wanted:
-        for i, entry in enumerate(found["diagonal"]):
-            A[i][i] = entry
+    diagonal = _diagonal(theorem["name"])
+    found: dict[str, Any] = {"diagonal": diagonal}
+    if "C" in theorem["parameters"]:
         error_poles = [pole[0] for pole in poles(DATA["error-poles"])]
-        found["C"] = recover_outputs(A, gains, error_poles, LARGEST_ENTRY)["C"]
-        if "B_d" in wanted:
-            inputs = recover_inputs(A, found["C"], gains)
-            found |= {"B_d": inputs["B_d"], "D": inputs["D"]}
+        found["C"] = recover_outputs(_with(diagonal), GAINS["42"], error_poles, LARGEST_ENTRY)["C"]
     return _as_wanted(theorem, found)
+
+
+def _diagonal(name: str) -> list[float]:
+    """The diagonal with the stated poles that the theorem of this name is on."""
+    A, stated = matrix(DATA["unstable-A"]), poles(DATA["poles"])
+    if name in SECOND:
+        return [round(entry, SECOND_DECIMALS) for entry in exact_diagonals(A, stated)[1]]
+    return list(recover_poles(A, stated, DIAGONAL_STEP)["fits"][0])
+
+
+def _with(diagonal: list[float]) -> list[list[float]]:
+    """A of eq. (41) with another diagonal."""
+    A = matrix(DATA["unstable-A"])
+    for i, entry in enumerate(diagonal):
+        A[i][i] = entry
+    return A
 
 
 def free_setting(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """The same for the A of which all entries may differ from the print."""
+    return _as_wanted(theorem, {"A": _free()})
+
+
+def _free() -> list[list[float]]:
     stated, error_poles = poles(DATA["poles"]), [pole[0] for pole in poles(DATA["error-poles"])]
-    A = matrix(DATA["unstable-A"])
-    found = any_entries(A, PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
-    return _as_wanted(theorem, {"A": found["rounded"]})
+    found = any_entries(matrix(DATA["unstable-A"]), PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
+    rounded: list[list[float]] = found["rounded"]
+    return rounded
 
 
 def _as_wanted(theorem: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
@@ -72,16 +85,14 @@ def _as_wanted(theorem: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str
     return nothing(theorem)
 
 
-def recovered_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """An observer by Theorem 2 for the plant of Sec. IV-C as the search finds it."""
-    recovered(theorem)
-    given = theorem["parameters"]
-    A = [list(row) for row in theorem["plant"]["A"]]
-    for i, entry in enumerate(given["diagonal"]):
-        A[i][i] = entry
+def stated_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """An observer by Theorem 2 for an A that has the stated poles, all else as in Sec. IV-A."""
+    given, C = theorem["parameters"], theorem["plant"]["C"]
+    A = _free() if theorem["name"] == FREE_DESIGN else _with(_diagonal(theorem["name"]))
+    _as_wanted(theorem, {"A": A, **{name: PLANT[name] for name in ("B_d", "D")}})
     identity = [[str(int(i == j)) for j in range(len(A))] for i in range(len(A))]
-    plant = {"A": A, "W": identity, **{name: given[name] for name in ("C", "B_d", "D")}}
-    schedule = {"sensors": list(range(len(given["C"]))), "periods": given["periods"], "offsets": given["offsets"]}
+    plant = {"W": identity, "C": C, **{name: given[name] for name in ("A", "B_d", "D")}}
+    schedule = {"sensors": list(range(len(C))), "periods": given["periods"], "offsets": given["offsets"]}
     return multirate.feasible_design({"plant": plant, "parameters": schedule})
 
 
@@ -96,5 +107,5 @@ MAKERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "multirate.same-setting": recovered,
     "multirate.free-setting": free_setting,
     "multirate.recovered-error-poles": recovered,
-    "multirate.recovered-design": recovered_design,
+    "multirate.stated-design": stated_design,
 }

@@ -12,7 +12,8 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.nonuniform.plant import SampledPlant
 
-SLOW, LATE = "slow: one measurement every m steps", "late: each measurement arrives m − 1 steps late"
+SLOW = "slow: one measurement every m steps"
+LATE = "late (our extension): each measurement arrives m − 1 steps late"
 
 
 def levels(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:

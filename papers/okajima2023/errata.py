@@ -19,9 +19,10 @@ ERRATA = Errata()
     DENOMINATOR,
     "Eq. (34)",
     "The denominator sums d(k)ᵀd(k).",
-    "It sums the squares of d, w₁ and w₂, both sensor noises in all four cases.",
+    "It sums d_*(k)ᵀd_*(k) of (17): d and both sensor noises, in all four cases.",
     *DRAWS,
     inference=True,
+    scan=True,
 )
 def denominator(results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
@@ -33,10 +34,11 @@ def denominator(results: Results) -> Proof:
         holds=possible == [ALL_NOISE]
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
-            f"With d alone, as printed, each of the four values lies below all {found['seeds']} draws. Of "
-            f"{len(READING_OF)} readings only one makes each of the four possible: d together with both sensor "
-            "noises, in every case, whether a sensor is used or not. Cases A to C run with gains of ours; none are "
-            "printed. The text calls the ratio an estimate of the norm from d to e, in keeping with the print."
+            "d in (34) should be d_* of (17), whose star our copy may have lost: with it the ratio is the one that γ "
+            f"bounds. With d alone each of the four values lies below all {found['seeds']} draws. Of {len(READING_OF)} "
+            "readings only d_*, which has both sensor noises whether a sensor is used or not, makes each of the four "
+            "possible. Cases A to C run with gains of ours; none are printed. The text calls the ratio an estimate of "
+            "the norm from d to e, without a star too."
         ),
         quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
     )
@@ -45,11 +47,12 @@ def denominator(results: Results) -> Proof:
 @ERRATA.misprint(
     DIAGONAL,
     "Eq. (41)",
-    "The matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
-    "The same matrix with another diagonal, one with which it has the stated poles.",
+    "In our copy the matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
+    "Another matrix, one with the stated poles. Two differ on the diagonal alone, others elsewhere.",
     *USES,
     ALL_DIAGONALS,
     inference=True,
+    scan=True,
 )
 def diagonal(results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
@@ -59,7 +62,8 @@ def diagonal(results: Results) -> Proof:
     return Proof(
         holds=len(state["fits"]) == 1 and not other["fits"],
         text=(
-            f"Eq. (41) repeats the A of Sec. IV-A, whose poles are inside the unit circle. Of {state['tried']} "
+            "In our copy eq. (41) repeats the A of Sec. IV-A, whose poles are inside the unit circle; the conversion "
+            f"may have repeated it. Of {state['tried']} "
             f"diagonals in steps of {state['step']} from {DIAGONAL_RANGE[0]} to {DIAGONAL_RANGE[1]}, other entries as "
             f"printed, one has the stated poles to their digits: {tuple(state['fits'][0])}. Off the grid another real "
             f"diagonal has them: about ({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no "
@@ -74,8 +78,7 @@ def diagonal(results: Results) -> Proof:
     SETTING,
     "Sec. IV-C, before eq. (41)",
     "The setting is that of Sec. IV-A in everything but A.",
-    "Either A differs off its diagonal too, or C does, and, if the gains (42) are optimal for the A and C found, so do "
-    "B_d and D.",
+    "Not determined. One plant that fits is told beside; an A that differs off its diagonal is not excluded.",
     *USES,
     inference=True,
 )
@@ -90,12 +93,14 @@ def setting(results: Results) -> Proof:
         and attained["largest_change"] < attained["half_unit"]
         and same > inputs["second_excess"],
         text=(
+            f"One plant that fits: A with the diagonal {tuple(results[RECOVERED]['state']['fits'][0])}, C = "
+            f"{bracketed(outputs['C'])}, B_d = {bracketed(inputs['B_d'])}, D = {bracketed(inputs['D'])}. For it all "
+            f"printed gains are within {inputs['largest_gain_difference']:.1g} of those of one optimal design. "
             f"Of {outputs['tried']} integer matrices C with entries of size up to {outputs['bound']}, one explains "
-            f"the stated poles of A_e by rounding of the gains (linearised): {bracketed(outputs['C'])}. With entries "
+            "the stated poles of A_e by rounding of the gains (linearised). With entries "
             f"up to {wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} "
-            f"pairs on a grid, B_d = {bracketed(inputs['B_d'])} with D = {bracketed(inputs['D'])} makes the printed "
-            f"gains nearest to optimal; all entries are then within {inputs['largest_gain_difference']:.1g} of those "
-            "of one design. Only the ratio of B_d to D is identifiable, up to a sign. With B_d and D of Sec. IV-A the "
+            "pairs on a grid, this B_d with this D makes the printed gains nearest to optimal. Only the ratio of B_d "
+            "to D is identifiable, up to a sign. With B_d and D of Sec. IV-A the "
             f"norm of the gains exceeds the optimum by {100 * same:.1f} %. Not tested: whether an A that differs off "
             "its diagonal, with C, B_d and D as printed, makes the gains near-optimal."
         ),
@@ -113,7 +118,7 @@ def setting(results: Results) -> Proof:
 @ERRATA.misprint(
     "sensor-index",
     "Eq. (4)",
-    "The diagonal of S_k runs to s_n(k): n entries for q sensors; the index may be a slip of the text at hand.",
+    "The diagonal of S_k runs to s_n(k): n entries for q sensors.",
     "It runs to s_q(k), one entry per sensor, as the blog has it.",
     "schedule.sec-4a",
     scan=True,
@@ -132,7 +137,7 @@ def sensor_index(results: Results) -> Proof:
 @ERRATA.misprint(
     "noise-index",
     "Sec. II-A, on Fig. 1",
-    "D is the diagonal matrix of D₁₁ and D₁₂; the index may be a slip of the text at hand.",
+    "D is the diagonal matrix of D₁₁ and D₁₂.",
     "It is that of D₁₁ and D₂₂, if indices are those of entries.",
     inference=True,
     scan=True,

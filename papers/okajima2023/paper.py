@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from papers._common import FIRST, LAST, MULTIPLES, curve, dots, label, signal
+from papers._common import FIRST, LAST, MINCX, MULTIPLES, curve, dots, label, signal
 from papers.okajima2023 import common
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
@@ -15,7 +15,7 @@ from papers.okajima2023.errata import ERRATA
 from papers.okajima2023.experiments.declared import EXPERIMENTS, all_periods, pair, table_claim
 from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.printed import TABLE_1
-from papers.okajima2023.readings import MINCX, READINGS
+from papers.okajima2023.readings import READINGS
 from replication.audit.brief import Brief, Curve, Draws, Entries, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import short
@@ -69,13 +69,12 @@ BRIEF = Brief(
     card="The optimum there is {table1.n21}, {table1.n21:miss} % too low to round to the print. As a guarantee the "
     "print is valid: it is [where a solver may stop](-table1.n21). All levels of the [stable plant](+gamma.proposed) "
     "hold. Sec. IV-C calls its plant unstable, but in our copy eq. (41) repeats "
-    "[the stable matrix](-unstable.is-unstable).",
+    "[the stable matrix](?unstable.is-unstable).",
     holds="All levels of the stable plant ([its own](gamma.proposed), [Cases A](gamma.case-a), [B](gamma.case-b), "
     "[C](gamma.case-c), Table 1), and the [level](gains.eq33) of all four printed gain sets.",
-    correct="Eq. (41) repeats the matrix of the stable plant; with it the error [grows](unstable.stabilised) under "
-    "gains (42).",
-    guess="Which noises enter [eq. (34)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use? Does "
-    "the blog claim that [shorter periods](order.shorter-in-general) help beyond Table 1?",
+    correct="In our copy eq. (41) repeats the matrix of the stable plant; with it the error "
+    "[grows](unstable.stabilised) under gains (42).",
+    guess="Is d in eq. (34) [d_* of (17)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use?",
     verdict="holds, one last digit off",
     headline="Table 1, periods (2, 1): [{table1.n21:not}](table1.n21). All other entries are the rounded optima",
     picture=Entries(
@@ -137,16 +136,17 @@ def findings(results: Results) -> tuple[str, ...]:
     """The findings, most important first."""
     return (
         *_table_1(results),
-        f"With the matrix that eq. (41) prints, that of Sec. IV-A, gains (42) make the error grow, in "
-        f"the long run {radius_of(results[PRINTED]['error_poles']):.2f}-fold per six instants.",
-        f"With the C of Sec. IV-A, gains (42) stabilise none of the {len(results['unstable.diagonals']['found'])} "
-        "diagonals with the stated poles; with more entries changed they can.",
+        "With eq. (41) as in our copy, gains (42) make the error grow, in the long run "
+        f"{radius_of(results[PRINTED]['error_poles']):.2f}-fold per six instants.",
+        f"With C of Sec. IV-A, gains (42) stabilise {NONE_OF[len(results['unstable.diagonals']['found'])]} whose A "
+        "differs on the diagonal only. For an A that differs elsewhere they can.",
         *_simulated(all_draws(results)),
         *_periods(results),
         _timing(results["timing-draws"]),
     )
 
 
+NONE_OF = {1: "not the plant", 2: "neither plant"}
 MILLIONTH = 1e-6
 """The relative distance to which optima and bounds of all estimators are compared in words."""
 
@@ -166,10 +166,9 @@ def _table_1(results: Results) -> Iterator[str]:
                 "cent of the optimum."
             )
     best = all(column["upper"] < column["noncausal"]["value"] * (1 + MILLIONTH) for column in columns.values())
-    yield (
-        f"The other {len(columns) - len(wrong)} entries of Table 1 are the rounded optima"
-        f"{'; no estimator, not even a smoother, has one lower by more than a millionth' if best else ''}."
-    )
+    yield f"The other {len(columns) - len(wrong)} entries of Table 1 are the rounded optima."
+    if best:
+        yield "No estimator, causal or not, has a level of Table 1 lower by more than one part in a million."
 
 
 def _simulated(found: Mapping[str, Any]) -> Iterator[str]:
@@ -177,10 +176,13 @@ def _simulated(found: Mapping[str, Any]) -> Iterator[str]:
         case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in found["cases"].items()
     )
     yield (
-        f"With eq. (34) as printed, {'all' if below else 'not all'} {found['seeds']} draws exceed each published "
-        "ratio, in Cases A to C with gains of ours."
+        f"With eq. (34) as in our copy, d alone, {'all' if below else 'not all'} {found['seeds']} draws exceed "
+        "each published ratio, in Cases A to C with our gains."
     )
-    yield "Both sensor noises added to the denominator of eq. (34) make each published ratio possible: an inference."
+    yield (
+        "With d_* of (17) for d, eq. (34) is the ratio that γ bounds; each published ratio is possible. Our copy may "
+        "lack the star."
+    )
 
 
 def _periods(results: Results) -> Iterator[str]:
@@ -233,8 +235,9 @@ PARTS = (
     ),
     Part(
         "Symbols d_u, d_y1, d_y2 and “standard normal” before Fig. 2",
-        reason="The symbols are defined nowhere, and “standard normal” is at odds with the deviations stated; read as "
-        "d, w₁ and w₂ with those deviations, zero after k = 500. A common scale of all noises cancels in eq. (34).",
+        reason="The symbols, which suggest a stacked d as in (17), are not defined in our copy, and “standard normal” "
+        "is at odds with the deviations stated; read as d, w₁ and w₂ with those deviations, zero after k = 500. A "
+        "common scale of all noises cancels in eq. (34).",
     ),
     simulation.SIMULATION,
     levels.TABLE,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from papers._common import MINCX
 from papers.okajima2023.experiments.declared import DIAGONAL_STEP, SECOND_DECIMALS
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
@@ -14,7 +15,6 @@ SAME_NOISE = "noise of Sec. IV-A"
 OWN_PERIODS, ANY_PERIODS = "each sensor at its own period", "both sensors at any period"
 RULE = "all periods, both sensors at instant 0"
 RULE_BEST_TIMING = "all periods, each with its best timing"
-TABLE_ALONE = "columns of Table 1"
 BLOG_ON_TABLE_1 = "Blog, on Table 1"
 RECOVERED_A, SECOND_A, FREE_A = "diagonal in steps", "the other real diagonal", "any entries of A"
 RECOVERED_PLANT, UNROUNDED_GAINS = "plant found by search", "gains before rounding"
@@ -37,14 +37,12 @@ DENOMINATOR = dict(
 
 _OURS = "Cases A to C run with our central optimal gains, since theirs are not printed."
 _ENERGIES = (
-    "The denominator of eq. (34) is the energy of d, as printed.",
+    "The denominator of eq. (34) is the energy of d, as in our copy.",
     "The denominator of eq. (34) is the energy of both sensor noises.",
     "The denominator of eq. (34) is the energy of d and of each sensor noise at the instants of measurement.",
     "The denominator of eq. (34) is the energy of d and of the noises of the sensors that the observer uses.",
-    "The denominator of eq. (34) is the energy of d and of both sensor noises, in all four cases.",
+    "The denominator of eq. (34) is the energy of d_* of (17): d and both sensor noises, in all four cases.",
 )
-MINCX = 0.01
-"""Relative accuracy, of what it minimises, at which mincx stops by default, says its documentation."""
 _SEARCHED = "All other entries of A are as printed."
 
 READINGS = (
@@ -100,8 +98,8 @@ READINGS = (
     Reading(
         name=FREE_A,
         place="Sec. IV-C, before eq. (41)",
-        text="The text excepts the matrix A, not its diagonal: any entry may differ from Sec. IV-A, so that one A with "
-        "the stated poles is enough.",
+        text="The text excepts the matrix A, not its diagonal: any entry may differ from Sec. IV-A, and A has the "
+        "stated poles. C, B_d and D are those of Sec. IV-A.",
     ),
     Reading(
         name=RECOVERED_PLANT,
@@ -117,19 +115,14 @@ READINGS = (
         inference=True,
     ),
     Reading(
-        name=TABLE_ALONE,
-        place=BLOG_ON_TABLE_1,
-        text="The sentence is about the columns of Table 1, which it sums up.",
-    ),
-    Reading(
         name=RULE,
         place=BLOG_ON_TABLE_1,
-        text="The sentence is a rule for all pairs of periods, both sensors at instant 0.",
+        text="Beyond Table 1: all pairs of periods, both sensors at instant 0.",
     ),
     Reading(
         name=RULE_BEST_TIMING,
         place=BLOG_ON_TABLE_1,
-        text="The sentence is a rule for all pairs of periods, each with its best timing.",
+        text="Beyond Table 1: all pairs of periods, each with its best timing.",
     ),
     Reading(
         name=OWN_PERIODS,

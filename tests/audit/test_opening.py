@@ -170,13 +170,12 @@ def test_results_without_a_theorem_are_counted_by_what_comes_out(made: ResultsFi
     by_verdict = {record.verdict: altered(record, place="Sec. II") for record in made.claims}
     kinds = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == (
-        "2 of 4 results agree with the print, one after an erratum, one under a choice of ours, none fails."
-    )
-    assert (shown.holding, shown.corrected, shown.chosen, shown.failing, shown.open) == (4, 1, 1, 0, 0)
+    assert shown.answer == ("2 of 4 results agree with the print, one after an erratum, one possible, none fails.")
+    assert (shown.tally.words, shown.corrected) == ("3 agree, 1 possible", 1)
     kinds = (Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.REFUTED, Verdict.UNDETERMINED, Verdict.ERROR)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("1 of 5 results agrees with the print, two do not, one stays open, one ended in an error.")
+    assert shown.answer == ("1 of 5 results agrees with the print, two do not, one undecided, one ended in an error.")
+    assert shown.tally.words == "1 agrees, 2 fail, 1 undecided, 1 in error"
 
 
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
@@ -184,9 +183,9 @@ def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
     assert field([paper_of([remark])]).answer == "0 of 1 results agree with the print, one does not."
     assert field([paper_of([theorem])]).answer == "The paper gives a false guarantee."
-    assert field([paper_of([theorem, remark])]).failing == 2
+    assert field([paper_of([theorem, remark])]).tally.failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
-    assert field([paper_of(made.claims)]).failing == failing
+    assert field([paper_of(made.claims)]).tally.failing == failing
 
 
 @pytest.mark.parametrize(

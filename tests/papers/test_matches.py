@@ -55,7 +55,7 @@ def test_an_entry_of_the_table_differs_only_if_it_does_under_each_reading() -> N
     ("claim", "names", "told"),
     [
         ("mustafa.gamma.1", ["nominal-1-lower"], "do not decide"),
-        ("mustafa.gamma.2", ["range-2-upper"], "for from h_l, not middle"),
+        ("mustafa.gamma.2", ["robust-design-2"], "for from h_l, not middle"),
         ("mustafa.filter.norm", ["printed-filter-upper"], "do not decide"),
         ("mustafa.gamma.1", ["nominal-2-upper", "nominal-2-lower"], "another plant: example-2, not example-1"),
         ("mustafa.stable.2", ["stable-1"], "another plant: our-filter, not printed-filter"),

@@ -476,9 +476,11 @@ def test_poles_are_matched_with_the_stated_ones() -> None:
 
 def test_a_design_for_a_stable_plant_is_no_recovered_one() -> None:
     proof = {"bound": {"upper": "9"}, "witness": {"P": [[["1", "0"], ["0", "1"]]], "Y": [[["0"], ["0"]]]}}
-    given = {"C": [["1", "0"]], "B_d": [["1"], ["1"]], "D": [["1"]], **proof}
+    given = {"A": [["1/2", "0"], ["0", "0"]], "B_d": [["1"], ["1"]], "D": [["1"]], **proof}
     with pytest.raises(Refused, match="no pole of A is proved to be outside"):
-        section_4c("recovered-design", DIAGONAL, [["1/2", "0"], ["0", "0"]], diagonal=["1/2", "0"], **given)
+        section_4c("stated-design", DIAGONAL, [["1/2", "0"], ["0", "0"]], **given)
+    with pytest.raises(Refused, match="A has not the stated pole"):
+        section_4c("stated-design", DIAGONAL, [["2", "0"], ["0", "0"]], **given)
 
 
 def test_gains_that_leave_an_unstable_pole() -> None:
@@ -578,7 +580,7 @@ def test_levels_say_for_which_schedule_they_are() -> None:
     assert check(load("optimum-case-a")).sentence.startswith("For the plant stable and the periods ")
 
 
-@pytest.mark.parametrize("entry", ["diagonal", "C", "B_d", "D"])
+@pytest.mark.parametrize("entry", ["A", "B_d", "D"])
 def test_the_recovered_plant_is_that_of_the_list_of_theorems(entry: str) -> None:
     tampered = load("section-4c-design")
     scale = [[str(Fraction(number) / 10**6) for number in row] for row in tampered["parameters"]["B_d"]]
@@ -588,11 +590,11 @@ def test_the_recovered_plant_is_that_of_the_list_of_theorems(entry: str) -> None
 
 
 def test_what_is_recovered_is_said_in_the_sentence() -> None:
-    given = load("section-4c-design")["parameters"]
-    sentence = check(load("section-4c-design")).sentence
-    assert ", ".join(given["diagonal"]) in sentence
-    for name in ("C", "B_d", "D"):
-        assert f"{name} = [{'; '.join(' '.join(row) for row in given[name])}]" in sentence
+    design, given = load("section-4c-design"), load("section-4c-error-poles")["parameters"]
+    assert ", ".join(given["diagonal"]) in check(load("section-4c-error-poles")).sentence
+    shown = {**design["parameters"], "C": design["plant"]["C"]}
+    for name in ("A", "C", "B_d", "D"):
+        assert f"{name} = [{'; '.join(' '.join(row) for row in shown[name])}]" in check(design).sentence
     with pytest.raises(Refused, match="parameters lacks the field C"):
         check({**own("section-4c-error-poles"), "parameters": {**times(2, 3), "diagonal": given["diagonal"]}})
     with pytest.raises(Refused, match="witness has the unknown field P"):

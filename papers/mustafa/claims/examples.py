@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 from papers.mustafa.claims.algorithm import solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
-from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, down, of_example, up
+from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA, matrix
-from papers.mustafa.readings import DRAWN, NOMINAL, OBSERVER_FORM, OUR_FILTER
+from papers.mustafa.readings import DRAWN, NOMINAL, OBSERVER_FORM
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import term
@@ -42,58 +41,22 @@ def routes(r: dict[str, Any]) -> tuple[str, dict[str, float]]:
     return told, {f"{name} over formula, relative": level / r["formula"] - 1 for name, level in levels.items()}
 
 
-def beside(e: int, others: str, remark: str, results: Results) -> Evidence:
-    """The levels of other papers beside the worst-case gain: not like with like, and no order is claimed."""
-    r = results[f"bracket.{e}"]
-    return Evidence(
-        method=f"Bracket of the worst-case gain over all sampling sequences, for {FILTER[e]}.",
-        value=r["lower"],
-        lower=r["lower"],
-        upper=r["upper"],
-        quantities={
-            "robust design with one Lyapunov function, guaranteed": results[f"robust.{e}"]["guaranteed"],
-            "duration-weighted gain, upper": results[f"bracket-duration.{e}"]["upper"],
-        },
-        not_checkable=f"The paper sets {GAMMA[e]} and {others} side by side and claims no order. "
-        f"{remark} Sec. V-A calls the level of Algorithm 1 nominal, for the periods of its grid; the grid of each "
-        "example has one period, at which its level is right. Over all sequences, samples counted, the gain of "
-        f"{FILTER[e]} lies between {down(r['lower'])} and {up(r['upper'])}.",
-    )
-
-
-def compared(e: int, reference: int, others: str, statement: str, remark: str) -> None:
-    """Declare the claim that sets the level of an example beside those of a reference."""
-    LEVELS.order(
-        f"compare.{reference}",
-        place=GAMMA[e].place,
-        statement=statement,
-        uses=(f"bracket.{e}", f"robust.{e}", f"bracket-duration.{e}"),
-        pinned="undetermined",
-        reading={1: OUR_FILTER.name, 2: NO_READING}[e],
-        erratum={1: None, 2: MISNAMED}[e],
-    )(partial(beside, e, others, remark))
-
-
 def nominal_level(e: int, results: Results) -> Evidence:
-    """A printed level: the least one at the period of the grid, or that of the filter that is printed with it."""
+    """The least level at the one period of the grid, which step 2 seeks."""
     r, found = results[f"nominal.{e}"], results[f"bracket.{e}"]["nominal"]
     told, relative = routes(r)
     return Evidence(
-        method={
-            1: "Closed form of the least level of filters (4) at the one period of the grid; beside it the exact "
-            "H-infinity norm there of (5) with our filter.",
-            2: "Exact H-infinity norm of (5) with the printed filter at the one period of the grid.",
-        }[e],
+        method="Closed form of the least level of filters (4) at the one period of the grid; beside it the exact "
+        f"H-infinity norm there of (5) with {FILTER[e]}.",
         cross_check=told,
-        value={1: r["formula"], 2: found}[e],
+        value=r["formula"],
         quantities={
-            "infimum over all filters": r["formula"],
             "norm of the filter": found,
             "norm of the filter over infimum, relative": found / r["formula"] - 1,
             **relative,
         },
         solvers=solvers(r),
-        note=f"{where_it_holds(e, results)} {MORE[e].format(r['formula'])} {AS_10}",
+        note=f"{where_it_holds(e, results)} {MORE[e]} {AS_10}",
     )
 
 
@@ -101,11 +64,8 @@ AS_10 = "Step 2 computes it by (10), read without its repeated row and with F of
 MORE = {
     1: "Where Phi - Gamma C/D is Schur, as at the shortest periods of the range or at the middle with the largest D "
     "that rounds to the print, a filter of form (4) has no error, and the least level is zero.",
-    2: "The text prints no least level; that of all filters, {0:.5f}, rounds to {0:.4f}.",
+    2: "The printed level is that of the filter printed with it (claim filter.norm).",
 }
-
-
-WHOSE = {1: "A filter", 2: "The printed filter"}
 
 
 def declare_level(e: int) -> None:
@@ -113,12 +73,13 @@ def declare_level(e: int) -> None:
     LEVELS.value(
         f"gamma.{e}",
         GAMMA[e],
-        statement=f"{WHOSE[e]} has the printed level at the one period of the grid of Example {e}.",
+        statement=f"The level of step 2 at the one period of the grid of Example {e}.",
         uses=(f"nominal.{e}", f"bracket.{e}", f"curve.{e}"),
         erratum={1: None, 2: MISNAMED}[e],
-        reading={1: NOMINAL.name, 2: NO_READING}[e],
-        optimum=e == 1,
-        says={1: term("least gain over sequences", "example-1", "filters of form (4)", **MIDDLE), 2: OF_PRINTED}[e],
+        pinned={1: "reproduced", 2: "compatible"}[e],
+        reading=NOMINAL.name,
+        optimum=True,
+        says=term("least gain over sequences", f"example-{e}", "filters of form (4)", **MIDDLE),
     )(of_example(nominal_level, e))
 
 
@@ -131,13 +92,6 @@ for name, level in DATA["gamma-13"].items():
         reason="A level of a paper that is not at hand; its performance index is in continuous time, as the text says.",
         reading=NO_READING,
     )
-compared(
-    1,
-    13,
-    " and ".join(f"{level} ({name})" for name, level in DATA["gamma-13"].items()),
-    "The paper sets the level of Example 1 beside those of two filters of [13].",
-    "It remarks that the index of [13] is in continuous time, its own in discrete time.",
-)
 LEVELS.cited(
     "cited.14",
     DATA["gamma-14"],
@@ -149,13 +103,6 @@ LEVELS.cited(
 
 
 declare_level(2)
-compared(
-    2,
-    14,
-    f"{DATA['gamma-14']} ([14])",
-    "The paper sets the level of Example 2 beside that of a robust filter of [14].",
-    "It notes that its own is based on the nominal condition.",
-)
 
 
 @LEVELS.value(

@@ -19,11 +19,12 @@ from papers.mustafa.claims.preliminaries import (
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
+from papers.mustafa.readings import ENOUGH, NECESSARY
 from replication.audit.declare import Part
-from replication.audit.model import NO_READING, Evidence, Results
+from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import term
 
-THEOREM_1 = Part("Theorem 1, eq. (9), cases L3 and U3; its conservatism", reading=NO_READING)
+THEOREM_1 = Part("Sec. III, condition (8); Theorem 1, eq. (9), cases L3 and U3; its conservatism", reading=NO_READING)
 THEOREM_2 = Part("Theorem 2, what it concludes")
 THEOREM_3 = Part("Theorem 3, eqs. (10) and (11)", reading=NO_READING)
 
@@ -58,7 +59,7 @@ def reached(results: Results, end: str) -> Evidence:
 )
 @on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
-    """In both examples the bound of Lemma 3 gives (8) down to the lower end of case L3, and no further."""
+    """In both examples the lower end of case L3 is where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     return reached(results, "lower")
 
 
@@ -67,12 +68,11 @@ def lower_end_is_sharp(results: Results) -> Evidence:
     place="Theorem 1, case U3",
     uses=CONDITIONS,
     erratum="u3",
-    pinned="reproduced after erratum",
     says=for_both("sharp upper end (9)"),
 )
 @on_motor
 def u3_covers(results: Results) -> Evidence:
-    """In both examples the bound of Lemma 3 gives (8) up to the upper end of case U3, and no further."""
+    """In both examples the upper end of case U3 is where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
     return replace(corrected, as_printed=printed)
 
@@ -178,6 +178,40 @@ for _part, _name, _place in (
         reading=NO_READING,
         says=term("stability of Theorems 1 to 3"),
     )(stability_follows)
+
+
+THEOREM_1.feasible(
+    "small-gain",
+    place="Sec. III, below (8)",
+    statement="The error system is robustly stable as long as α‖Δ‖ is at most one.",
+    uses=BRACKETS,
+    says=term("stability of Theorems 1 to 3"),
+)(stability_follows)
+
+
+@THEOREM_1.feasible(
+    "small-gain.required",
+    place="Sec. III, before (8)",
+    uses=(*BRACKETS, *CONDITIONS),
+    reading=ENOUGH.name,
+    pinned="undetermined",
+)
+@on_motor
+def small_gain_is_required(results: Results) -> Evidence:
+    """To ensure stability (8) is required."""
+    rooms = [min(-results[name]["plant_abscissa"], 1 - results[name]["filter_radius"]) for name in BRACKETS]
+    # Stability without (8), in the coordinates that favour it most, shows that it is not necessary.
+    breaks = max(results[name]["modal"] for name, room in zip(CONDITIONS, rooms, strict=True) if room > 0) - 1
+    return Evidence(
+        method="The exact test of stability, and the left side of (8) over the range with one element, in modal "
+        "coordinates.",
+        outcomes=(
+            Outcome(reading=ENOUGH.name, holds=min(rooms) > 0, margin=min(rooms)),
+            Outcome(reading=NECESSARY.name, holds=breaks < 0, margin=-breaks),
+        ),
+        note="As a sufficient condition it is the small-gain theorem. Necessary it is not: Example 1 with one element "
+        "is stable for every sequence and breaks (8) in any coordinates.",
+    )
 
 
 @THEOREM_3.feasible(

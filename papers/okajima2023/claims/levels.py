@@ -20,9 +20,9 @@ from papers.okajima2023.experiments.declared import (
     times,
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
-from papers.okajima2023.readings import ANY_PERIODS, OWN_PERIODS, PREDICTORS
+from papers.okajima2023.readings import PREDICTORS
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Outcome, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
 from replication.verify.predicate import Predicate, Term, term
 
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
@@ -230,28 +230,6 @@ def proposed_best(results: Results) -> Evidence:
     return positive(margin, method="Distance between brackets of exact optima.")
 
 
-@LEVELS.order(
-    "order.more-outputs",
-    place="Sec. IV-A, on Figs. 2-5",
-    uses=map(case, CASES),
-    reading=OWN_PERIODS,
-    pinned="undetermined",
-)
-def more_outputs_are_better(results: Results) -> Evidence:
-    """Observers that use more output signals estimate better, by their optimal levels and not by the simulations that
-    the text speaks of."""
-    proposed, both = (min(separation(results, case(more), case(one)) for one in "AB") for more in ("proposed", "C"))
-    return Evidence(
-        method="Distance between brackets of exact optima: of observers that use both outputs and one.",
-        outcomes=(
-            Outcome(reading=OWN_PERIODS, holds=proposed > 0, margin=proposed),
-            Outcome(reading=ANY_PERIODS, holds=min(proposed, both) > 0, margin=min(proposed, both)),
-        ),
-        note="The text says it of Figs. 2-5, one draw each. Of the ratios that it prints, that of Case C, with both "
-        "outputs, exceeds that of Case B, with one; its level exceeds those of Cases A and B.",
-    )
-
-
 for _periods, _printed in TABLE_1.items():
     level(
         TABLE,
@@ -267,25 +245,24 @@ COMPARABLE = [(a, b) for a in TABLE_1 for b in TABLE_1 if a != b and a[0] <= b[0
 """Pairs of columns of Table 1, the one with the shorter periods first."""
 
 
+IN_TABLE = [said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))]
+"""That of each such pair the one with the shorter periods has the smaller optimum."""
+
+
 @TABLE.order(
     "order.shorter-in-table",
     place="Sec. IV-A, on Table 1",
     uses=map(pair, TABLE_1),
     reading=NO_READING,
-    says=[said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))],
+    says=IN_TABLE,
 )
 def shorter_is_better_in_table(results: Results) -> Evidence:
     """In Table 1 shortening a period, or both, always lowers the optimal level."""
     return positive(
-        least_step(results),
+        min(separation(results, pair(a), pair(b)) for a, b in COMPARABLE),
         method="Distance between brackets of exact optima for every comparable pair of columns.",
         quantities={"pairs compared": len(COMPARABLE)},
     )
-
-
-def least_step(results: Results) -> float:
-    """How far comparable columns of Table 1 are apart at least, in the order that their periods say."""
-    return min(separation(results, pair(a), pair(b)) for a, b in COMPARABLE)
 
 
 def counterexamples(table: list[dict[str, Any]], timing: str) -> list[tuple[float, list[int], list[int]]]:

@@ -159,6 +159,17 @@ EXPERIMENTS = (
         decimals=ENTRY_DECIMALS,
     ),
     experiment(
+        "unstable.stated-designs",
+        unstable.stated_designs,
+        plant={**PLANT, "A": matrix(DATA["unstable-A"])},
+        printed_gains=GAINS["42"],
+        stated_poles=poles(DATA["poles"]),
+        stated_error_poles=_ERROR_POLES,
+        step=DIAGONAL_STEP,
+        diagonal_decimals=SECOND_DECIMALS,
+        decimals=ENTRY_DECIMALS,
+    ),
+    experiment(
         "unstable.recovered",
         unstable.recovered,
         printed_A=matrix(DATA["unstable-A"]),

@@ -152,6 +152,30 @@ def _root(residual: Callable[[Array], Array], start: Array) -> Array:
     return found
 
 
+def stated_designs(
+    plant: dict[str, Matrix],
+    printed_gains: list[Matrix],
+    stated_poles: list[list[float]],
+    stated_error_poles: list[float],
+    step: float,
+    diagonal_decimals: int,
+    decimals: int,
+) -> Json:
+    """Designs for each A tried that has the stated poles, all else of the plant as in Sec. IV-A.
+
+    They are the two diagonals, the second to `diagonal_decimals` places, and the A of which all entries may differ.
+    """
+    A = plant["A"]
+    grid = recover_poles(A, stated_poles, step)["fits"][0]
+    second = np.round(exact_diagonals(A, stated_poles)[1], diagonal_decimals).tolist()
+    free = any_entries(A, plant["C"], printed_gains, stated_poles, stated_error_poles, decimals)["rounded"]
+    found = {"diagonal in steps": _row(A, grid)["A"], "other diagonal": _row(A, second)["A"], "any entries": free}
+    return {
+        name: {"poles": upper_half(np.linalg.eigvals(one)), **design({**plant, "A": one}, PERIODS, OFFSETS, [0, 1])}
+        for name, one in found.items()
+    }
+
+
 def any_entries(
     printed_A: Matrix,
     C: Matrix,

@@ -64,6 +64,51 @@ def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Tally:
+    """How claims stand, in the words of every badge, card and heading; repeats and remarks of ours aside.
+
+    agree: with the text, as it stands or corrected with certainty. possible: under an inference, a choice of ours, or
+    as a random draw. timed: run times of another computer, which no other number holds. failed: ended in an error.
+    """
+
+    agree: int
+    possible: int
+    failing: int
+    undecided: int
+    timed: int
+    failed: int
+
+    @property
+    def words(self) -> str:
+        """The numbers that are not zero, run times last and apart; `0 agree` stays."""
+        told = (
+            (self.agree, "agrees" if self.agree == 1 else "agree"),
+            (self.possible, "possible"),
+            (self.failing, "fails" if self.failing == 1 else "fail"),
+            (self.undecided, "undecided"),
+            (self.failed, "in error"),
+        )
+        listed = ", ".join(f"{number} {word}" for number, word in told if number or word == "agree")
+        timed = f"; {self.timed} run time{'s' * (self.timed != 1)} cannot be checked" if self.timed else ""
+        return f"{listed}{timed}"
+
+
+def tally(claims: Iterable[ClaimRecord]) -> Tally:
+    """How many of the claims agree, are possible, fail or are undecided."""
+    counted = once(claims)
+    found = counts(counted)
+    timed = sum(claim.claim.kind is Kind.CITED and claim.claim.unit == "s" for claim in counted)
+    return Tally(
+        agree=sum(found[one] for one in (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT)),
+        possible=found[Verdict.COMPATIBLE],
+        failing=found[Verdict.DIFFERS] + found[Verdict.REFUTED],
+        undecided=found[Verdict.UNDETERMINED] - timed,
+        timed=timed,
+        failed=found[Verdict.ERROR],
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Caveat:
     """Something that the counts of verdicts do not say by themselves: how many claims it is true of."""
 

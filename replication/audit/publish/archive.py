@@ -17,9 +17,7 @@ from pathlib import Path, PurePosixPath
 
 import msgspec
 
-from replication.audit.inspect.headline import counts, sentence
-from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Verdict
+from replication.audit.inspect.headline import sentence, tally
 from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software, without_empty
 from replication.audit.report.claim import standing
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
@@ -65,17 +63,13 @@ def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Pa
 
 
 def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
-    """One badge: how many of the claims agree, how many the text leaves undecided, and whether a verdict has moved.
+    """One badge: how the claims stand, or whether a verdict has moved.
 
     A tick says that all agree, a diamond that some do not, a cross that a theorem fails or a verdict has changed.
     """
     chosen = tuple(claims)
-    found = counts(chosen)
-    undecided = found[Verdict.UNDETERMINED]
-    agree = sum(found[verdict] for verdict in AGREES)
     moved = sum(claim.unexpected for claim in chosen)
-    text = f"{moved} off the pin" if moved else f"{agree} of {sum(found.values())} agree"
-    text += f", {undecided} undecided" if undecided and not moved else ""
+    text = f"{moved} off the pin" if moved else tally(chosen).words
     stands = standing(chosen)
     return draw(label, text, BAD if moved or stands.broken else SOME if stands.failing else GOOD)
 

@@ -12,7 +12,7 @@ from typing import TypeVar
 from markupsafe import Markup
 
 from replication.audit.brief import Consequence
-from replication.audit.inspect.headline import counts
+from replication.audit.inspect.headline import Tally, counts, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import AGREES
@@ -122,6 +122,7 @@ class PaperView:
     record: PaperRecord
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
+    tally: Tally
     total: int
     proved: int
     beyond: int
@@ -136,14 +137,10 @@ class PaperView:
     def headings(self) -> dict[str, str]:
         """The heading of each part: its result, where it has one."""
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
-        failing = self.counts[Verdict.DIFFERS] + self.counts[Verdict.REFUTED]
-        agree, open_ = sum(self.counts[verdict] for verdict in AGREES), self.counts[Verdict.UNDETERMINED]
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
         number, slips = len(self.errata), sum(erratum.scan for erratum in self.errata)
         parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
-        copied = (
-            f" ({slips} of the {number} may only be {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
-        )
+        copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
         outside = sum(not made.inside for made in self.ladders)
         resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
         findings = self.record.findings
@@ -155,7 +152,7 @@ class PaperView:
             "rounding of the print",
             "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}",
             "findings": findings[0].removesuffix(".") if findings else "",
-            "claims": f"{agree} of {self.total} claims agree, {failing} fail, {open_} undecided",
+            "claims": f"{self.total} claims: {self.tally.words}",
             "figures": "The paper's figures, and ours beside them",
             "readings": f"{len(resting)} claim{'s rest' if len(resting) != 1 else ' rests'} on an assumption where the "
             "text is silent",
@@ -221,6 +218,7 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         record=paper,
         claims=shown,
         counts=counts(claims),
+        tally=tally(claims),
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
         beyond=sum(bool(claim.evidence.not_checkable) for claim in undetermined),

@@ -1,7 +1,7 @@
 """Section IV-C: what holds for a plant that has the poles stated there, with the off-diagonal entries printed in (41).
 
-The diagonal, the sensors and the disturbance of that plant are parameters, which the list of wanted theorems fixes;
-they are an inference, and the theorems say what they imply.
+Its A, or the diagonal, and what else may differ are parameters, which the list of wanted theorems fixes; they are an
+inference, and the theorems say what they imply.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ RECOVERED: Table = {
     "diagonal": Depends(lambda given: sized(sequence, rational, square(given.plant["A"], "plant.A").nrows())),
 }
 DESIGNED: Table = {
-    **RECOVERED,
-    "C": Depends(lambda given: sized(matrix, None, len(given.diagonal))),
-    "B_d": Depends(lambda given: sized(matrix, len(given.diagonal))),
-    "D": Depends(lambda given: sized(matrix, given.C.nrows())),
+    **TIMES,
+    "A": square,
+    "B_d": Depends(lambda given: sized(matrix, given.A.nrows())),
+    "D": Depends(lambda given: sized(matrix, len(given.plant["C"]))),
 }
-RECOVERED_A, RECOVERED_PLANT = ("diagonal in steps",), ("plant found by search",)
+RECOVERED_A, RECOVERED_PLANT, ANY_A = ("diagonal in steps",), ("plant found by search",), ("any entries of A",)
 """Readings of the paper: which of its matrices are found by search."""
 
 
@@ -101,7 +101,7 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
     "multirate.free-setting",
     parameters={**TIMES, "A": square},
     holds=True,
-    says=Says(quantity="stable error system", readings=("any entries of A",)),
+    says=Says(quantity="stable error system", readings=ANY_A),
 )
 def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_mat) -> Found:
     """With A = {shown}, which has the poles stated in Sec. IV-C, and C = {sensors} the gains (42) leave all poles of
@@ -139,31 +139,29 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
 
 
 @on_recovered(
-    "multirate.recovered-design",
+    "multirate.stated-design",
     parameters=DESIGNED,
     bound=UPPER,
     witness={
-        "P": Depends(lambda given: sized(sequence, sized(symmetric, len(given.diagonal)), _phases(given))),
-        "Y": Depends(lambda given: sized(matrices, len(given.diagonal), given.C.nrows(), _phases(given))),
+        "P": Depends(lambda given: sized(sequence, sized(symmetric, given.A.nrows()), _phases(given))),
+        "Y": Depends(lambda given: sized(matrices, given.A.nrows(), len(given.plant["C"]), _phases(given))),
     },
     holds=True,
     says=(
-        Says(quantity="design by Theorem 2", readings=RECOVERED_PLANT),
-        Says(quantity="unstable plant", setting=diagonal_of, readings=RECOVERED_PLANT),
+        Says(quantity="design by Theorem 2", readings=ANY_A),
+        Says(quantity="unstable plant", setting=lambda given: {"A": given["A"]}, readings=ANY_A),
     ),
 )
-def design(
-    plant: Plant, diagonal: list[fmpq], C: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **given: Any
-) -> Found:
-    """For the plant with the diagonal {shown} of A, C = {sensors}, B_d = {disturbance} and D = {noise}, of which A has
-    the poles stated in Sec. IV-C, one proved to lie outside the unit circle, Theorem 2 gives an observer that predicts
-    one step with a gain of at most {upper:up}.
+def design(plant: Plant, A: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **given: Any) -> Found:
+    """For the plant with A = {shown}, C = {sensors}, B_d = {disturbance} and D = {noise}, of which A has the poles
+    stated in Sec. IV-C, one proved to lie outside the unit circle, Theorem 2 gives an observer that predicts one step
+    with a gain of at most {upper:up}.
     """
-    A, found = _recovered(plant, diagonal)
-    require_unstable(found)
+    require_unstable(_stated_poles(plant, A))
+    C = matrix(plant["C"], "plant.C")
     system = select(A, B_d, identity(A.nrows()), C, D, schedule(given["periods"], given["offsets"]))
     require_theorem_2(system, given["P"], given["Y"], upper)
-    return Found(words={"shown": _diagonal(A), "sensors": _rows(C), "disturbance": _rows(B_d), "noise": _rows(D)})
+    return Found(words={"shown": _rows(A), "sensors": _rows(C), "disturbance": _rows(B_d), "noise": _rows(D)})
 
 
 def require_unstable(poles: list[acb]) -> None:

@@ -93,8 +93,8 @@ GAIN, LEAST, GIVEN, EVERY = (
 )
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
 """What the norms count: samples, a reading of the paper, or seconds, beyond its text."""
-NOT_NOMINAL = "every sequence, against Sec. VI-B"
-"""A reading of Example 2 that its text rules out."""
+NOT_NOMINAL = "every sequence, against Theorem 3 and Sec. V-A"
+"""A reading that the text rules out."""
 AT_ONE_PERIOD = (NO_READING, "least nominal level", "periods of the grid")
 
 
@@ -110,7 +110,7 @@ def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {name: parameters[name] for name in ("from", "to", *(("filter",) if "filter" in parameters else ()))}
 
 
-STABLE = (NO_READING, "our filter", "valid as stable")
+STABLE = (NO_READING, "valid as stable")
 
 
 OF_FILTER = Says(quantity=GAIN, estimators=(GIVEN,), setting=_range, readings=_readings)

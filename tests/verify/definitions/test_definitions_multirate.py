@@ -362,7 +362,7 @@ def free_setting(told: Data) -> None:
     assert spectral_radius(monodromy(A, C, L, schedule(told["parameters"]))) < 1
 
 
-def recovered_design(told: Data) -> None:
+def stated_design(told: Data) -> None:
     A, C, _ = stated_poles(told)
     chosen = told["parameters"]
     plant = {"A": A, "C": C, "B_d": array(chosen["B_d"]), "D": array(chosen["D"]), "W": np.eye(len(A))}
@@ -472,7 +472,6 @@ CHECKS: dict[str, Check] = {
     "multirate.optimum-causal": optimum_causal,
     "multirate.optimum-noncausal": optimum_noncausal,
     "multirate.product": order_of_factors,
-    "multirate.recovered-design": recovered_design,
     "multirate.recovered-error-poles": error_poles,
     "multirate.recovered-poles": recovered_poles,
     "multirate.rows": rows,
@@ -480,6 +479,7 @@ CHECKS: dict[str, Check] = {
     "multirate.schur": schur,
     "multirate.selection": selection,
     "multirate.shorter-periods": shorter_periods,
+    "multirate.stated-design": stated_design,
     "multirate.theorem-1": sufficient(0),
     "multirate.theorem-2": sufficient(1),
     "multirate.unmeasured": unmeasured,

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
+from replication.audit.inspect.headline import Tally, tally
 from replication.audit.model import Verdict
 from replication.audit.report.claim import FAILS, ClaimView, Standing, standing
 from replication.audit.report.paper import PaperView
@@ -56,20 +57,14 @@ class Lane:
 class Field:
     """The answer in a sentence, the rows, and how the claims add up.
 
-    holding, failing, open: of all claims; timed: of the open ones; corrected, chosen: of those that hold, or agree.
-    shares: of each paper, how many of its claims fail.
+    corrected: how many claims agree once corrected. shares: of each paper, how many of its claims fail.
     """
 
     answer: str
     lanes: tuple[Lane, ...]
     columns: tuple[Consequence, ...]
-    holding: int
+    tally: Tally
     corrected: int
-    chosen: int
-    failing: int
-    open: int
-    timed: int
-    failed: int
 
     @property
     def shares(self) -> tuple[tuple[PaperView, int], ...]:
@@ -87,13 +82,8 @@ def field(papers: Sequence[PaperView]) -> Field:
         answer=answer([lane.standing for lane in lanes], found, _differing(lanes)),
         lanes=tuple(lanes),
         columns=columns,
-        holding=sum(found[verdict] for verdict in (*HOLDING, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)),
+        tally=tally(own),
         corrected=found[Verdict.REPRODUCED_AFTER_ERRATUM],
-        chosen=found[Verdict.COMPATIBLE],
-        failing=sum(found[verdict] for verdict in FAILS),
-        open=found[Verdict.UNDETERMINED],
-        timed=sum(len(cell.timed) for lane in lanes for cell in lane.cells),
-        failed=found[Verdict.ERROR],
     )
 
 
@@ -156,9 +146,9 @@ def _tally(found: Mapping[Verdict, int]) -> str:
     parts = [
         f"{printed} of {number} results agree{'s' if printed == 1 else ''} with the print",
         f"{count(corrected)} after an erratum" if corrected else "",
-        f"{count(chosen)} under a choice of ours" if chosen else "",
+        f"{count(chosen)} possible" if chosen else "",
         f"{count(failing)} {'does' if failing == 1 else 'do'} not" if failing else "none fails",
-        f"{count(unsettled)} stay{'s' if unsettled == 1 else ''} open" if unsettled else "",
+        f"{count(unsettled)} undecided" if unsettled else "",
         f"{count(failed)} ended in an error" if failed else "",
     ]
     return f"{', '.join(filter(None, parts))}."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from dataclasses import dataclass
 
@@ -113,7 +114,7 @@ def chart(shown: Across | None) -> Chart | None:
             )
         )
     return Chart(
-        words=tuple(dict.fromkeys(curve.name.partition(",")[0] for curve in curves)),
+        words=tuple(dict.fromkeys(re.split(r",| \(", curve.name)[0] for curve in curves)),
         measure=chosen[0].measure,
         curves=tuple(curves),
         x_ticks=tuple((m, round(x(m), 1)) for m in multiples),
