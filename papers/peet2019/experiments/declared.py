@@ -8,7 +8,7 @@ from typing import Any
 from papers._common import INPUTS
 from papers.peet2019 import common
 from papers.peet2019.experiments import examples, measured, scaling
-from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint
+from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint, value_over_norm
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.readings import least_gains, readings
@@ -93,6 +93,7 @@ EXPERIMENTS = (
     ),
     experiment("lmi-3", lmi_3, trials=TRIALS, seed=SEED),
     experiment("self-adjoint", self_adjoint),
+    experiment("value-over-norm", value_over_norm, widths=[1e-1, 1e-3, 1e-5]),
     experiment("identities", identities, trials=TRIALS, seed=SEED),
     experiment("inversion", inverse_identities, trials=TRIALS, seed=SEED),
     experiment("printed-signs", examples.as_printed, plant=SECOND, degree=1),
