@@ -392,7 +392,7 @@ def _plot_cloud(axis: Any, name: str, products: Sequence[float], costs: Sequence
     slope = exponent(points)
     at = math.exp(sum(math.log(cost / k**slope) for k, cost in points) / len(points))
     ends = [min(points)[0], max(points)[0]]
-    (curve,) = axis.loglog(ends, [at * k**slope for k in ends], color=colour, linestyle=dashes, linewidth=1.1)
+    axis.loglog(ends, [at * k**slope for k in ends], color=colour, linestyle=dashes, linewidth=1.1)
     if name == "cvxpy":  # its line is short, and ends among the points of others
         say(axis, f"{name},\n{_power(slope)}", (ends[0], 10 * max(costs[:5])), ha="right", color=colour)
     else:

@@ -148,8 +148,8 @@ class PaperView:
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
-            "ladder": f"{outside or 'None'} of {len(self.ladders)} values {'lie' if outside > 1 else 'lies'} outside the "
-            "rounding of the print",
+            "ladder": f"{outside or 'None'} of {len(self.ladders)} values {'lie' if outside > 1 else 'lies'} outside "
+            "the rounding of the print",
             "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}",
             "findings": findings[0].removesuffix(".") if findings else "",
             "claims": f"{self.total} claims: {self.tally.words}",
