@@ -51,8 +51,8 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="At the middle of the range [both](+gamma.1) gains are [right](+filter.norm); Theorem 3 and Sec. V-A promise no "
-    "more. If the period varies, every filter of form (4) has in Example 1 at least "
+    card="At the middle of the range [both](+gamma.1) gains are [right](+filter.norm); Theorem 3 and Sec. V-A promise "
+    "no more. If the period varies, every filter of form (4) has in Example 1 at least "
     "[{finite-grid:over:gamma.1}](+finite-grid) times the printed gain. One number differs: in Example 1 "
     "[Algorithm 1](-grid.1), corrected, ends with {grid.1} grid elements, not one.",
     holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "

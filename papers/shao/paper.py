@@ -69,7 +69,7 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
         limit=stable,
         last=4.0 if figure == "counter-example" else None,
         curves=(
-            Curve(label="DRC-APO as printed", columns=("alternating_predictive",), refuted=True),
+            Curve(label="DRC-APO as printed", columns=("alternating_predictive",)),
             Curve(label="restarted predictor", columns=("running_prediction",)),
             *(Curve(label="DRC-PMI", columns=(name,), quiet=True) for name in others),
             *((Curve(label="true fast sensor", columns=("fast_sensor",), quiet=True),) if fast else ()),

@@ -53,14 +53,13 @@ class Curve(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """One curve of a figure's table: a column, or the Euclidean norm of several.
 
     upper: a column above it; the curve is then the band between, of which only the two ends are known. quiet: whether
-    it stands for comparison only. refuted: whether it is what the paper prints and we refute, in red everywhere.
+    it stands for comparison only.
     """
 
     label: str
     columns: tuple[str, ...]
     upper: str = ""
     quiet: bool = False
-    refuted: bool = False
 
 
 class Ticks(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -151,15 +150,13 @@ class Entries(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Topic, sketch, and sentences of at most 25 words and two numbers each. The opening of the report has of each
-    paper `verdict` in a few words, `headline`, the result, `card`, which explains it in a few sentences, and `picture`,
-    which shows it.
+    paper `verdict` in two words, `headline`, the result, `card`, which explains it, and `picture`, which shows it.
 
     In a sentence `[words](name)` links a claim or an erratum by its short name, and says of it what the sentence is
     for: that it holds, that it does not as printed, or that it stays a guess. In `card`, which may say all three, the
     name begins with `+`, `-` or `?`. The report is not built if that is no longer so. `{name}` becomes the number
     that was computed for that claim, `{name:lower}` its lower bound rounded down, `{name:over:other}` that bound over
-    the number printed for `other`, `{name:not}` what the print should say, "not", and what it says, and `{name:miss}`
-    by how many per cent the computed number misses the nearest one that rounds to the print. In `headline`
+    the number printed for `other`, and `{name:not}` what the print should say, "not", and what it says. In `headline`
     and `verdict` a sign may be left out: the link then says nothing. explorers: pictures that a reader can move.
     """
 

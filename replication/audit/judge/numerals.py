@@ -246,14 +246,6 @@ def require_short(sentence: str, most_words: int = MOST_WORDS, what: str = "find
     return sentence
 
 
-_ENDS = re.compile(r"(?<!\bSec\.)(?<!\bFig\.)(?<!\beq\.)(?<!\bal\.)(?<=[.!?])\s+(?=[A-Z\[{])")
-
-
-def sentences(text: str) -> list[str]:
-    """The sentences of a text, of which each may be as long as `require_short` says; Sec. 3 ends none."""
-    return _ENDS.split(text)
-
-
 def require_title(title: str) -> str:
     """The same for the title of a figure or picture, which is its message."""
     return require_short(title, MOST_WORDS_OF_TITLE, "title")

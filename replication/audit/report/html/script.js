@@ -355,6 +355,14 @@
 
   // On paper every claim has its line; evidence stays folded unless it was opened.
   let closed = [];
+  for (const button of all("[data-print]")) {
+    button.addEventListener("click", () => {
+      const view = button.closest(".view");
+      view.classList.add("alone");
+      print();
+      view.classList.remove("alone");
+    });
+  }
   addEventListener("beforeprint", () => {
     closed = all(".more:not([open])");
     for (const fold of closed) fold.open = true;
