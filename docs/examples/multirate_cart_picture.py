@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_end, new_axes, say
+from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_end, new_axes
 from replication.estimation import multirate
 
 STEPS, NOISE, PERIODS = 60, (0.5, 0.1), (1, 4)

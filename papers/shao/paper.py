@@ -317,8 +317,9 @@ PAPER = paper(
         Table(
             place="Table I",
             caption=(
-                "Largest tracking error over the amplitude of the reference, percent. Ours are under the first reading "
-                "of each claim, DRC-PMI with a slow observer: the text does not say which DRC-PMI it means"
+                "Largest tracking error over the amplitude of the reference, percent: single-rate control (SRC), pure "
+                "model interpolation (DRC-PMI), the observer proposed (DRC-APO). The text does not define DRC-PMI fully; "
+                "ours has a slow observer. No other setting that we tried gives a whole column either."
             ),
             header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
             rows=tuple(
