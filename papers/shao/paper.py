@@ -318,8 +318,8 @@ PAPER = paper(
             place="Table I",
             caption=(
                 "Largest tracking error over the amplitude of the reference, percent: single-rate control (SRC), pure "
-                "model interpolation (DRC-PMI), the observer proposed (DRC-APO). The text does not define DRC-PMI fully; "
-                "ours has a slow observer. No other setting that we tried gives a whole column either."
+                "model interpolation (DRC-PMI), the observer proposed (DRC-APO). The text does not define DRC-PMI "
+                "fully; ours has a slow observer. No other setting that we tried gives a whole column either."
             ),
             header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
             rows=tuple(

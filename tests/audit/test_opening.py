@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -20,7 +21,7 @@ from replication.audit.parts import CommonLevel
 from replication.audit.report.claim import FAILS, Standing, anchor, consequence, standing, targets, views
 from replication.audit.report.opening.field import answer, field
 from replication.audit.report.opening.rows import rows
-from replication.audit.report.opening.told import briefs
+from replication.audit.report.opening.told import briefs, sentences
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections.across import across
@@ -258,6 +259,35 @@ def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> 
         assert said(replace(told, claims=claims)) == f"The level is {number}."
 
 
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("It holds. [That](+x) fails.", 2),
+        ("By Sec. IV and eq. (41) of Doe et al. It holds.", 1),
+        ("Is it 1.33? {x} says so.", 2),
+    ],
+)
+def test_a_card_has_sentences_and_each_may_be_as_long_as_any(text: str, parts: int) -> None:
+    assert len(sentences(text)) == parts
+
+
+def test_a_card_may_be_longer_than_a_sentence_and_none_of_its_sentences_may(made: ResultsFile) -> None:
+    short = " ".join(["Word", *["word"] * 19])
+    assert f"{short}. {short}." in render(with_brief(made, card=f"{short}. {short}."), Path())
+    with pytest.raises(AuditError, match="at most 25 words"):
+        briefs(with_brief(made, card=f"{short}. {short} {short}."))
+
+
+def test_a_miss_is_told_in_per_cent_of_our_number(made: ResultsFile) -> None:
+    (record,) = [one for one in made.claims if one.id == f"{KEY}.column-5-7"]
+    ((low, high),) = (tuple(map(float, map(Fraction, ends))) for ends in record.judgement.intervals)
+    value = cast(float, record.evidence.value)
+    miss = 100 * max(low - value, value - high) / value
+    assert miss > 0
+    told = with_brief(made, correct="The [level](column-5-7) misses by {column-5-7:miss} %.")
+    assert briefs(told)[KEY].lines[1][1].text == f"The level misses by {miss:.1g} %."
+
+
 def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:
     (wide,) = [record for record in made.claims if record.id == f"{KEY}.far"]
     assert wide.unexpected
@@ -317,6 +347,19 @@ def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: Re
     lanes = field([paper_view(bare, made, Path(), targets(made.claims))]).lanes
     (plain,) = rows(lanes, {}, Path())
     assert plain.picture is None and plain.headline.text == bare.findings[0] and plain.said is None
+
+
+def test_several_rows_are_a_table_and_the_headline_brings_its_proof(made: ResultsFile) -> None:
+    rows_of = tuple((name, ("column-5-7", "column-2-3")) for name in ("one", "two"))
+    told = with_brief(
+        made, picture=Entries(columns=("a", "b"), rows=rows_of), headline="It is [so](column-2-3)", verdict="so"
+    )
+    page = html5lib.parse(render(told, Path()))
+    (table,) = [e for e in page.iter() if str(e.tag).endswith("}table") and e.get("class") == "boxes"]
+    assert len([e for e in table.iter() if str(e.tag).endswith("}th")]) == 4
+    (known,) = [record for record in made.claims if record.id == f"{KEY}.column-2-3"]
+    assert shown(made, Path(), headline="It is [so](column-2-3)").proofs == known.evidence.certificates
+    assert shown(made, Path(), headline="It is so").proofs == ()
 
 
 def test_an_entry_outside_its_box_says_what_the_print_should_be(made: ResultsFile) -> None:

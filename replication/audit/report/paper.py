@@ -141,15 +141,13 @@ class PaperView:
         number, slips = len(self.errata), sum(erratum.scan for erratum in self.errata)
         parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
         copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
-        outside = sum(not made.inside for made in self.ladders)
         resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
         findings = self.record.findings
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
-            "ladder": f"{outside or 'None'} of {len(self.ladders)} values {'lie' if outside > 1 else 'lies'} outside "
-            "the rounding of the print",
+            "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
             "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}",
             "findings": findings[0].removesuffix(".") if findings else "",
             "claims": f"{self.total} claims: {self.tally.words}",
@@ -202,6 +200,13 @@ class PaperView:
             ("scope", "Scope"): self.record.scope,
         }
         return tuple(part for part, content in present.items() if content)
+
+
+def _near(outside: int, shown: int) -> str:
+    """How many of the proved values that are shown do not round to the print."""
+    if not outside:
+        return f"{f'All {shown} values' if shown > 1 else 'The value'} shown round{'s' * (shown == 1)} to the print"
+    return f"{outside} of {shown} values shown {'does' if outside == 1 else 'do'} not round to the print"
 
 
 def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Mapping[str, Target]) -> PaperView:

@@ -129,8 +129,10 @@
     if (!words.length) return [];
     if (wanted.length) return index.filter((entry) => entry.counted && wanted.includes(entry.verdict));
     if (PLACE.test(query)) {
-      const whole = new RegExp(`(^|\\W)${query.replace(/[.()]/g, "\\$&")}(?!\\w)`), there = index.filter((entry) => whole.test(entry.place));
-      if (there.length) return there.sort((a, b) => !a.place.startsWith(query) - !b.place.startsWith(query));
+      const bare = (text) => text.replace(/[.()]/g, ""), name = bare(query).replace(/^figure/, "fig").replace(/^section/, "sec"), whole = new RegExp(`(^|\\W)${name}(?!\\w)`);
+      const at = (entry) => [entry.place, entry.title].findIndex((text) => whole.test(bare(text)));
+      const starts = (entry) => !bare(entry.place).startsWith(name);
+      return index.filter((entry) => at(entry) >= 0).sort((a, b) => at(a) - at(b) || starts(a) - starts(b));
     }
     return index.map((entry) => [rank(entry, query, words), entry]).filter(([at]) => at !== null).sort(([a], [b]) => a - b).map(([, entry]) => entry);
   }
