@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_end, new_axes
+from replication.drawing.style import FOREGROUND, GREY, OURS, house_style, name_axes, name_end, new_axes
 from replication.estimation import multirate
 
 STEPS, NOISE, PERIODS = 60, (0.5, 0.1), (1, 4)
@@ -20,14 +20,15 @@ for k, (wind, *noise) in enumerate(bad):
     estimates.append([observer.step(None, [speed, position if seen else None])[0] for observer in observers])
     state = cart.A @ state + cart.B * wind
 
-figure, (axes, errors) = new_axes(2, row_height=1.7)
-time = 0.1 * np.arange(STEPS)
-axes.plot(time, truth, color=FOREGROUND, linewidth=1.6)
-axes.plot(*zip(*pictures, strict=True), "o", color=GREY, markersize=4)
-for panel, offset in ((axes, 0.0), (errors, np.array(truth))):
-    for column, (colour, dashes) in enumerate(((OURS, "-"), (GREY, "--"))):
-        panel.plot(time, np.array(estimates)[:, column] - offset, dashes, color=colour, linewidth=1.4)
-name_axes(axes, "position (m): truth, camera (dots), estimates", ticks=3)
-name_axes(errors, "error of the estimate (m)", "time (s)", ticks=3)
-name_end(errors, errors.lines[0], "this design", lift=6)
-name_end(errors, errors.lines[1], "Kalman", lift=-6)
+with house_style():
+    figure, (axes, errors) = new_axes(2, row_height=1.7)
+    time = 0.1 * np.arange(STEPS)
+    axes.plot(time, truth, color=FOREGROUND, linewidth=1.6)
+    axes.plot(*zip(*pictures, strict=True), "o", color=GREY, markersize=4)
+    for panel, offset in ((axes, 0.0), (errors, np.array(truth))):
+        for column, (colour, dashes) in enumerate(((OURS, "-"), (GREY, "--"))):
+            panel.plot(time, np.array(estimates)[:, column] - offset, dashes, color=colour, linewidth=1.4)
+    name_axes(axes, "position (m): truth, camera (dots), estimates", ticks=3)
+    name_axes(errors, "error of the estimate (m)", "time (s)", ticks=3)
+    name_end(errors, errors.lines[0], "this design", lift=6)
+    name_end(errors, errors.lines[1], "Kalman", lift=-6)

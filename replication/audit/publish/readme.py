@@ -32,7 +32,7 @@ EXAMPLE = "docs/examples/multirate_cart.py"
 DRAWN = "docs/examples/multirate_cart_picture.py"
 """What draws the picture beside the example."""
 PICTURE, BADGES = "docs/example.svg", "docs/badges"
-SHOWN_WIDTH = 420
+SHOWN_WIDTH = 300
 
 
 def results_block(results: ResultsFile) -> str:
@@ -89,7 +89,7 @@ def _lines(results: ResultsFile, shown: dict[str, str]) -> Iterator[str]:
     papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
     for key in standings(results):
         badge_of = _image(f"{BADGES}/{key}.svg", shown)
-        yield f"- **{papers[key].cited}**, “{papers[key].title}” {badge_of} {_line(papers[key], told.get(key))}"
+        yield f"- **{papers[key].cited}** {badge_of} {_line(papers[key], told.get(key))}"
 
 
 def _image(name: str, shown: dict[str, str]) -> str:
@@ -115,6 +115,7 @@ PART = "#rows"
 """The part of the report that is shown."""
 STILL = """#rows { padding: .5rem 1.5rem; border: 0 }
 .row a { text-decoration: none !important }
+.traces .frame { height: 7rem !important }
 .row :is(.foot, .proof, .boxes + .hint), .row > :first-child > p:not(.who) { display: none }"""
 """Without what a picture cannot do; the sentences stand in the README."""
 COMMIT, VERDICTS = "Commit", "Verdicts"
