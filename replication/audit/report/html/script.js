@@ -359,10 +359,10 @@
   let closed = [];
   for (const button of all("[data-print]")) {
     button.addEventListener("click", () => {
-      const view = button.closest(".view");
-      view.classList.add("alone");
+      const marked = [[document.documentElement, "one-page"], [button.closest(".view"), "alone"]];
+      for (const [part, name] of marked) part.classList.add(name);
       print();
-      view.classList.remove("alone");
+      for (const [part, name] of marked) part.classList.remove(name);
     });
   }
   addEventListener("beforeprint", () => {
