@@ -296,7 +296,7 @@ def test_example_4_keeps_its_zeros_and_its_optimum() -> None:
 
 
 def test_default_cells_stay_below_the_limit() -> None:
-    assert (5, 3) in DEFAULT_CELLS and (5, 5) not in DEFAULT_CELLS
+    assert (3, 3) in DEFAULT_CELLS and (5, 2) not in DEFAULT_CELLS
     assert (10, 3) in SMALL_CONE_CELLS and (5, 10) not in SMALL_CONE_CELLS
     cells = DEFAULT_CELLS + SMALL_CONE_CELLS
     assert len(set(cells)) == len(cells)

@@ -274,6 +274,15 @@ def central(problem: SlowProblem, level: float) -> Controller:
     return controller
 
 
+def covariances(problem: SlowProblem) -> Array:
+    """Of the error of the Kalman filter before each reading (N, n, n); raises SolverError if rounding spoils it."""
+    solved, units, _ = (equations := Equations(problem))._scaled
+    sigma = _solution(equations.filtering(np.inf), solved.plant.order)
+    if sigma is None:
+        raise SolverError(problem.lost())
+    return sigma * np.outer(units, units)
+
+
 def measures(problem: SlowProblem, level: float) -> Measures:
     """Exact gain and root mean square of `central`."""
     loop = closed(problem, central(problem, level))
