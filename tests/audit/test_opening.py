@@ -45,10 +45,13 @@ def test_a_finding_has_25_words_and_two_numbers() -> None:
 
 
 def test_a_run_refuses_a_finding_that_is_too_long() -> None:
-    checked = vars(assemble)["_sentences"]
-    assert checked(("It holds.",)) == ("It holds.",)
+    def checked(*findings: str) -> object:
+        empty = dict.fromkeys(("claims", "errata", "experiments"), ())
+        return vars(assemble)["_sentences"](SimpleNamespace(findings=lambda results: findings, title="", **empty), {})
+
+    assert checked("It holds.") == ("It holds.",)
     with pytest.raises(AuditError, match="at most 25 words"):
-        checked(("It holds.", "word " * 26))
+        checked("It holds.", "word " * 26)
 
 
 @pytest.mark.parametrize(
