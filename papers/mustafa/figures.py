@@ -37,15 +37,15 @@ def plot_curves(figure: FigureData) -> Any:
         axis.axhspan(low, top, color=OURS, linewidth=0.8)
         say(
             axis,
-            f"{OF_FILTER[e]}, all sequences: at least {down(low)}",
+            f"period varies: at least {down(low)}, ×{_excess(figure, e)}",
             (h[0], top),
             ha="left",
             color=OURS,
         )
         (own,) = axis.plot(h, c[f"filter_{e}"], **line(0))
         (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
-        name_end(axis, own, "filter", lift=5)
-        name_end(axis, optimum, "optimum", lift=-5)
+        name_end(axis, own, OF_FILTER[e].replace(" ", "\n"), lift=8)
+        name_end(axis, optimum, "optimum", lift=-9)
         level = (c[f"middle_{e}"][0], c[f"published_{e}"][0])
         axis.plot(*level, "o", color=FOREGROUND, markersize=6)
         axis.annotate(

@@ -51,31 +51,29 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="[Both](+gamma.1) are [right](+filter.norm) at the middle period. In Example 1 every filter of form (4) has "
-    "a worst-case gain of at least [{finite-grid:over:gamma.1}](+finite-grid) times that.",
+    card="At the middle of the range [both](+gamma.1) gains are [right](+filter.norm); Theorem 3 and Sec. V-A promise "
+    "no more. If the period varies, every filter of form (4) has in Example 1 at least "
+    "[{finite-grid:over:gamma.1}](+finite-grid) times the printed gain. One number differs: in Example 1 "
+    "[Algorithm 1](-grid.1), corrected, ends with {grid.1} grid elements, not one.",
     holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
     "sequence of periods, in [both](stable.1) [examples](stable.2).",
     correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Two](map) "
     "[maps](map-12) are misprinted, and perhaps [case U3](+u3).",
     guess="What does [step 4](algorithm) compute? Is the level of [step 3](step-3) for the grid, or for every "
     "sequence of periods?",
-    verdict="nominal levels",
-    headline="If the sampling period varies, do not count on the printed gains: they are nominal, for one constant "
-    "period, by Theorem 3 and Sec. V-A",
+    verdict="hold at one period",
+    headline="The printed gains hold at one constant period, as stated; if it varies, the worst case is at least "
+    "{robust-level.1:over:gamma.1} and {robust-level.2:over:filter.norm} times as large",
     picture=Bars(
-        printed="at the middle period, as printed",
+        printed="printed, at the middle period",
         bound="if the period varies over the range",
         pairs=(
             Pair(
-                label="Example 1: worst-case gain of our filter, since the paper prints none",
+                label="Example 1 (the paper prints no filter; this is ours)",
                 printed="gamma.1",
                 bound="robust-level.1",
             ),
-            Pair(
-                label="Example 2: worst-case gain of the printed filter",
-                printed="filter.norm",
-                bound="robust-level.2",
-            ),
+            Pair(label="Example 2 (the printed filter)", printed="filter.norm", bound="robust-level.2"),
         ),
     ),
     sketch=Sketch(

@@ -56,17 +56,18 @@ def plot_table_of_periods(figure: FigureData) -> Any:
         middle: dict[str, Any] = {"ha": "center", "va": "center"}
         axis.text(second, first - (0.2 if moved else 0), f"{level:.3f}", **middle)
         if moved:
-            axis.text(second, first + 0.22, f"{best:.3f}→{offset:.0f}", color=OURS, **middle)
+            axis.text(second, first + 0.22, f"{best:.2f}→{offset:.0f}", color=OURS, **middle)
         if (first, second) in broken:
             axis.plot(
                 [second + d for d in (-0.46, 0.46, 0.46, -0.46, -0.46)],
                 [first + d for d in (-0.46, -0.46, 0.46, 0.46, -0.46)],
                 color=FOREGROUND, linewidth=1.6, linestyle="-",
             )  # fmt: skip
-    axis.set(xlim=(0.5, size + 0.5), ylim=(size + 0.5, 0.5), xlabel="period N₂ of the second sensor (instants)")
+    axis.set(xlim=(0.5, size + 0.5), ylim=(size + 0.5, 0.5))
+    axis.set_xlabel("period N₂ (instants)\nblack: γ at offset 0; blue: least γ → its offset θ₂")
     axis.set_xticks(range(1, size + 1))
     axis.set_yticks(range(1, size + 1))
-    axis.set_title("period N₁ (instants); optimal level γ in the cells")
+    axis.set_title("period N₁ (instants)")
     axis.grid(False)
     return drawing
 
@@ -234,8 +235,11 @@ def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
             axis.set(xlim=(0, LAST_SHOWN), ylim=(-AXIS_LIMIT, AXIS_LIMIT), yticks=(-AXIS_LIMIT, 0, AXIS_LIMIT))
             axis.set_xticks((0, 200, 400))
             axis.tick_params(bottom=row == len(names) - 1, left=i == 0)
-            above = (f"{title}\n", "", f"all: RMS {rms_of_all(name, figure):.3f}\n")[i]
-            axis.set_title(f"{above}e{'₁₂₃'[i]}: RMS {rms(values):.3f}")
+            axis.set_title(f" \ne{'₁₂₃'[i]}: {rms(values):.3f}")
+        said = f"{title}: RMS {rms_of_all(name, figure):.3f}"
+        axes[STATES * row].annotate(
+            said, (0, 1), xytext=(0, 20), xycoords="axes fraction", textcoords="offset points", annotation_clip=False
+        ).set_in_layout(False)
     axes[-2].set_xlabel("instant k")
     return drawing
 
@@ -316,7 +320,7 @@ def plot_disturbances(figure: FigureData) -> Any:
     name_line(axis, random, f"random one,\nratio {c['ratio_random'][0]:.3f}", peaks[random], ha="left")
     axis.set_xlim(0, 1.15 * len(c["k"]))
     axis.set_ylim(0, 1.2 * max(c["worst"]))
-    name_axes(axis, "size of the error |e| (1)", "instant k")
+    name_axes(axis, "size of the error |e|", "instant k")
     return drawing
 
 

@@ -66,16 +66,17 @@ def _case(label: str, name: str, claim: str, *sensors: Ticks) -> Picture:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="All levels of the [stable plant](+gamma.proposed) hold; [1.14](-table1.n21) is where a solver may stop. In "
-    "our copy eq. (41) has [the stable matrix](?unstable.is-unstable).",
+    card="The optimum there is {table1.n21}, {table1.n21:miss} % too low to round to the print. As a guarantee the "
+    "print is valid: it is [where a solver may stop](-table1.n21). All levels of the [stable plant](+gamma.proposed) "
+    "hold. Sec. IV-C calls its plant unstable, but in our copy eq. (41) repeats "
+    "[the stable matrix](?unstable.is-unstable).",
     holds="All levels of the stable plant ([its own](gamma.proposed), [Cases A](gamma.case-a), [B](gamma.case-b), "
     "[C](gamma.case-c), Table 1), and the [level](gains.eq33) of all four printed gain sets.",
     correct="In our copy eq. (41) repeats the matrix of the stable plant; with it the error "
     "[grows](unstable.stabilised) under gains (42).",
     guess="Is d in eq. (34) [d_* of (17)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use?",
-    verdict="levels hold",
-    headline="Table 1 gives the rounded optima, except for periods (2, 1): there the optimum rounds to "
-    "[{table1.n21:not}](table1.n21), a valid level just above it",
+    verdict="holds, one last digit off",
+    headline="Table 1, periods (2, 1): [{table1.n21:not}](table1.n21). All other entries are the rounded optima",
     picture=Entries(
         columns=tuple(f"{first}, {second}" for first, second in TABLE_1),
         text="Least worst-case gain γ from noise to error, by the periods N₁, N₂ of the two sensors.",

@@ -138,10 +138,48 @@ def test_search_finds_place_name_and_words(visit: Any, query: str, first: str) -
     hits = page.find_elements(By.CSS_SELECTOR, "#hits a")
     assert hits[0].get_attribute("href").endswith(claim_id(first))
     cited = page.find_element(By.CSS_SELECTOR, "[data-cited]").get_attribute("data-cited")
-    assert cited and all(hit.text.endswith(cited) for hit in hits)
+    assert cited and all(cited in hit.text.splitlines()[-1] for hit in hits)
     press(page, Keys.ENTER)
     assert drawn(page, first).is_displayed()
     assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
+
+
+@pytest.mark.parametrize(
+    ("query", "verdicts"),
+    [
+        ("differs", {"differs"}),
+        ("false", {"refuted"}),
+        ("fails", {"differs", "refuted"}),
+        ("undecided", {"undetermined"}),
+        ("reproduced after erratum", {"reproduced-after-erratum"}),
+    ],
+)
+def test_a_verdict_by_any_name_finds_the_claims_that_its_chips_count(
+    visit: Any, query: str, verdicts: set[str]
+) -> None:
+    page = visit()
+    page.find_element(By.NAME, "find").send_keys(query)
+    chips = page.find_elements(By.CSS_SELECTOR, ".legend button")
+    counted = sum(int(chip.text.split()[-1]) for chip in chips if chip.get_attribute("data-v") in verdicts)
+    assert int(page.find_element(By.CSS_SELECTOR, ".hits p").text.split()[0]) == counted > 0
+    said = [hit.text.rpartition(": ")[2].split(",")[0] for hit in page.find_elements(By.CSS_SELECTOR, "#hits small")]
+    assert {word.replace(" ", "-") for word in said} <= verdicts
+
+
+@pytest.mark.parametrize(("query", "other"), [("table 1", "Table I"), ("table i", "Table 1")])
+def test_a_place_is_found_in_full(visit: Any, query: str, other: str) -> None:
+    page = visit()
+    page.find_element(By.NAME, "find").send_keys(query)
+    places = [hit.text for hit in page.find_elements(By.CSS_SELECTOR, "#hits b")]
+    assert places if query == "table 1" else not places
+    assert all(not place.startswith(other) and f"{place} ".lower().startswith(query) for place in places)
+
+
+def test_a_filter_shows_a_claim_of_its_own_beside_the_picture(visit: Any) -> None:
+    page = visit(1440)
+    for chip in page.find_elements(By.CSS_SELECTOR, ".legend button"):
+        page.execute_script("arguments[0].click()", chip)
+        assert page.find_element(By.CSS_SELECTOR, ".read .verdict").text in chip.text
 
 
 def test_search_leads_to_all_that_it_found(visit: Any) -> None:

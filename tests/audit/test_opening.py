@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -20,7 +21,7 @@ from replication.audit.parts import CommonLevel
 from replication.audit.report.claim import FAILS, Standing, anchor, consequence, standing, targets, views
 from replication.audit.report.opening.field import answer, field
 from replication.audit.report.opening.rows import rows
-from replication.audit.report.opening.told import briefs
+from replication.audit.report.opening.told import briefs, sentences
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections.across import across
@@ -44,10 +45,13 @@ def test_a_finding_has_25_words_and_two_numbers() -> None:
 
 
 def test_a_run_refuses_a_finding_that_is_too_long() -> None:
-    checked = vars(assemble)["_sentences"]
-    assert checked(("It holds.",)) == ("It holds.",)
+    def checked(*findings: str) -> object:
+        empty = dict.fromkeys(("claims", "errata", "experiments"), ())
+        return vars(assemble)["_sentences"](SimpleNamespace(findings=lambda results: findings, title="", **empty), {})
+
+    assert checked("It holds.") == ("It holds.",)
     with pytest.raises(AuditError, match="at most 25 words"):
-        checked(("It holds.", "word " * 26))
+        checked("It holds.", "word " * 26)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +104,7 @@ def test_consequence_by_rule(place: str, kind: Kind, printed: str, expected: Con
 def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFile) -> None:
     again = altered(made.claims[1], repeats=made.claims[0].id)
     text = render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path())
-    assert "1 repeat of another claim, not counted" in text and "not counted" not in render(made, Path())
+    assert "1 more repeats a claim" in text and "repeats a claim" not in render(made, Path())
     page = html5lib.parse(text)
     marks = [e for e in page.iter() if e.get("class") == "k"]
     expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
@@ -135,11 +139,11 @@ def stands(
         ([stands(broken=1, refuted=False)], "The paper gives a guarantee that fails."),
         ([stands()], "In the paper every theorem passes our tests."),
         ([stands(), stands(sound=False)], "In both papers no theorem is refuted."),
-        ([stands(sound=False, failing=1)], "In the paper no theorem is refuted, but one result differs."),
+        ([stands(sound=False, failing=1)], "In the paper no theorem is refuted; one result differs."),
         (
             [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
-            "One of four papers gives a false guarantee. In the other three no corrected theorem is refuted, but "
-            "three results differ.",
+            "One of four papers gives a false guarantee. In the other three no theorem is refuted once misprints are "
+            "corrected; three results differ.",
         ),
         ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
         (
@@ -151,6 +155,13 @@ def stands(
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
     assert answer(papers, {}) == sentence
+
+
+def test_a_single_result_that_differs_is_named() -> None:
+    assert answer([stands(sound=False, failing=1)], {}, ["the grid of Doe et al."]) == (
+        "In the paper no theorem is refuted; one result differs, the grid of Doe et al."
+    )
+    assert "grid" not in answer([stands(sound=False, failing=2)], {}, ["the grid of Doe", "the level of Roe"])
 
 
 def paper_of(records: Any) -> Any:
@@ -241,7 +252,7 @@ def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> 
     told = with_brief(made, correct="The [level](column-5-7) is {column-5-7}.")
 
     def said(results: ResultsFile) -> str:
-        return "".join(words for words, _ in briefs(results)[KEY].lines[1][2].parts)
+        return "".join(words for words, _ in briefs(results)[KEY].lines[1][1].parts)
 
     assert said(told) == "The level is 1.9171."
     (level,) = [record for record in made.claims if record.id == f"{KEY}.column-5-7"]
@@ -251,11 +262,40 @@ def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> 
         assert said(replace(told, claims=claims)) == f"The level is {number}."
 
 
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("It holds. [That](+x) fails.", 2),
+        ("By Sec. IV and eq. (41) of Doe et al. It holds.", 1),
+        ("Is it 1.33? {x} says so.", 2),
+    ],
+)
+def test_a_card_has_sentences_and_each_may_be_as_long_as_any(text: str, parts: int) -> None:
+    assert len(sentences(text)) == parts
+
+
+def test_a_card_may_be_longer_than_a_sentence_and_none_of_its_sentences_may(made: ResultsFile) -> None:
+    short = " ".join(["Word", *["word"] * 19])
+    assert f"{short}. {short}." in render(with_brief(made, card=f"{short}. {short}."), Path())
+    with pytest.raises(AuditError, match="at most 25 words"):
+        briefs(with_brief(made, card=f"{short}. {short} {short}."))
+
+
+def test_a_miss_is_told_in_per_cent_of_our_number(made: ResultsFile) -> None:
+    (record,) = [one for one in made.claims if one.id == f"{KEY}.column-5-7"]
+    ((low, high),) = (tuple(map(float, map(Fraction, ends))) for ends in record.judgement.intervals)
+    value = cast(float, record.evidence.value)
+    miss = 100 * max(low - value, value - high) / value
+    assert miss > 0
+    told = with_brief(made, correct="The [level](column-5-7) misses by {column-5-7:miss} %.")
+    assert briefs(told)[KEY].lines[1][1].text == f"The level misses by {miss:.1g} %."
+
+
 def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:
     (wide,) = [record for record in made.claims if record.id == f"{KEY}.far"]
     assert wide.unexpected
     changed = with_brief(made, holds="[This](far) holds.")
-    assert briefs(changed)[KEY].lines[0][2].shaken
+    assert briefs(changed)[KEY].lines[0][1].shaken
     assert "A claim that this rests on has changed its verdict." in render(changed, Path())
 
 
@@ -310,6 +350,19 @@ def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: Re
     lanes = field([paper_view(bare, made, Path(), targets(made.claims))]).lanes
     (plain,) = rows(lanes, {}, Path())
     assert plain.picture is None and plain.headline.text == bare.findings[0] and plain.said is None
+
+
+def test_several_rows_are_a_table_and_the_headline_brings_its_proof(made: ResultsFile) -> None:
+    rows_of = tuple((name, ("column-5-7", "column-2-3")) for name in ("one", "two"))
+    told = with_brief(
+        made, picture=Entries(columns=("a", "b"), rows=rows_of), headline="It is [so](column-2-3)", verdict="so"
+    )
+    page = html5lib.parse(render(told, Path()))
+    (table,) = [e for e in page.iter() if str(e.tag).endswith("}table") and e.get("class") == "boxes"]
+    assert len([e for e in table.iter() if str(e.tag).endswith("}th")]) == 4
+    (known,) = [record for record in made.claims if record.id == f"{KEY}.column-2-3"]
+    assert shown(made, Path(), headline="It is [so](column-2-3)").proofs == known.evidence.certificates
+    assert shown(made, Path(), headline="It is so").proofs == ()
 
 
 def test_an_entry_outside_its_box_says_what_the_print_should_be(made: ResultsFile) -> None:

@@ -15,6 +15,7 @@ from replication.audit.publish.notebooks import run_example
 from replication.audit.publish.readme import (
     BEGIN,
     COMMIT,
+    DRAWN,
     END,
     EXAMPLE,
     EXAMPLE_BEGIN,
@@ -110,10 +111,10 @@ def test_the_picture_is_of_sources_that_were_committed() -> None:
 
 def test_the_example_of_the_readme_is_the_file_and_what_it_gives() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    ran = run_example(ROOT / EXAMPLE)
+    ran, picture = (run_example(ROOT / name) for name in (EXAMPLE, DRAWN))
     committed = text[text.index(EXAMPLE_BEGIN) : text.index(EXAMPLE_END) + len(EXAMPLE_END)]
-    assert committed == example_block(ran), "write it anew with `make readme`"
-    drawn, fresh = (re.sub(r"[-0-9.,]+", "", text) for text in ((ROOT / PICTURE).read_text(), ran.drawing))
+    assert committed == example_block(ran, picture), "write it anew with `make readme`"
+    drawn, fresh = (re.sub(r"[-0-9.,]+", "", text) for text in ((ROOT / PICTURE).read_text(), picture.drawing))
     assert drawn == fresh
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from papers.shao.printed import APO, FAST, HELD, PMI, RESTARTED, SINGLE, SLOW_INPUT, STATE
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.style import FOREGROUND, GREY, OURS
+from replication.drawing.style import FOREGROUND, GREY, OURS, REFUTED
 
 _LOOKS: dict[str, tuple[str, Any, float]] = {
-    APO: (OURS, "-", 1.8),
+    APO: (REFUTED, "-", 1.8),
     PMI: (FOREGROUND, "--", 1.3),
     HELD: (GREY, "-.", 1.3),
     SINGLE: (FOREGROUND, ":", 1.5),

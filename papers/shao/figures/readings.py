@@ -11,7 +11,7 @@ from papers.shao.figures import NAMES, columns_of, ours
 from papers.shao.printed import APO_READINGS, COLUMNS, PMI_READINGS, table_1
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.style import BAND, GREY, OURS, line, name_axes, new_axes, say
+from replication.drawing.style import FOREGROUND, GREY, OURS, line, name_axes, new_axes, say
 
 TABLES = {"pmi": "DRC-PMI", "apo": "DRC-APO", "common": "both columns"}
 
@@ -37,8 +37,8 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     """A line for each observer with a mark for each structure, the nearest one filled."""
     drawing, (axis,) = new_axes(row_height=3.2)
     observers = _observers(drawn)
-    axis.axvspan(1.0, math.exp(rounding()), facecolor=BAND, linewidth=0)
-    say(axis, "the print", (1.0, -0.9), side=0, ha="left")
+    axis.axvline(1.0, color=FOREGROUND, linewidth=1.0)
+    say(axis, "line: agrees with the print", (1.0, -0.8), side=0, ha="left")
     for row, distances in enumerate(observers.values()):
         factors = [math.exp(distance) for distance in distances]
         axis.plot(factors, [row] * len(factors), "o", color=GREY, markerfacecolor="none", markersize=5)
@@ -102,7 +102,7 @@ def plot_decoys(drawn: FigureData) -> Any:
         say(axis, name, (decoys[k], share[k]), side=side, ha=ha, color=str(curve.get_color()))
     axis.set_xlim(1.0, 2.6)
     axis.set_xticks((1, 1.5, 2, 2.5), ("×1", "×1.5", "×2", "×2.5"))
-    name_axes(axis, "share of made-up tables (%)", "largest miss of the nearest setting")
+    name_axes(axis, "made-up tables met this closely (%)", "largest miss of the nearest setting")
     return drawing
 
 
@@ -138,7 +138,7 @@ FIGURES = (
         place="Table I",
         title=say_reading_scores,
         caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "
-        "observer. Filled: the nearest one. A setting in the shaded strip would reproduce all six numbers of a column.",
+        "observer. Filled: the nearest one. A setting on the line would reproduce all six numbers of a column.",
         uses=SEARCH,
         data=reading_scores,
         plot=plot_reading_scores,

@@ -91,11 +91,11 @@ def eigenvalues(results: Results) -> FigureData:
     return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
 
 
-TOP = 1.4
-"""Upper end of the axis of moduli; what leaves it is marked by a triangle."""
+LOW, TOP = 0.2, 1.4
+"""Ends of the axis of moduli; what leaves it upwards is marked by a triangle."""
 
 
-BESIDE = {APO: (0.1, 1, "right"), FAST: (0.1, -1, "right"), PMI: (0.13, 0, "right")}
+BESIDE = {APO: (0.06, 1, "right"), FAST: (0.04, -1, "right"), PMI: (0.12, -1, "right")}
 """Where the name of a curve stands: the period, the side, and which end of the words is there."""
 
 
@@ -105,9 +105,6 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
     c = drawn.columns
     period = c["period_s"]
     out_of_bounds(axis, 1.0, TOP, "unstable above 1", at=0.45)
-    for key in (key for key in c if key.startswith(f"{APO}_") and key != f"{APO}_1"):
-        axis.semilogx(period, c[key], **look(APO) | {"linewidth": 0.5})
-    name_line(axis, axis.lines[3], "thin: others\nof DRC-APO", 0.0013, side=0, ha="left")
     for key, name in ((FAST, FAST), (PMI, PMI), (RESTARTED, RESTARTED), (f"{APO}_1", APO)):
         (curve,) = axis.semilogx(period, c[key], **look(name))
         edges = [k for k, (a, b) in enumerate(pairwise(c[key])) if (a > TOP) != (b > TOP)]
@@ -116,9 +113,9 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
             at, side, ha = BESIDE[name]
             name_line(axis, curve, NAMES[name], at, side=side, ha=ha)
     axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
-    say(axis, "printed T", (DESIGN.period, 0.06), side=0, ha="right")
-    axis.set_ylim(0, TOP)
-    name_axes(axis, "moduli of the eigenvalues", "fast period T (s)")
+    say(axis, "printed T", (DESIGN.period, LOW + 0.05), side=0, ha="right")
+    axis.set_ylim(LOW, TOP)
+    name_axes(axis, "largest modulus of an eigenvalue", "fast period T (s)")
     return figure
 
 
@@ -226,9 +223,8 @@ FIGURES = (
         name="motor-eigenvalues",
         place="Sec. V",
         title=say_eigenvalues,
-        caption="Eigenvalues over one slow period at the printed M: all of DRC-APO (thick: the largest), the largest "
-        "of "
-        "the other loops. Above one the loop is unstable; sampling folds the fast mode of the motor.",
+        caption="The largest modulus of the eigenvalues over one slow period at the printed M, for each loop; the "
+        "table has all of DRC-APO. Above one the loop is unstable; sampling folds the fast mode of the motor.",
         uses=("eigenvalues",),
         data=eigenvalues,
         plot=plot_eigenvalues,

@@ -27,8 +27,8 @@ from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, nam
 
 ROWS = {
     "output": ("time_s", "position θ (rad)"),
-    "error": ("time_s", "tracking error (rad), RMS of the second half"),
-    "estimation_error": ("instant_s", "estimation error (rad), RMS of the second half"),
+    "error": ("time_s", "tracking error (rad)"),
+    "estimation_error": ("instant_s", "estimation error (rad)"),
 }
 """Rows of Figs. 2 and 3: what is drawn against which time, and its label."""
 
@@ -150,7 +150,7 @@ SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
 """The curves beside each column of Table I: its readings, or the loops it is compared with."""
 
 
-BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.055, -1), STATE: (0.3, -1)}
+BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.055, -1), STATE: (0.6, -1)}
 """Where the name of a curve stands: the frequency, and above it to the left (1) or below it to the right (-1)."""
 
 
@@ -163,7 +163,7 @@ def plot_error_curves(drawn: FigureData) -> Any:
             (curve,) = axis.loglog(c["frequency_rad_s"], c[loop], **look(loop))
             if loop in BESIDE:
                 at, side = BESIDE[loop]
-                name = f"{NAMES[FAST]},\n{NAMES[RESTARTED]}" if loop == FAST else NAMES[loop]
+                name = f"{NAMES[FAST]};\nrestarted lies on it" if loop == FAST else NAMES[loop]
                 name_line(axis, curve, name, at, side=side, ha="right" if side > 0 else "left")
         points = c["table_frequency_rad_s"], c[f"table_{short}"]
         (printed,) = axis.plot(*points, "D", linestyle="-", color=FOREGROUND, linewidth=0.8)
@@ -279,9 +279,9 @@ def plot_robustness_curves(drawn: FigureData) -> Any:
 PLACES = {
     PMI: (0.6, 1, "left"),
     HELD: (1.5, -1, "left"),
-    APO: (1.0, -1, "right"),
+    APO: (0.85, -1, "right"),
     RESTARTED: (1.12, -1, "left"),
-    FAST: (1.075, -1, "left"),
+    FAST: (1.065, -1, "left"),
 }
 """Where the name of a curve stands: abscissa, side, and which end of the words is there."""
 

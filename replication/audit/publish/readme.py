@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
 EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
 EXAMPLE = "docs/examples/multirate_cart.py"
+DRAWN = "docs/examples/multirate_cart_picture.py"
+"""What draws the picture beside the example."""
 PICTURE, BADGES = "docs/example.svg", "docs/badges"
-SHOWN_WIDTH = 380
+SHOWN_WIDTH = 300
 
 
 def results_block(results: ResultsFile) -> str:
@@ -40,9 +42,10 @@ def results_block(results: ResultsFile) -> str:
     return "\n".join([BEGIN, "", *_lines(results, shown), "", every, "", END])
 
 
-def example_block(ran: Ran) -> str:
-    """Markdown: code, output and picture of an example."""
-    picture = f'<img align="right" src="{PICTURE}" width="{SHOWN_WIDTH}" alt="{ran.caption}">'
+def example_block(ran: Ran, drawn: Ran) -> str:
+    """Markdown: code and output of an example, and a picture, which leads to what drew it."""
+    picture = f'<img align="right" src="{PICTURE}" width="{SHOWN_WIDTH}" alt="{drawn.caption}">'
+    picture = f'<a href="{DRAWN}">{picture}</a>'
     lines = ["```python", ran.code, "```", "", picture, "", "```text", ran.output, "```"]
     return "\n".join([EXAMPLE_BEGIN, "", *lines, "", EXAMPLE_END])
 
@@ -72,12 +75,12 @@ def is_stale(readme: Path, results: ResultsFile) -> bool:
     return replace_block(text, results_block(results)) != text
 
 
-def update(root: Path, results: ResultsFile, ran: Ran) -> None:
-    """Write the results of a run and an example into the README of the project at `root`, and what it shows of them."""
+def update(root: Path, results: ResultsFile, ran: Ran, drawn: Ran) -> None:
+    """Write the results of a run and an example with its picture into the README of the project at `root`."""
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
-    text = replace_block(text, example_block(ran), EXAMPLE_BEGIN, EXAMPLE_END)
-    written = {**badges(results), PICTURE: ran.drawing, "README.md": text}
+    text = replace_block(text, example_block(ran, drawn), EXAMPLE_BEGIN, EXAMPLE_END)
+    written = {**badges(results), PICTURE: drawn.drawing, "README.md": text}
     for name, content in written.items():
         write_atomically(root / name, content.encode())
 
@@ -86,7 +89,7 @@ def _lines(results: ResultsFile, shown: dict[str, str]) -> Iterator[str]:
     papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
     for key in standings(results):
         badge_of = _image(f"{BADGES}/{key}.svg", shown)
-        yield f"- **{papers[key].cited}**, “{papers[key].title}” {badge_of} {_line(papers[key], told.get(key))}"
+        yield f"- **{papers[key].cited}** {badge_of} {_line(papers[key], told.get(key))}"
 
 
 def _image(name: str, shown: dict[str, str]) -> str:
@@ -107,14 +110,14 @@ def _line(paper: PaperRecord, told: BriefView | None) -> str:
 # verdicts it shows, so that one that is out of date can be told.
 
 
-WIDTH, HEIGHT = 1240, 2000
+WIDTH, HEIGHT = 1240, 1600
 PART = "#rows"
 """The part of the report that is shown."""
-STILL = """#rows { columns: 2; column-gap: 3rem; padding: 1rem 1.5rem 0; border: 0 }
-#rows > .row { display: block; border: 0; break-inside: avoid; padding: .4rem 0 1rem }
+STILL = """#rows { padding: .5rem 1.5rem; border: 0 }
 .row a { text-decoration: none !important }
-.row :is(.foot, .tally, .boxes + .hint), .row p:not(.who, .yl, .xl, .hint) { display: none }"""
-"""Two columns; the sentences stand in the README."""
+.traces .frame { height: 7rem !important }
+.row :is(.foot, .proof, .boxes + .hint), .row > :first-child > p:not(.who) { display: none }"""
+"""Without what a picture cannot do; the sentences stand in the README."""
 COMMIT, VERDICTS = "Commit", "Verdicts"
 """What the picture notes, as texts of the PNG."""
 COLOURS = 64
@@ -194,4 +197,4 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["picture"]:
         take(root / "report" / "index.html", now, root / "docs" / "answer.png")
     else:
-        update(root, now, run_example(root / EXAMPLE))
+        update(root, now, run_example(root / EXAMPLE), run_example(root / DRAWN))

@@ -162,6 +162,11 @@ class ClaimView:
     elsewhere: tuple[str, str] | None
 
     @property
+    def timed(self) -> bool:
+        """Whether it prints seconds that another computer took."""
+        return self.record.claim.kind is Kind.CITED and self.record.claim.unit == "s"
+
+    @property
     def settled(self) -> str:
         """Why the claim may stand folded: it holds, or the text does not settle it; empty if it may not."""
         if self.record.unexpected:

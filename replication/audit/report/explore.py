@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from replication.audit.brief import Curve, Explorer, Picture
+from replication.audit.brief import Curve, Explorer, Picture, Traces
 from replication.audit.judge import numerals
 from replication.audit.judge.numerals import require_title
-from replication.audit.report.claim import ClaimView
+from replication.audit.report.claim import ClaimView, standing
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 
@@ -88,6 +88,7 @@ class CurveView:
     height: float
     values: str
     heights: str
+    refuted: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,16 +128,31 @@ def explorers(
 
     Raises AuditError where one names a figure, column or claim that the paper does not have.
     """
-    known = {view.record.id: view for view in claims}
+    known, refuted = {view.record.id: view for view in claims}, _refuted(paper, claims)
     made = []
     for explorer in paper.brief.explorers if paper.brief else ():
         require_title(explorer.title)
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
         pictures = [_view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known) for picture in own]
+        pictures = [_coloured(view, refuted) for view in pictures]
         largest = max((_level(view) for view in pictures), default=0.0)
         if pictures:
             made.append(ExplorerView(explorer=explorer, pictures=tuple(_shared(v, largest) for v in pictures)))
     return tuple(made)
+
+
+def _refuted(paper: PaperRecord, claims: Sequence[ClaimView]) -> set[str]:
+    """The columns that the opening draws in red: what the paper prints, where one of its theorems fails."""
+    picture = paper.brief.picture if paper.brief else None
+    if not isinstance(picture, Traces) or not standing(view.record for view in claims).broken:
+        return set()
+    return {name for curve in picture.curves if not curve.quiet for name in curve.columns}
+
+
+def _coloured(view: PictureView, refuted: set[str]) -> PictureView:
+    shown = zip(view.curves, view.picture.curves, strict=True)
+    curves = tuple(replace(made, refuted=bool(refuted & set(curve.columns))) for made, curve in shown)
+    return replace(view, curves=curves)
 
 
 def table(path: Path) -> dict[str, Values]:

@@ -16,7 +16,7 @@ from replication.audit.inspect.headline import Tally, counts, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Policy, Reading, Verdict
+from replication.audit.model import Reading, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import MEANING, ClaimView, views
 from replication.audit.report.evidence import Ladder, ladders
@@ -31,8 +31,6 @@ from replication.errors import AuditError
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")
 """A heading that says nothing without the name of what is counted."""
-
-_CORRECTED = {Policy.ERRATUM, Verdict.REPRODUCED_AFTER_ERRATUM}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,18 +51,16 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    numbers: how many entries print one that has a verdict. agree: how many of these agree to the last digit,
-    `corrected` of them once a misprint is; `chosen` more, not to the last digit, under an assumption of ours.
-    unsettled: how many entries are undetermined.
+    numbers: how many entries print one that has a verdict. agree: how many of these agree to the last digit. counts:
+    how many entries have each verdict, as their marks say. timed: how many print a run time of another computer.
     """
 
     record: Table
     rows: tuple[tuple[CellView, ...], ...]
     numbers: int
     agree: int
-    chosen: int
-    corrected: int
-    unsettled: int
+    counts: Mapping[Verdict, int]
+    timed: int
 
 
 def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
@@ -80,9 +76,8 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
         rows=rows,
         numbers=len(judged),
         agree=len(exact),
-        chosen=len(holding) - len(exact),
-        corrected=sum(bool(_CORRECTED & {view.record.verdict, *view.record.judgement.policies}) for view in exact),
-        unsettled=sum(view.record.verdict is Verdict.UNDETERMINED for view in shown),
+        counts={verdict: sum(v.record.verdict is verdict and not v.timed for v in shown) for verdict in Verdict},
+        timed=sum(view.timed for view in shown),
     )
 
 
@@ -143,18 +138,22 @@ class PaperView:
         """The heading of each part: its result, where it has one."""
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
-        slips = sum(erratum.scan for erratum in self.errata)
-        copied = f"; {slips} of them perhaps {'slips' if slips > 1 else 'a slip'} of our copy" if slips else ""
+        number, slips = len(self.errata), sum(erratum.scan for erratum in self.errata)
+        parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
+        copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
+        resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
+        findings = self.record.findings
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
-            "ladder": "How close our proved values lie to the printed ones",
-            "errata": f"{len(self.errata)} correction{'s' * (len(self.errata) != 1)}, {certain} certain{copied}",
-            "findings": "What we found",
+            "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
+            "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}",
+            "findings": findings[0].removesuffix(".") if findings else "",
             "claims": f"{self.total} claims: {self.tally.words}",
-            "figures": "The paper's figures, recomputed",
-            "readings": "Assumptions where the paper is silent",
+            "figures": "The paper's figures, and ours beside them",
+            "readings": f"{len(resting)} claim{'s rest' if len(resting) != 1 else ' rests'} on an assumption where the "
+            "text is silent",
             "scope": "What was checked, and what was left out",
         }
         return dict(self.parts) | {name: heading for name, heading in told.items() if name in dict(self.parts)}
@@ -201,6 +200,13 @@ class PaperView:
             ("scope", "Scope"): self.record.scope,
         }
         return tuple(part for part, content in present.items() if content)
+
+
+def _near(outside: int, shown: int) -> str:
+    """How many of the proved values that are shown do not round to the print."""
+    if not outside:
+        return f"{f'All {shown} values' if shown > 1 else 'The value'} shown round{'s' * (shown == 1)} to the print"
+    return f"{outside} of {shown} values shown {'does' if outside == 1 else 'do'} not round to the print"
 
 
 def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Mapping[str, Target]) -> PaperView:

@@ -101,9 +101,9 @@
       }
       const side = condition(loop), radii = Object.fromEntries(Object.keys(LOOPS).map((one) => [one, radius(loop, one)]));
       const diverges = radii.printed > 1, met = side !== null && side < 1;
-      title.textContent = met && diverges ? "Condition (18) is met, and the loop diverges all the same"
-        : `The loop ${diverges ? "diverges" : "decays"} as printed${side === null ? "" : `; condition (18) is ${met ? "" : "not "}met`}`;
-      const told = side === null ? "A + BK or A − LC is not Hurwitz: the theorem assumes that both are."
+      title.textContent = side === null ? "Outside the theorem: A + BK or A − LC is not Hurwitz"
+        : met && diverges ? "Condition (18) is met, and the loop diverges all the same" : `The loop ${diverges ? "diverges" : "decays"} as printed; condition (18) is ${met ? "" : "not "}met`;
+      const told = side === null ? "The theorem assumes that both are, and promises nothing here."
         : `Condition (18): ${shown(side)} ${met ? "<" : "≥"} 1. The theorem ${met ? "promises that the loop is stable" : "promises nothing here"}.`;
       lamp.textContent = told;
       lamp.dataset.met = side === null ? "none" : met;
@@ -112,13 +112,16 @@
       const wide = Math.max(300, Math.min(760, place.clientWidth || 760)), left = 40, at = (t, x) => `${(left + (t / seconds) * (wide - left - 8)).toFixed(1)} ${(12 + ((high - x) / (high + low)) * (HEIGHT - 44)).toFixed(1)}`;
       const text = (x, y, words, anchor = "start") => made("text", { x, y, "text-anchor": anchor }, words);
       const height = (x) => Number(at(0, x).split(" ")[1]);
+      const size = 10 ** Math.floor(Math.log10((high + low) / 3)), step = [1, 2, 5, 10].find((one) => one * size >= (high + low) / 4) * size;
+      const marks = [...Array(9)].map((_, k) => (k - 4) * step).filter((x) => x && x <= high && x >= -low);
       plot.replaceChildren(made("path", { class: "axis", d: `M${at(0, 0)}L${at(seconds, 0)}` }),
-        text(left - 6, height(high) + 4, shown(high, 2), "end"), text(left - 6, height(0) + 4, "0", "end"), text(left - 6, 16 + height(-low) - 12, low > 0.3 ? shown(-low, 2) : "", "end"),
+        ...marks.flatMap((x) => [made("path", { class: "hair", d: `M${at(0, x)}L${at(seconds, x)}` }), text(left - 6, height(x) + 4, shown(x, 2), "end")]),
+        text(left - 6, height(0) + 4, "0", "end"),
         text(left, HEIGHT - 8, "x from 1, over time"), text(wide - 8, HEIGHT - 8, `${shown(seconds)} s`, "end"),
         ...curves.map(([one, xs]) => {
           const every = Math.max(1, Math.ceil(xs.length / 900)), points = [];
           for (let k = 0; k < xs.length; k += every) {
-            const x = Math.max(-1.05 * low, Math.min(1.05 * high, xs[k]));
+            const x = Math.max(-low, Math.min(high, xs[k]));
             points.push(at(Math.min(k * loop.T, seconds), x));
             if (x !== xs[k]) break;
           }

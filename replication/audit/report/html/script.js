@@ -101,6 +101,11 @@
     return all(".claim").map((claim) => ({
       link: claim.id, mark: one(".mark", claim), place: text(".pl", claim), name: plain(claim.dataset.id), of: paper(claim), title: text(".st > bdi", claim),
       numbers: `${one(".pv", claim).textContent} ${one(".ov", claim).textContent}`.split(/[^\d.−-]+/).map(plain),
+      verdict: claim.dataset.v, counted: "n" in claim.dataset,
+      said: [one(".vd .verdict", claim).textContent, ...[["printed", ".pv"], ["ours", ".ov"]].map(([word, at]) => {
+        const value = one(at, claim).firstElementChild?.textContent.trim() || one(at, claim).textContent.trim();
+        return value && `${word} ${value.replace(/\s+/g, " ").slice(0, 40)}`;
+      })].filter(Boolean).join(", "),
       more: [text(".vd", claim), text("h4", claim.closest(".cg")), text(".reason", claim)].join(" "),
       shown: () => copied(".st > bdi", claim), at: () => copied(".pl", claim),
     })).concat(all("figure[id], .erratum").map((part) => {
@@ -109,6 +114,27 @@
         more: part.matches("figure") ? "figure" : `erratum misprint ${plain(part.textContent)}`,
         shown: () => title.cloneNode(true).childNodes, at: () => place.cloneNode(true).childNodes };
     }));
+  }
+  // What a reader may call a verdict; it finds the claims that the chips of the answer count, and no others.
+  const CALLED = {
+    reproduced: ["as printed"], consistent: ["true"], compatible: ["possible"], "reproduced-after-erratum": ["corrected"],
+    differs: ["fails", "wrong", "does not agree", "off"], refuted: ["fails", "false", "wrong", "does not agree", "does not hold", "untrue"],
+    undetermined: ["undecided", "open", "not settled", "unsettled", "cannot be checked", "not checkable", "unknown"], error: ["failed"],
+  };
+  const verdicts = (query) => Object.keys(CALLED).filter((verdict) => verdict.replace(/-/g, " ") === query || CALLED[verdict].includes(query));
+  // A place in full: Table 1 is neither Table 10 nor Table I, nor a table that has a 1 somewhere.
+  const PLACE = /^(table|fig\.?|figure|sec\.?|section|theorem|lemma|example|eq\.?|corollary|algorithm) \(?[\divx]+\)?$/;
+  function found(query) {
+    const words = query.split(" ").filter(Boolean), wanted = verdicts(query);
+    if (!words.length) return [];
+    if (wanted.length) return index.filter((entry) => entry.counted && wanted.includes(entry.verdict));
+    if (PLACE.test(query)) {
+      const bare = (text) => text.replace(/[.()]/g, ""), name = bare(query).replace(/^figure/, "fig").replace(/^section/, "sec"), whole = new RegExp(`(^|\\W)${name}(?!\\w)`);
+      const at = (entry) => [entry.place, entry.title].findIndex((text) => whole.test(bare(text)));
+      const starts = (entry) => !bare(entry.place).startsWith(name);
+      return index.filter((entry) => at(entry) >= 0).sort((a, b) => at(a) - at(b) || starts(a) - starts(b));
+    }
+    return index.map((entry) => [rank(entry, query, words), entry]).filter(([at]) => at !== null).sort(([a], [b]) => a - b).map(([, entry]) => entry);
   }
   function rank(entry, query, words) {
     entry.all ??= `${entry.place} ${entry.name} ${entry.title} ${entry.of.toLowerCase()} ${entry.more} ${entry.numbers.join(" ")}`;
@@ -128,14 +154,12 @@
   function search(whole = false) {
     index ??= entries();
     const query = plain(field.value);
-    const words = query.split(" ").filter(Boolean);
-    const found = words.length ? index.map((entry) => [rank(entry, query, words), entry]).filter(([at]) => at !== null) : [];
-    found.sort(([a], [b]) => a - b);
-    box.hidden = !words.length;
-    more.hidden = whole || found.length <= FIRST;
-    one("p", box).textContent = found.length ? `${found.length} found${more.hidden ? "" : `, the first ${FIRST}:`}` : "Nothing found; try a printed number, a place such as Table 1, or a verdict.";
-    more.textContent = `Show all ${found.length}`;
-    one("ol", box).replaceChildren(...found.slice(0, whole ? found.length : FIRST).map(([, entry]) => {
+    const hits = found(query);
+    box.hidden = !query;
+    more.hidden = whole || hits.length <= FIRST;
+    one("p", box).textContent = hits.length ? `${hits.length} found${more.hidden ? "" : `, the first ${FIRST}:`}` : "Nothing found; try a printed number, a place such as Table 1, or a verdict.";
+    more.textContent = `Show all ${hits.length}`;
+    one("ol", box).replaceChildren(...hits.slice(0, whole ? hits.length : FIRST).map((entry) => {
       const line = document.createElement("li");
       const link = document.createElement("a");
       link.href = `#${entry.link}`;
@@ -143,7 +167,7 @@
       const place = document.createElement("b");
       place.append(...entry.at());
       const of = document.createElement("small");
-      of.textContent = entry.of;
+      of.textContent = [entry.of, entry.said].filter(Boolean).join(": ");
       link.append(place, " ", ...entry.shown(), " ", of);
       line.append(link);
       return line;
@@ -229,6 +253,8 @@
         for (const other of all(".legend button")) other.setAttribute("aria-pressed", chosen && other === button);
         picture.classList.toggle("filtered", chosen);
         for (const mark of marks) mark.classList.toggle("keep", mark.dataset.v === button.dataset.v);
+        const first = marks.find((mark) => !chosen || mark.dataset.v === button.dataset.v);
+        if (first) { point(first); rove(first); }
       });
     }
     one(".seg").hidden = false;
@@ -331,6 +357,14 @@
 
   // On paper every claim has its line; evidence stays folded unless it was opened.
   let closed = [];
+  for (const button of all("[data-print]")) {
+    button.addEventListener("click", () => {
+      const marked = [[document.documentElement, "one-page"], [button.closest(".view"), "alone"]];
+      for (const [part, name] of marked) part.classList.add(name);
+      print();
+      for (const [part, name] of marked) part.classList.remove(name);
+    });
+  }
   addEventListener("beforeprint", () => {
     closed = all(".more:not([open])");
     for (const fold of closed) fold.open = true;

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
 from replication.audit.inspect.headline import Tally, tally
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Verdict
 from replication.audit.report.claim import FAILS, ClaimView, Standing, standing
 from replication.audit.report.paper import PaperView
 
@@ -34,13 +34,13 @@ _END = re.compile(r"(-\d+|\.[^.]*\d[^.]*)+$")
 @dataclass(frozen=True, kw_only=True)
 class Cell:
     """The claims of a paper of one consequence. timed: run times of another computer, which are one mark; repeats: how
-    many claims say again what another one says. failing: in words and with its number, what does not hold.
+    many claims say again what another one says. failing: what does not hold, in words, with its number and verdict.
     """
 
     consequence: Consequence
     marks: tuple[ClaimView, ...]
     timed: tuple[ClaimView, ...]
-    failing: tuple[tuple[str, int], ...]
+    failing: tuple[tuple[str, int, Verdict], ...]
     repeats: int
 
 
@@ -79,7 +79,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     found = Counter(record.verdict for record in own)
     return Field(
-        answer=answer([lane.standing for lane in lanes], found),
+        answer=answer([lane.standing for lane in lanes], found, _differing(lanes)),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -90,8 +90,11 @@ def field(papers: Sequence[PaperView]) -> Field:
 HOLDING = (Verdict.REPRODUCED, Verdict.CONSISTENT)
 
 
-def answer(papers: Sequence[Standing], found: Mapping[Verdict, int]) -> str:
-    """The answer in one or two sentences: which theorems are false, and what is true of the other papers."""
+def answer(papers: Sequence[Standing], found: Mapping[Verdict, int], differing: Sequence[str] = ()) -> str:
+    """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
+
+    differing: what else does not agree, by name; named where it is a single result.
+    """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
         return "There is no claim to judge."
@@ -102,23 +105,36 @@ def answer(papers: Sequence[Standing], found: Mapping[Verdict, int]) -> str:
     whole = len(judged)
     if not false:
         where = "In the paper" if whole == 1 else f"In {'both' if whole == 2 else f'all {count(whole)}'} papers"
-        return f"{where} {_of_others(others)}."
+        return f"{where} {_of_others(others, differing)}".removesuffix(".") + "."
     thing = "a false guarantee" if all(paper.refuted for paper in false) else "a guarantee that fails"
     who = f"{count(len(false)).capitalize()} of {count(whole)} papers give{'s' if len(false) == 1 else ''}"
     if not others:
         who = "The paper gives" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers give"
         return f"{who} {thing}."
     where = "the other" if len(others) == 1 else f"the other {count(len(others))}"
-    return f"{who} {thing}. In {where} {_of_others(others)}."
+    return f"{who} {thing}. In {where} {_of_others(others, differing)}".removesuffix(".") + "."
 
 
-def _of_others(papers: Sequence[Standing]) -> str:
+def _differing(lanes: Sequence[Lane]) -> list[str]:
+    """The results that do not agree of the papers whose theorems do: what each is, and whose."""
+    return [
+        f"the {_named(view)} of {lane.paper.record.cited.partition(' (')[0]}"
+        for lane in lanes
+        if not lane.standing.broken
+        for cell in lane.cells
+        for view in cell.marks
+        if view.record.verdict in FAILS
+    ]
+
+
+def _of_others(papers: Sequence[Standing], differing: Sequence[str]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    corrected = "corrected " if any(paper.corrected for paper in papers) else ""
-    off = f", but {count(failing)} {'result differs' if failing == 1 else 'results differ'}" if failing else ""
-    return f"{f'every {corrected}theorem passes our tests' if sound else f'no {corrected}theorem is refuted'}{off}"
+    once = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
+    name = f", {differing[0]}" if failing == len(differing) == 1 else ""
+    off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}{name}" if failing else ""
+    return f"{'every theorem passes our tests' if sound else 'no theorem is refuted'}{once}{off}"
 
 
 def _tally(found: Mapping[Verdict, int]) -> str:
@@ -155,14 +171,14 @@ def _lane(paper: PaperView) -> Lane:
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
     listed = [view for view in paper.claims if view.consequence is kind]
     own = [view for view in listed if view.record.counted]
-    timed = [view for view in own if view.record.claim.kind is Kind.CITED and view.record.claim.unit == "s"]
+    timed = [view for view in own if view.timed]
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
-    failing = Counter(_named(view) for view in marks if view.record.verdict in FAILS)
+    failing = Counter((_named(view), view.record.verdict) for view in marks if view.record.verdict in FAILS)
     return Cell(
         consequence=kind,
         marks=tuple(marks),
         timed=tuple(timed),
-        failing=tuple(failing.items())[:MOST_PLACES],
+        failing=tuple((words, number, verdict) for (words, verdict), number in failing.items())[:MOST_PLACES],
         repeats=sum(bool(view.record.claim.repeats) for view in listed),
     )
 

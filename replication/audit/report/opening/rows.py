@@ -14,7 +14,7 @@ from pathlib import Path
 from replication.audit.brief import Bars, Entries, Pair, Traces
 from replication.audit.judge import numerals
 from replication.audit.model import Verdict
-from replication.audit.report.claim import ClaimView, Standing
+from replication.audit.report.claim import ClaimView, Standing, anchor
 from replication.audit.report.entries import EntryView
 from replication.audit.report.explore import FRAME, Scale, scale_of, table, ticks
 from replication.audit.report.opening.field import Lane
@@ -93,7 +93,10 @@ class Boxed:
 
 @dataclass(frozen=True, kw_only=True)
 class EntriesView:
-    """Entries of tables; box: where the box of the print begins and how wide it is, in per cent of the drawing."""
+    """Entries of tables; box: where the box of the print begins and how wide it is, in per cent of the drawing.
+
+    A single row is drawn entry by entry, each with its box; several are a table.
+    """
 
     kind = "entries"
     columns: tuple[str, ...]
@@ -120,16 +123,19 @@ class EntriesView:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """What the opening says of one paper; tone: of its verdict, which the word says too."""
+    """What the opening says of one paper; tone: of its verdict, which the word says too. mark: that of the legend
+    which says the same, if any does. proofs: the certificates of what the headline links, in its order.
+    """
 
     paper: PaperView
     standing: Standing
     tone: str
-    mark: Verdict
+    mark: Verdict | None
     verdict: str
     headline: Told
     said: Told | None
     picture: TracesView | BarsView | EntriesView | None
+    proofs: tuple[str, ...]
 
 
 def rows(lanes: Iterable[Lane], told: Mapping[str, BriefView | None], figures: Path) -> tuple[Row, ...]:
@@ -145,28 +151,32 @@ def _row(lane: Lane, told: BriefView | None, figures: Path) -> Row:
     tone, mark, word = _verdict(stands)
     findings = paper.record.findings
     first = findings[0] if findings else paper.record.title
+    headline = told.headline if told and told.headline.text else Told(parts=((first, ""),), shaken=False)
+    linked = [link for _, link in headline.parts if link]
+    known = {anchor("claim", view.record.id): view.record.evidence.certificates for view in paper.claims}
     return Row(
         paper=paper,
         standing=stands,
         tone=tone,
         mark=mark,
         verdict=told.verdict.text if told and told.verdict.text else word,
-        headline=told.headline if told and told.headline.text else Told(parts=((first, ""),), shaken=False),
+        headline=headline,
         said=told.card if told else None,
         picture=_picture(paper, figures),
+        proofs=tuple(path for link in linked for path in known.get(link, ())),
     )
 
 
-def _verdict(stands: Standing) -> tuple[str, Verdict, str]:
+def _verdict(stands: Standing) -> tuple[str, Verdict | None, str]:
     if stands.broken:
         return "fails", Verdict.REFUTED, "false guarantee" if stands.refuted else "guarantee fails"
     if stands.open:
-        return "partly", Verdict.COMPATIBLE, "depends on the reading"
-    if stands.theorems and stands.failing:
-        return "holds", Verdict.REPRODUCED, "theorems hold, entries off"
+        return "partly", None, "depends on the reading"
     if stands.failing:
-        return "partly", Verdict.DIFFERS, "results off"
-    return "holds", Verdict.REPRODUCED, "holds once corrected" if stands.corrected else "nothing fails"
+        return "partly", None, "one result differs" if stands.failing == 1 else "results differ"
+    if stands.corrected:
+        return "holds", Verdict.REPRODUCED_AFTER_ERRATUM, "holds once corrected"
+    return "holds", Verdict.REPRODUCED, "nothing fails"
 
 
 def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | EntriesView | None:

@@ -1,14 +1,16 @@
 """The sentences of a brief, each link of which leads to a claim that says the same; and its sketch as SVG.
 
-Numbers in them are filled in from the run, as `Brief` describes.
+Numbers in them are filled in from the run, as `Brief` describes, and `{name:miss}` is by how many per cent the computed
+number misses the nearest one that rounds to the print. A card has several sentences, each as short as any other.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from markupsafe import Markup, escape
 
@@ -110,7 +112,7 @@ class BriefView:
     verdict: Told
     headline: Told
     card: Told
-    lines: tuple[tuple[str, str, Told], ...]
+    lines: tuple[tuple[str, Told], ...]
     sketch: Markup
 
 
@@ -152,13 +154,32 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
         topic=brief.topic,
         verdict=told(brief.verdict, ANYTHING),
         headline=told(brief.headline, ANYTHING),
-        card=told(brief.card),
+        card=_joined(told(sentence) for sentence in sentences(brief.card)),
         lines=(
-            ("reproduced", "What holds", told(brief.holds, HOLDS)),
-            ("differs", "What to correct", told(brief.correct, FAILS)),
-            ("compatible", "What remains a guess", told(brief.guess, OPEN)),
+            ("What holds", told(brief.holds, HOLDS)),
+            ("What to correct", told(brief.correct, FAILS)),
+            ("What remains a guess", told(brief.guess, OPEN)),
         ),
         sketch=drawn(brief.sketch),
+    )
+
+
+_ENDS = re.compile(r"(?<!\bSec\.)(?<!\bFig\.)(?<!\beq\.)(?<!\bal\.)(?<=[.!?])\s+(?=[A-Z\[{])")
+
+
+def sentences(text: str) -> list[str]:
+    """The sentences of a text, of which each may be as long as `require_short` says; Sec. 3 ends none."""
+    return _ENDS.split(text)
+
+
+def _joined(told: Iterable[Told]) -> Told:
+    """Several sentences as one text."""
+    listed = tuple(told)
+    parts = [part for one in listed for part in (*one.parts, (" ", ""))]
+    return Told(
+        parts=tuple(parts[:-1]),
+        shaken=any(one.shaken for one in listed),
+        numbers=tuple(number for one in listed for number in one.numbers),
     )
 
 
@@ -208,6 +229,9 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
         if rounded == printed:
             raise AuditError(f"the brief of {key} says that {record.claim.printed} is not {instead}; correct it")
         return f"{instead}, not {record.claim.printed}", float(instead)
+    if how == "miss":
+        miss = _miss(record, value)
+        return numerals.short(miss, 1), float(numerals.short(miss, 1))
     if not isinstance(lower, int | float):
         raise refused
     if how == "over":
@@ -215,3 +239,9 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
         lower /= float(rounds_to(under.claim.printed, 0)[0]) if under is not None else math.nan
     shown = numerals.at_least(lower, LOWER_DIGITS)
     return shown, float(shown)
+
+
+def _miss(record: ClaimRecord, value: float) -> float:
+    """By how many per cent the computed number misses the nearest one that rounds to the print; 0 if it does not."""
+    ((low, high),) = ((Fraction(low), Fraction(high)) for low, high in record.judgement.intervals)
+    return float(100 * max(low - Fraction(value), Fraction(value) - high, Fraction(0)) / abs(Fraction(value)))

@@ -13,20 +13,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from replication.audit.inspect.controls import controls
+from replication.audit.inspect.controls import Control, controls
 from replication.audit.judge.agreement import Target
+from replication.audit.judge.numerals import short
 from replication.audit.judge.policies import by_policy
-from replication.audit.report.sections.across import across
-from replication.audit.report.sections.lineage import allowances, lineages, proofs, rooms
+from replication.audit.report.sections.across import Across, across, chart
+from replication.audit.report.sections.lineage import ClaimRoom, Proofs, allowances, lineages, proofs, rooms
 from replication.audit.store.records import ResultsFile
 
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """One section: the name is its id and its template, `shown` what the template shows."""
+    """One section: the name is its id and its template, `shown` what the template shows.
+
+    title: its name in the contents. heading: its result, where it has one, and the numbers in it.
+    """
 
     name: str
     title: str
+    heading: str
+    numbers: tuple[float, ...]
     shown: Any
 
 
@@ -48,4 +54,48 @@ _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile, Mapping[str, Target]], A
 def sections(results: ResultsFile, read: Mapping[str, Target]) -> tuple[Section, ...]:
     """All sections that `results` has something for; read: the printed values of its claims, as they were read."""
     built = ((name, title, build(results, read)) for name, title, build in _SECTIONS)
-    return tuple(Section(name=name, title=title, shown=shown) for name, title, shown in built if shown is not None)
+    return tuple(_section(name, title, shown) for name, title, shown in built if shown is not None)
+
+
+def _section(name: str, title: str, shown: Any) -> Section:
+    heading, *numbers = _HEADINGS[name](shown) if name in _HEADINGS else (title,)
+    return Section(name=name, title=title, heading=heading, numbers=tuple(numbers), shown=shown)
+
+
+Heading = tuple[Any, ...]
+"""A heading, and the numbers in it, one by one."""
+
+
+def _costs(shown: Across) -> Heading:
+    drawn = chart(shown)
+    if drawn is None:
+        return ("What a slow, late or irregular sensor costs",)
+    m, cost = drawn.shared
+    return f"The {drawn.curves[0].name} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
+
+
+def _proved(shown: Proofs) -> Heading:
+    whole = f"All {shown.twice}" if shown.twice == shown.listed else f"{shown.twice} of {shown.listed}"
+    coq = f", {shown.machine} in Coq too" if shown.machine else ""
+    return f"{whole} certificates pass in two arithmetics{coq}", shown.twice, shown.listed, shown.machine
+
+
+def _hinging(shown: tuple[ClaimRoom, ...]) -> Heading:
+    moved = sum(bool(item.breaking if item.agrees else item.reaching) for item in shown)
+    return f"{moved} of {len(shown)} results hinge on the rounding of a printed parameter", moved, len(shown)
+
+
+def _caught(shown: tuple[Control, ...]) -> Heading:
+    tried, missed = sum(one.tried for one in shown), sum(one.tried - one.caught for one in shown)
+    return f"Altered claims are caught, {f'save {missed} of {tried}' if missed else f'all {tried}'}", missed, tried
+
+
+_HEADINGS: dict[str, Callable[[Any], Heading]] = {
+    "across": _costs,
+    "proofs": _proved,
+    "policies": lambda shown: ("Rules that hold for all papers alike",),
+    "tolerances": lambda shown: ("Half a unit of the last place, save what is listed",),
+    "sensitivity": _hinging,
+    "controls": _caught,
+}
+"""The results that stand over a section."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from dataclasses import dataclass
@@ -56,7 +57,10 @@ class CostCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class Chart:
-    """Columns of one measure in one drawing, the steepest first; left: columns with another measure."""
+    """Columns of one measure in one drawing, the steepest first; left: columns with another measure.
+
+    shared: the largest multiple that all curves have, and the largest cost there.
+    """
 
     words: tuple[str, ...]
     measure: str
@@ -65,6 +69,7 @@ class Chart:
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
     most: int
+    shared: tuple[int, float]
 
 
 NAME_HEIGHT = 150
@@ -116,6 +121,7 @@ def chart(shown: Across | None) -> Chart | None:
         y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
+        shared=(shared, chosen[0].costs[shared].most if shared in chosen[0].costs else math.nan),
     )
 
 
