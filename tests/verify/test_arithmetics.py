@@ -264,6 +264,7 @@ def test_balls_are_shown_as_by_flint(number: str, digits: int) -> None:
     assert twice._same_words(*shown)
 
 
+@pytest.mark.slow
 def test_it_serves_where_there_is_nothing_else(tmp_path: Path) -> None:
     """Without any package: `-S` leaves out all that is installed."""
     path = ROOT / "certificates" / "okajima2023" / "optimum-1-1.json"
@@ -275,6 +276,7 @@ def test_it_serves_where_there_is_nothing_else(tmp_path: Path) -> None:
     assert subprocess.run(command, capture_output=True, check=False).returncode
 
 
+@pytest.mark.slow
 def test_both_say_the_same_of_altered_certificates(tmp_path: Path) -> None:
     paths = []
     for name, one in true().items():
