@@ -18,7 +18,7 @@ from typing import Any
 import flint
 import pytest
 
-from replication.verify.stdlib import acb, arb, arb_mat, balls, ctx
+from replication.verify.stdlib import acb, arb, arb_mat, arb_poly, balls, ctx
 from replication.verify.stdlib.balls import ONE, ball
 from replication.verify.theorem import Refused
 
@@ -64,7 +64,7 @@ def of_quotient(a: arb, b: arb) -> Fraction:
 OPERATIONS: dict[str, tuple[Any, Callable[[Any, Any], Any], Callable[[Fraction, Fraction], Fraction]]] = {
     "sum": (0, operator.add, operator.add),
     "difference": (0, operator.sub, operator.sub),
-    "product": (4, operator.mul, lambda x, y: x * y / ONE),
+    "product": (3, operator.mul, lambda x, y: x * y / ONE),
     "whole multiple": (0, lambda a, b: a * -7, lambda x, y: -7 * x),
     "quotient": (of_quotient, operator.truediv, lambda x, y: x * ONE / y),
     "larger": (1, lambda a, b: a.max(b), lambda x, y: max(x, y)),
@@ -81,6 +81,28 @@ def test_it_holds_the_results_of_all_ends_and_little_more(name: str, seed: int) 
     for a, b in drawn(seed):
         exact = [of_numbers(x, y) for x, y in product(ends(a), ends(b))]
         near(operation(a, b), (min(exact), max(exact)), room(a, b) if callable(room) else room)
+
+
+def test_whole_numbers_stay_exact() -> None:
+    rows = arb_mat([[arb(3), arb(-2)], [arb(0), arb(7)]])
+    made = [arb(3) * 5, arb(3) * arb(5), arb(15) / 5, arb(3) + 5, abs(arb(-3)), -arb(3), *(rows * rows).entries()]
+    assert [(int(one.m), one.r) for one in made] == [(n * ONE, 0) for n in (15, 15, 3, 8, 3, -3, 9, -20, 0, 49)]
+
+
+def test_empty_matrices_and_zero_polynomials_have_their_shapes() -> None:
+    assert [(M.nrows(), M.ncols()) for M in (arb_mat([]), arb_mat([[1, 2]]), arb_mat(0, 3).transpose())] == [
+        (0, 0), (1, 2), (3, 0)
+    ]  # fmt: skip
+    assert (arb_mat(2, 0) * arb_mat(0, 3)).tolist() == [[0] * 3] * 2
+    with pytest.raises(ValueError, match="differ in length"):
+        arb_mat([[1], [1, 2]])
+    p, zero = arb_poly([1, 2, 3]), arb_poly()
+    assert [(a * b).coeffs() for a, b in ((p, zero), (zero, p), (p, 2), (p, p))] == [
+        [],
+        [],
+        [2, 4, 6],
+        [1, 4, 10, 12, 9],
+    ]
 
 
 INTERVALS = [(low, high) for low in range(-3, 4) for high in range(low, 4) if (high - low) % 2 == 0]
