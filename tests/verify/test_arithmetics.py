@@ -252,6 +252,80 @@ def test_corners() -> None:
     assert stdlib.fmpz_mat([[1, 0], [0, 1]]) != P and U[1, 1] != 0
 
 
+SQUARE, WIDE_ONE, COLUMN = (
+    stdlib.fmpq_mat(rows) for rows in ([[2, 1], [0, 3]], [[1, 2, 3], [4, 5, 6]], [[1], [2], [3]])
+)
+
+
+@pytest.mark.parametrize(
+    ("what", "error"),
+    [
+        (lambda: stdlib.fmpq_mat(2, 2, [1, 2, 3]), "3 entries for 2 x 2"),
+        (lambda: stdlib.fmpq_mat([[1], [1, 2]]), "differ in length"),
+        (lambda: SQUARE + WIDE_ONE, "different shapes are added"),
+        (lambda: COLUMN.transpose() + COLUMN, "different shapes are added"),
+        (lambda: WIDE_ONE * SQUARE, "shapes do not fit are multiplied"),
+        (lambda: WIDE_ONE.solve(SQUARE), "shapes of an equation do not fit"),
+        (lambda: SQUARE.solve(COLUMN), "shapes of an equation do not fit"),
+        (lambda: WIDE_ONE.charpoly(), "only a square matrix"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_refused(what: Callable[[], Any], error: str) -> None:
+    with pytest.raises(ValueError, match=error):
+        what()
+
+
+def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
+    with pytest.raises(TypeError, match="an entry that is none"):
+        stdlib.fmpq_mat([[1, 0.5]])
+    for made, shape in (
+        (stdlib.fmpq_mat([]), (0, 0)),
+        (WIDE_ONE, (2, 3)),
+        (stdlib.fmpq_mat(2, 0) * stdlib.fmpq_mat(0, 3), (2, 3)),
+    ):
+        assert (made.nrows(), made.ncols()) == shape
+    half = stdlib.fmpq_mat([[Fraction(1, 2), Fraction(1, 4)]])
+    assert (half.low, (half * 4).low, (half * 4).rows, (half / 2).low, (half + half).low) == (4, 1, [[2, 1]], 8, 2)
+    assert (
+        half != half * 2 and stdlib.fmpq_mat([[1, 2]]) != stdlib.fmpq_mat([[1], [2]]) and half == stdlib.fmpq_mat(half)
+    )
+    half[0, 1] = Fraction(1, 3)
+    assert (half[0, 0], half[0, 1], half.low) == (Fraction(1, 2), Fraction(1, 3), 6)
+    assert [stdlib.fmpz_mat(rows).rank() for rows in ([[0, 1], [0, 2]], [[0, 0], [0, 0]], [[1, 2, 3], [2, 4, 7]])] == [
+        1,
+        0,
+        2,
+    ]
+    assert stdlib.fmpz_mat([[-3]]).inv()[0, 0] == Fraction(-1, 3)
+
+
+def test_polynomials_divide_and_know_their_roots_in_order() -> None:
+    p, q = stdlib.fmpq_poly([2, 3, 1, 4]), stdlib.fmpq_poly([1, 2])
+    quotient, rest = p.divided(q)
+    assert quotient * q + rest == p and (quotient.degree(), rest.degree()) == (2, 0)
+    assert [c.degree() for c in (stdlib.fmpq_poly(), stdlib.fmpq_poly([5]), stdlib.fmpq_poly([1, 0, 0]), q)] == [
+        -1,
+        0,
+        0,
+        1,
+    ]
+    assert (p * q).common(q * 3).coeffs() == [Fraction(1, 2), 1] and p.derivative().coeffs() == [3, 2, 12]
+    assert (p(2), stdlib.fmpq_poly()(7), (q - q).coeffs(), (-q).coeffs(), (q + 1).coeffs()) == (
+        44,
+        0,
+        [],
+        [-1, -2],
+        [2, 2],
+    )
+    assert stdlib.fmpq_poly([7]).complex_roots() == [] and q != p
+    # (z + 1)^2 (z - 3)(z^2 + 4)((z - 1)^2 + 1): real roots first and rising, then by the real part, upper ones first.
+    many = stdlib.fmpq_poly([1])
+    for factor in ([1, 1], [1, 1], [-3, 1], [4, 0, 1], [2, -2, 1]):
+        many = many * stdlib.fmpq_poly(factor)
+    listed = [(round(float(root.real), 9), round(float(root.imag), 9), count) for root, count in many.complex_roots()]
+    assert listed == [(-1, 0, 2), (3, 0, 1), (0, 2, 1), (0, -2, 1), (1, 1, 1), (1, -1, 1)]
+
+
 @pytest.mark.parametrize("number", ["1/3", "-22/7", "12345/1000", "1/1000000000", "5/2", "-4/30000"])
 @pytest.mark.parametrize("digits", [3, 6, 9])
 def test_balls_are_shown_as_by_flint(number: str, digits: int) -> None:
