@@ -315,18 +315,21 @@ def _first_failure(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -
 def _take_the_place(mutant: Mutant) -> None:
     """Run the changed source in the module, and put what it defines in place of what others took from there before."""
     module = sys.modules[mutant.module]
-    before = dict(vars(module))
+    after = ARITHMETIC[ARITHMETIC.index(mutant.module) + 1 :] if mutant.module in ARITHMETIC else ()
+    anew = [module, *(sys.modules[name] for name in after)]
+    before = {name: value for made in anew for name, value in vars(made).items()}
     exec(mutant.code, vars(module))
-    for name in ARITHMETIC[ARITHMETIC.index(mutant.module) + 1 :] if mutant.module in ARITHMETIC else ():
-        importlib.reload(sys.modules[name])
-    changed = _changed(before, vars(module))
-    others = [other for other in _own_modules() if other is not module]
+    for made in anew[1:]:
+        importlib.reload(made)
+    now = {name: value for made in anew for name, value in vars(made).items()}
+    changed = _changed(before, now)
+    others = [other for other in _own_modules() if other not in anew]
     for other in others:
         for name, old in before.items():
             if not name.startswith("__") and vars(other).get(name) is old:
-                setattr(other, name, vars(module)[name])
+                setattr(other, name, now[name])
         _replace(vars(other), changed)
-    _forget([module, *others])
+    _forget([*anew, *others])
 
 
 def _own_modules() -> list[ModuleType]:
@@ -379,11 +382,13 @@ def _places(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def _left_alone(node: ast.AST) -> bool:
-    """Messages, imports, dataclasses, `strict=True` of a zip, which guards against mistakes of the verifier only, and
-    estimates of work: none is part of a proof, and the tests of work bombs hold that they stop what they should.
+    """Messages, imports, dataclasses, `strict=True` of a zip, which guards against mistakes of the verifier only,
+    guesses that are enclosed afterwards, and estimates of work: none is part of a proof, and the tests of work bombs
+    hold that they stop what they should.
     """
     return (
-        isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom)
+        (isinstance(node, ast.FunctionDef) and node.name == "_guesses")
+        or isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom)
         or (isinstance(node, ast.keyword) and node.arg == "strict")
         or (isinstance(node, ast.Call) and _called(node) == "dataclass")
         or (isinstance(node, ast.Call) and _called(node).startswith(("spend", "estimate_")))

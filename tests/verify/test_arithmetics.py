@@ -252,27 +252,25 @@ def test_corners() -> None:
     assert stdlib.fmpz_mat([[1, 0], [0, 1]]) != P and U[1, 1] != 0
 
 
-SQUARE, WIDE_ONE, COLUMN = (
-    stdlib.fmpq_mat(rows) for rows in ([[2, 1], [0, 3]], [[1, 2, 3], [4, 5, 6]], [[1], [2], [3]])
-)
+SQUARE, LONG, COLUMN = [[2, 1], [0, 3]], [[1, 2, 3], [4, 5, 6]], [[1], [2], [3]]
 
 
 @pytest.mark.parametrize(
     ("what", "error"),
     [
-        (lambda: stdlib.fmpq_mat(2, 2, [1, 2, 3]), "3 entries for 2 x 2"),
-        (lambda: stdlib.fmpq_mat([[1], [1, 2]]), "differ in length"),
-        (lambda: SQUARE + WIDE_ONE, "different shapes are added"),
-        (lambda: COLUMN.transpose() + COLUMN, "different shapes are added"),
-        (lambda: WIDE_ONE * SQUARE, "shapes do not fit are multiplied"),
-        (lambda: WIDE_ONE.solve(SQUARE), "shapes of an equation do not fit"),
-        (lambda: SQUARE.solve(COLUMN), "shapes of an equation do not fit"),
-        (lambda: WIDE_ONE.charpoly(), "only a square matrix"),
+        (lambda M: M(2, 2, [1, 2, 3]), "3 entries for 2 x 2"),
+        (lambda M: M([[1], [1, 2]]), "differ in length"),
+        (lambda M: M(SQUARE) + M(LONG), "different shapes are added"),
+        (lambda M: M(COLUMN).transpose() + M(COLUMN), "different shapes are added"),
+        (lambda M: M(LONG) * M(SQUARE), "shapes do not fit are multiplied"),
+        (lambda M: M(LONG).solve(M(SQUARE)), "shapes of an equation do not fit"),
+        (lambda M: M(SQUARE).solve(M(COLUMN)), "shapes of an equation do not fit"),
+        (lambda M: M(LONG).charpoly(), "only a square matrix"),
     ],
 )
-def test_shapes_that_do_not_fit_are_refused(what: Callable[[], Any], error: str) -> None:
+def test_shapes_that_do_not_fit_are_refused(what: Callable[[Any], Any], error: str) -> None:
     with pytest.raises(ValueError, match=error):
-        what()
+        what(stdlib.fmpq_mat)
 
 
 def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
@@ -280,7 +278,7 @@ def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
         stdlib.fmpq_mat([[1, 0.5]])
     for made, shape in (
         (stdlib.fmpq_mat([]), (0, 0)),
-        (WIDE_ONE, (2, 3)),
+        (stdlib.fmpq_mat(LONG), (2, 3)),
         (stdlib.fmpq_mat(2, 0) * stdlib.fmpq_mat(0, 3), (2, 3)),
     ):
         assert (made.nrows(), made.ncols()) == shape
@@ -296,7 +294,17 @@ def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
         0,
         2,
     ]
-    assert stdlib.fmpz_mat([[-3]]).inv()[0, 0] == Fraction(-1, 3)
+    assert [stdlib.fmpz_mat([[n]]).inv()[0, 0] * n for n in (-3, 1, 2)] == [1] * 3
+    assert (stdlib.fmpq_mat([[3]]) / 2)[0, 0] == Fraction(3, 2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_characteristic_polynomials_of_sparse_and_of_large_matrices(seed: int) -> None:
+    """Where rows must change their places, and where the coefficients are as large as entries of that length allow."""
+    rng, large = random.Random(seed), 2 ** (255 + seed) - 1
+    sparse = [[rng.choice([0, 0, 0, 1, -2]) for _ in range(5)] for _ in range(5)]
+    for rows in (sparse, [[large, -large], [large, large]]):
+        same(*(library.fmpq_mat(rows).charpoly() for library in (flint, stdlib)))
 
 
 def test_polynomials_divide_and_know_their_roots_in_order() -> None:
@@ -318,12 +326,33 @@ def test_polynomials_divide_and_know_their_roots_in_order() -> None:
         [2, 2],
     )
     assert stdlib.fmpq_poly([7]).complex_roots() == [] and q != p
+    assert [(root.real.contains(-3), count) for root, count in stdlib.fmpq_poly([6, 2]).complex_roots()] == [(True, 1)]
     # (z + 1)^2 (z - 3)(z^2 + 4)((z - 1)^2 + 1): real roots first and rising, then by the real part, upper ones first.
     many = stdlib.fmpq_poly([1])
     for factor in ([1, 1], [1, 1], [-3, 1], [4, 0, 1], [2, -2, 1]):
         many = many * stdlib.fmpq_poly(factor)
     listed = [(round(float(root.real), 9), round(float(root.imag), 9), count) for root, count in many.complex_roots()]
     assert listed == [(-1, 0, 2), (3, 0, 1), (0, 2, 1), (0, -2, 1), (1, 1, 1), (1, -1, 1)]
+
+
+def test_roots_that_are_near_or_alike_stand_apart_and_are_held() -> None:
+    """1, 2, 3 and -3, i/2 and -i/2; i and (1 + 10^-9) i; and two that are nearer than any enclosure."""
+
+    def of(*factors: list[Any]) -> list[Any]:
+        made = stdlib.fmpq_poly([1])
+        for factor in factors:
+            made = made * stdlib.fmpq_poly(factor)
+        return [root for root, _ in made.complex_roots()]
+
+    alike = of([-1, 1], [-2, 1], [-3, 1], [3, 1], [Fraction(1, 4), 0, 1])
+    assert [(round(float(z.real)), round(2 * float(z.imag))) for z in alike] == [
+        (-3, 0), (1, 0), (2, 0), (3, 0), (0, 1), (0, -1)
+    ]  # fmt: skip
+    above = 1 + Fraction(1, 10**9)
+    for z in of([1, 0, 1], [above**2, 0, 1]):
+        assert contains(z.real, Fraction(0)) and sum(contains(abs(z.imag), root) for root in (Fraction(1), above)) == 1
+    with pytest.raises(Refused, match="not told apart"):
+        of([-1, 1], [-1 - Fraction(1, 2**250), 1])
 
 
 @pytest.mark.parametrize("number", ["1/3", "-22/7", "12345/1000", "1/1000000000", "5/2", "-4/30000"])
