@@ -24,6 +24,7 @@ LONGEST = (
     "verify/test_mutants.py",
     "audit/test_site.py",
     "papers/test_processors.py",
+    "verify/definitions/test_definitions.py",
     "audit/test_runner.py",
     "test_cli.py",
     "sceptic/test_sceptic.py",

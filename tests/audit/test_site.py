@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import itertools
 import json
 import os
@@ -37,6 +38,9 @@ EXAMPLES = {
     "delay": "delay_mixers.py",
 }
 METHODS = tuple(EXAMPLES)
+RUN_HERE = sorted((ROOT / "docs" / "examples").glob("*.py"))
+LINES = 10
+"""Of an example, at most."""
 PAGES = ("index", "methods/index", "methods/costs", "reference/multirate", "tutorials/nonuniform", "adding-a-paper")
 """One page of each kind; `PAGES=all` looks at every page."""
 
@@ -105,6 +109,10 @@ def words(node: Element) -> str:
     return " ".join("".join(node.itertext()).split())
 
 
+def squeezed(text: str) -> str:
+    return "".join(text.split())
+
+
 def test_it_loads_nothing_from_elsewhere(site: Path, read: Callable[[str], Element]) -> None:
     assert len(names(site)) > 20
     for name in names(site):
@@ -129,10 +137,27 @@ def test_each_page_has_landmarks_one_heading_and_the_way_to_all_others(
         )
 
 
+@pytest.mark.parametrize("path", RUN_HERE, ids=lambda path: path.stem)
+def test_an_example_ran_is_short_and_prints_a_level(path: Path, read: Callable[[str], Element]) -> None:
+    """It stands on one page, and its output right below it; it uses only the public functions."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    statements = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
+    assert ast.get_docstring(tree) and len(statements) - 1 <= LINES + 1  # imports of two packages count as one
+    assert {node.module for node in statements if isinstance(node, ast.ImportFrom)} == {"replication.estimation"}
+    (page,) = (page for page in (ROOT / "docs").rglob("*.md") if f"<!-- example: {path.stem} -->" in page.read_text())
+    blocks = read(page.relative_to(ROOT / "docs").with_suffix("").as_posix()).iter("div")
+    shown = [(node.get("class"), words(node)) for node in blocks if node.get("class") in ("codehilite", "output")]
+    code = squeezed("\n".join(path.read_text(encoding="utf-8").splitlines()[tree.body[0].end_lineno :]))
+    (place,) = (i for i, (kind, text) in enumerate(shown) if kind == "codehilite" and squeezed(text) == code)
+    kind, printed = shown[place + 1]
+    assert kind == "output" and "guaranteed level: " in printed and "bracket: [" in printed
+
+
 def test_examples_stand_there_with_what_they_print_and_draw(site: Path, read: Callable[[str], Element]) -> None:
     gallery = read("gallery")
     outputs = [words(node) for node in gallery.iter("div") if node.get("class") == "output"]
     labels = [node.get("aria-label") for node in gallery.iter(SVG)]
+    assert {path.stem.partition("_")[0] for path in RUN_HERE} == {*METHODS}
     for method in METHODS:
         path = ROOT / "docs" / "examples" / EXAMPLES[method]
         source = path.read_text(encoding="utf-8")

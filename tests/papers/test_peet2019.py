@@ -6,6 +6,7 @@ import runpy
 from collections.abc import Callable
 from typing import Any
 
+import computed
 import numpy as np
 import pytest
 
@@ -35,7 +36,6 @@ from papers.peet2019.experiments.readings import (
     attainable,
     common_epsilon,
     inside,
-    readings,
 )
 from papers.peet2019.experiments.scaling import (
     SMALL_LEVEL,
@@ -305,17 +305,16 @@ def test_default_cells_stay_below_the_limit() -> None:
 
 @pytest.mark.slow
 def test_no_reading_of_the_degree_rule_gives_both_prints() -> None:
-    plants = {example: EXAMPLES[example] for example in OFF_THE_PRINT}
-    found = readings(plants, {example: DATA[f"gamma-{example}"]["d1"] for example in plants}, 1e-4)
+    found = computed.result("peet2019.readings")
     assert not any(common_epsilon(found, name) for name in READINGS)
-    printed = {example: float(DATA[f"gamma-{example}"]["d1"]) for example in plants}
+    printed = {example: float(DATA[f"gamma-{example}"]["d1"]) for example in OFF_THE_PRINT}
     assert attainable(found, printed) == ("z2-wide", "z2-total-z1", "z2-total-next")
     for parts in found.values():  # where ε > 0 could give the print, γ solved there is the print: it is linear enough
         for example, part in parts.items():
             assert (part["solved"] is None) == (part["epsilon_from"] < 0.0)
             assert part["solved"] is None or part["solved"] == pytest.approx(printed[example], abs=1e-5)
     # The rule of the library, by other code and in both units.
-    for example in plants:
+    for example in OFF_THE_PRINT:
         ours = synthesised(EXAMPLES[example], 1)["tensor"]["gamma"]
         house = found[HOUSE][example]
         assert [house["gamma"], house["rescaled"]] == pytest.approx([ours] * 2, rel=1e-6)

@@ -6,8 +6,6 @@ import dataclasses
 import json
 import os
 import signal
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -81,15 +79,13 @@ class Killed(Silent):
 @pytest.mark.slow
 @pytest.mark.parametrize("sweep", SWEEPS)
 def test_a_killed_sweep_goes_on_with_what_is_left(sweep: str, tmp_path: Path) -> None:
-    killed = subprocess.run(
-        [sys.executable, __file__, sweep, str(tmp_path)],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    child = os.fork()
+    if child == 0:
+        try:
+            resume(sweep, tmp_path, Killed())
+        finally:
+            os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
     results = tmp_path / "results"
     left = {path.name: path.stat().st_mtime_ns for path in results.iterdir()}
     resumed = resume(sweep, tmp_path)
@@ -99,7 +95,3 @@ def test_a_killed_sweep_goes_on_with_what_is_left(sweep: str, tmp_path: Path) ->
     assert {name: (results / name).stat().st_mtime_ns for name in left} == left
     stored = {path.stem: json.loads(path.read_text())["result"] for path in results.iterdir()}
     assert stored == resumed.results_by_experiment
-
-
-if __name__ == "__main__":
-    resume(sys.argv[1], Path(sys.argv[2]), Killed())

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import cProfile
 import faulthandler
 import functools
 import importlib
@@ -25,7 +26,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import CodeType, FrameType, ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 import pytest
@@ -35,6 +36,8 @@ from replication.verify.statement import Statement
 ROOM = ("replication.verify",)
 SECONDS = 20
 """Of the processor, after which a mutant counts as noticed: it runs for ever."""
+ARITHMETIC = tuple(f"{ROOM[0]}.stdlib{part}" for part in (".balls", ".exact", ".matrices", ""))
+"""The second arithmetic: classes made of each other, so that all that comes after a changed module is made anew."""
 STRANGER = 8
 """How many times its calls a check costs in the order if it calls nothing of the module."""
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
@@ -82,11 +85,11 @@ class Mutant:
         return f"{self.module}:{self.line}: {self.change}"
 
     @functools.cached_property
-    def source(self) -> str:
-        """The whole module, changed: written of those alone that are tried."""
+    def code(self) -> CodeType:
+        """The whole module, changed: compiled of those alone that are tried."""
         tree, (node, change) = ast.parse(_original(self.module)), self.place
-        _apply(list(_places(tree))[node], change)
-        return ast.unparse(ast.fix_missing_locations(tree))
+        _apply(next(itertools.islice(_places(tree), node, None)), change)
+        return compile(ast.fix_missing_locations(tree), str(sys.modules[self.module].__file__), "exec")
 
 
 def mutants_of(module: str) -> list[Mutant]:
@@ -172,26 +175,15 @@ def runs_of(test: str) -> list[Run]:
 
 
 def _run(check: Callable[[], None]) -> Run:
-    called: set[CodeType] = set()
-
-    def note(frame: FrameType, event: str, _: object) -> None:
-        nonlocal calls
-        calls += 1
-        if event == "call":
-            called.add(frame.f_code)
-
     _forget(_own_modules())
-    calls, before = 0, sys.getprofile()
-    sys.setprofile(note)
-    try:
-        check()
-    finally:
-        sys.setprofile(before)
+    profile = cProfile.Profile()
+    profile.runcall(check)
     files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(ROOM)}
-    entered: defaultdict[str, set[int]] = defaultdict(set)
-    for code in called:
-        if code.co_filename in files:
-            entered[files[code.co_filename]].add(code.co_firstlineno)
+    calls, entered = 0, defaultdict[str, set[int]](set)
+    for entry in profile.getstats():
+        calls += entry.callcount
+        if isinstance(entry.code, CodeType) and entry.code.co_filename in files:
+            entered[files[entry.code.co_filename]].add(entry.code.co_firstlineno)
     return Run(calls, entered)
 
 
@@ -323,16 +315,21 @@ def _first_failure(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -
 def _take_the_place(mutant: Mutant) -> None:
     """Run the changed source in the module, and put what it defines in place of what others took from there before."""
     module = sys.modules[mutant.module]
-    before = dict(vars(module))
-    exec(compile(mutant.source, str(module.__file__), "exec"), vars(module))
-    changed = _changed(before, vars(module))
-    others = [other for other in _own_modules() if other is not module]
+    after = ARITHMETIC[ARITHMETIC.index(mutant.module) + 1 :] if mutant.module in ARITHMETIC else ()
+    anew = [module, *(sys.modules[name] for name in after)]
+    before = {name: value for made in anew for name, value in vars(made).items()}
+    exec(mutant.code, vars(module))
+    for made in anew[1:]:
+        importlib.reload(made)
+    now = {name: value for made in anew for name, value in vars(made).items()}
+    changed = _changed(before, now)
+    others = [other for other in _own_modules() if other not in anew]
     for other in others:
         for name, old in before.items():
             if not name.startswith("__") and vars(other).get(name) is old:
-                setattr(other, name, vars(module)[name])
+                setattr(other, name, now[name])
         _replace(vars(other), changed)
-    _forget([module, *others])
+    _forget([*anew, *others])
 
 
 def _own_modules() -> list[ModuleType]:
@@ -385,11 +382,13 @@ def _places(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def _left_alone(node: ast.AST) -> bool:
-    """Messages, imports, dataclasses, `strict=True` of a zip, which guards against mistakes of the verifier only, and
-    estimates of work: none is part of a proof, and the tests of work bombs hold that they stop what they should.
+    """Messages, imports, dataclasses, `strict=True` of a zip, which guards against mistakes of the verifier only,
+    guesses that are enclosed afterwards, and estimates of work: none is part of a proof, and the tests of work bombs
+    hold that they stop what they should.
     """
     return (
-        isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom)
+        (isinstance(node, ast.FunctionDef) and node.name == "_guesses")
+        or isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom)
         or (isinstance(node, ast.keyword) and node.arg == "strict")
         or (isinstance(node, ast.Call) and _called(node) == "dataclass")
         or (isinstance(node, ast.Call) and _called(node).startswith(("spend", "estimate_")))

@@ -252,6 +252,109 @@ def test_corners() -> None:
     assert stdlib.fmpz_mat([[1, 0], [0, 1]]) != P and U[1, 1] != 0
 
 
+SQUARE, LONG, COLUMN = [[2, 1], [0, 3]], [[1, 2, 3], [4, 5, 6]], [[1], [2], [3]]
+
+
+@pytest.mark.parametrize(
+    ("what", "error"),
+    [
+        (lambda M: M(2, 2, [1, 2, 3]), "3 entries for 2 x 2"),
+        (lambda M: M([[1], [1, 2]]), "differ in length"),
+        (lambda M: M(SQUARE) + M(LONG), "different shapes are added"),
+        (lambda M: M(COLUMN).transpose() + M(COLUMN), "different shapes are added"),
+        (lambda M: M(LONG) * M(SQUARE), "shapes do not fit are multiplied"),
+        (lambda M: M(LONG).solve(M(SQUARE)), "shapes of an equation do not fit"),
+        (lambda M: M(SQUARE).solve(M(COLUMN)), "shapes of an equation do not fit"),
+        (lambda M: M(LONG).charpoly(), "only a square matrix"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_refused(what: Callable[[Any], Any], error: str) -> None:
+    with pytest.raises(ValueError, match=error):
+        what(stdlib.fmpq_mat)
+
+
+def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
+    with pytest.raises(TypeError, match="an entry that is none"):
+        stdlib.fmpq_mat([[1, 0.5]])
+    for made, shape in (
+        (stdlib.fmpq_mat([]), (0, 0)),
+        (stdlib.fmpq_mat(LONG), (2, 3)),
+        (stdlib.fmpq_mat(2, 0) * stdlib.fmpq_mat(0, 3), (2, 3)),
+    ):
+        assert (made.nrows(), made.ncols()) == shape
+    half = stdlib.fmpq_mat([[Fraction(1, 2), Fraction(1, 4)]])
+    assert (half.low, (half * 4).low, (half * 4).rows, (half / 2).low, (half + half).low) == (4, 1, [[2, 1]], 8, 2)
+    assert (
+        half != half * 2 and stdlib.fmpq_mat([[1, 2]]) != stdlib.fmpq_mat([[1], [2]]) and half == stdlib.fmpq_mat(half)
+    )
+    half[0, 1] = Fraction(1, 3)
+    assert (half[0, 0], half[0, 1], half.low) == (Fraction(1, 2), Fraction(1, 3), 6)
+    assert [stdlib.fmpz_mat(rows).rank() for rows in ([[0, 1], [0, 2]], [[0, 0], [0, 0]], [[1, 2, 3], [2, 4, 7]])] == [
+        1,
+        0,
+        2,
+    ]
+    assert [stdlib.fmpz_mat([[n]]).inv()[0, 0] * n for n in (-3, 1, 2)] == [1] * 3
+    assert (stdlib.fmpq_mat([[3]]) / 2)[0, 0] == Fraction(3, 2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_characteristic_polynomials_of_sparse_and_of_large_matrices(seed: int) -> None:
+    """Where rows must change their places, and where the coefficients are as large as entries of that length allow."""
+    rng, large = random.Random(seed), 2 ** (255 + seed) - 1
+    sparse = [[rng.choice([0, 0, 0, 1, -2]) for _ in range(5)] for _ in range(5)]
+    for rows in (sparse, [[large, -large], [large, large]]):
+        same(*(library.fmpq_mat(rows).charpoly() for library in (flint, stdlib)))
+
+
+def test_polynomials_divide_and_know_their_roots_in_order() -> None:
+    p, q = stdlib.fmpq_poly([2, 3, 1, 4]), stdlib.fmpq_poly([1, 2])
+    quotient, rest = p.divided(q)
+    assert quotient * q + rest == p and (quotient.degree(), rest.degree()) == (2, 0)
+    assert [c.degree() for c in (stdlib.fmpq_poly(), stdlib.fmpq_poly([5]), stdlib.fmpq_poly([1, 0, 0]), q)] == [
+        -1,
+        0,
+        0,
+        1,
+    ]
+    assert (p * q).common(q * 3).coeffs() == [Fraction(1, 2), 1] and p.derivative().coeffs() == [3, 2, 12]
+    assert (p(2), stdlib.fmpq_poly()(7), (q - q).coeffs(), (-q).coeffs(), (q + 1).coeffs()) == (
+        44,
+        0,
+        [],
+        [-1, -2],
+        [2, 2],
+    )
+    assert stdlib.fmpq_poly([7]).complex_roots() == [] and q != p
+    assert [(root.real.contains(-3), count) for root, count in stdlib.fmpq_poly([6, 2]).complex_roots()] == [(True, 1)]
+    # (z + 1)^2 (z - 3)(z^2 + 4)((z - 1)^2 + 1): real roots first and rising, then by the real part, upper ones first.
+    many = stdlib.fmpq_poly([1])
+    for factor in ([1, 1], [1, 1], [-3, 1], [4, 0, 1], [2, -2, 1]):
+        many = many * stdlib.fmpq_poly(factor)
+    listed = [(round(float(root.real), 9), round(float(root.imag), 9), count) for root, count in many.complex_roots()]
+    assert listed == [(-1, 0, 2), (3, 0, 1), (0, 2, 1), (0, -2, 1), (1, 1, 1), (1, -1, 1)]
+
+
+def test_roots_that_are_near_or_alike_stand_apart_and_are_held() -> None:
+    """1, 2, 3 and -3, i/2 and -i/2; i and (1 + 10^-9) i; and two that are nearer than any enclosure."""
+
+    def of(*factors: list[Any]) -> list[Any]:
+        made = stdlib.fmpq_poly([1])
+        for factor in factors:
+            made = made * stdlib.fmpq_poly(factor)
+        return [root for root, _ in made.complex_roots()]
+
+    alike = of([-1, 1], [-2, 1], [-3, 1], [3, 1], [Fraction(1, 4), 0, 1])
+    assert [(round(float(z.real)), round(2 * float(z.imag))) for z in alike] == [
+        (-3, 0), (1, 0), (2, 0), (3, 0), (0, 1), (0, -1)
+    ]  # fmt: skip
+    above = 1 + Fraction(1, 10**9)
+    for z in of([1, 0, 1], [above**2, 0, 1]):
+        assert contains(z.real, Fraction(0)) and sum(contains(abs(z.imag), root) for root in (Fraction(1), above)) == 1
+    with pytest.raises(Refused, match="not told apart"):
+        of([-1, 1], [-1 - Fraction(1, 2**250), 1])
+
+
 @pytest.mark.parametrize("number", ["1/3", "-22/7", "12345/1000", "1/1000000000", "5/2", "-4/30000"])
 @pytest.mark.parametrize("digits", [3, 6, 9])
 def test_balls_are_shown_as_by_flint(number: str, digits: int) -> None:
@@ -264,6 +367,7 @@ def test_balls_are_shown_as_by_flint(number: str, digits: int) -> None:
     assert twice._same_words(*shown)
 
 
+@pytest.mark.slow
 def test_it_serves_where_there_is_nothing_else(tmp_path: Path) -> None:
     """Without any package: `-S` leaves out all that is installed."""
     path = ROOT / "certificates" / "okajima2023" / "optimum-1-1.json"
@@ -275,6 +379,7 @@ def test_it_serves_where_there_is_nothing_else(tmp_path: Path) -> None:
     assert subprocess.run(command, capture_output=True, check=False).returncode
 
 
+@pytest.mark.slow
 def test_both_say_the_same_of_altered_certificates(tmp_path: Path) -> None:
     paths = []
     for name, one in true().items():

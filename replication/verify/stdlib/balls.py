@@ -284,7 +284,7 @@ def ball(m: int, r: int) -> arb:
 def _logarithm(x: arb) -> arb:
     """With a guess y and t = x e^-y - 1, |t| <= 1/2: log x = y + log(1 + t), and |log(1 + t)| <= 2 |t|."""
     mantissa, exponent = frexp(x.m / ONE) if x.m < ONE << 900 else (0.5, x.m.bit_length() - BITS)
-    y = arb.of_float(log(mantissa) + exponent * log(2))
+    y = last = arb.of_float(log(mantissa) + exponent * log(2))
     for _ in range(6):
         t = x * (-y).exp() - 1
         if abs(t) < fmpq(1, 2):
