@@ -151,6 +151,11 @@ def test_a_usual_unit_is_named_both_ways(value: float, words: str) -> None:
     assert factor(record) == words
 
 
+def test_a_print_of_one_unit_tells_no_factor() -> None:
+    assert factor(claim("case", Kind.VALUE, Verdict.DIFFERS, "1", Evidence(method="Computed", value=7.0))) == ""
+    assert factor(claim("case", Kind.VALUE, Verdict.DIFFERS, "2", Evidence(method="Computed", value=20.0))) == "10^1"
+
+
 @pytest.mark.parametrize("outcomes", [{"norm": 1.5}, [("norm", 1.5)], [1.5], 1.5])
 def test_outcomes_of_another_form_are_told_with_an_example(outcomes: Any) -> None:
     with pytest.raises(AuditError, match=r"at `\$\.outcomes.*outcomes are a list .*\[\{\"reading\": \"logarithms\""):

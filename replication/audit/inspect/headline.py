@@ -283,8 +283,10 @@ def factor(claim: ClaimRecord) -> str:
     """The usual factor by which all numbers of a claim are off, as another unit or place of the point leaves it."""
     numbers = [] if claim.evidence.value is None else list(flat(claim.evidence.value))
     ends = [(float(Fraction(low)), float(Fraction(high))) for low, high in claim.judgement.intervals]
-    if not numbers or len(numbers) != len(ends) or any(low <= 0 <= high for low, high in ends):
+    if not numbers or len(numbers) != len(ends) or any(low * high <= 0 for low, high in ends):
         return ""  # zero is a multiple of each number
+    if any(high - low > min(abs(low), abs(high)) for low, high in ends):
+        return ""  # "1" is a tenth of most numbers from 5 to 15
     for words, times in FACTORS.items():
         if all(low <= number / times <= high for number, (low, high) in zip(numbers, ends, strict=True)):
             return words
