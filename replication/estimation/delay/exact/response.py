@@ -191,6 +191,8 @@ def radii(matrices: Array) -> Array:
 # Cells of frequencies and delays are cut until none can hold more than what is attained (`Response.bounded`).
 
 
+NEAREST = 1e-18
+"""Frequency, in highest ones, below which a cell that does not settle holds a root at zero."""
 MOST, FIRST, CHUNK = 100_000, 100, 4_000
 """Cells looked at, at the most; in the first grid; that are looked at together."""
 DOUBLINGS, DECADES, LOST = 60, 8, 1e6
@@ -276,7 +278,7 @@ def right_roots(response: Response) -> tuple[float, int]:
     cells, used = response.cells(first_grid(reach), nominal=True), 0
     while cells.omega.size:
         used += len(cells.omega)
-        if used > MOST:
+        if used > MOST or cells.omega[0] < NEAREST * reach:
             raise SolverError(
                 f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
             )

@@ -138,7 +138,12 @@ def kalman_level(model: FilterModel) -> float:
     L, _ = central(model)
     Lz = np.linalg.solve(R, (model.dz @ model.dy.T).T).T
     error = model.a - L @ model.cy, model.b - L @ model.dy, model.cz - Lz @ model.cy, model.dz - Lz @ model.dy
-    return hinf_norm(*_sampled(*error)).upper
+    return continuous_norm(*error)
+
+
+def continuous_norm(a: Array, b: Array, c: Array, d: Array) -> float:
+    """The H-infinity norm of a stable continuous-time system."""
+    return hinf_norm(*_sampled(a, b, c, d)).upper
 
 
 def _sampled(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Array, Array]:

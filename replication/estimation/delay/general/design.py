@@ -10,7 +10,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
-from replication.estimation.delay.exact.limit import climbed, limit, require_seen
+from replication.estimation.delay.exact.limit import Limit, climbed, limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms, worst_gain
 from replication.estimation.delay.exact.smoothing import smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
@@ -95,14 +95,16 @@ def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
     ) from error
 
 
-def known_levels(plant: DelayPlant, attained: float = np.inf) -> tuple[Evidence, ...]:
+def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | None = None) -> tuple[Evidence, ...]:
     """What is known of the least level of any observer: the exact one, and that of a smoother.
+
+    least: the exact one, where it is at hand.
 
     It is open where models of rising order do not agree, or where it would exceed a level that is `attained`.
     """
     what, below = "least level of any observer", "no estimator below"
     try:
-        least = limit(plant)
+        least = limit(plant) if least is None else least
     except (InfeasibleError, SolverError, InvalidInputError) as error:
         bound = smoother_bound(plant_terms(plant))
         return (
@@ -132,6 +134,7 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
     evidence = [
         *facts,
         *closed,
+        *_mean(observer),
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
@@ -201,20 +204,20 @@ def mean_design(
     """
     designs = Designs(plant, degree)
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
-    aim = np.inf
+    aim, alone = np.inf, _alone(plant_terms(plant), plant.measurements)
     if goal is Goal.MIXED:
-        aim = designs.balance() if level is None else designs.above_least(level)
+        aim = designs.balance(alone) if level is None else designs.above_least(level)
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), injection_terms(observer))
     arrays, axes = arrays_of(observer)
     evidence = (
         *asked,
-        *_mean_facts(plant, covariance, reach),
+        *_mean_facts(plant, covariance, reach, alone),
         Evidence("gains computed with", f"{designs.degree} moments of each delay", "filter Riccati equation"),
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
-        *known_levels(plant, gain.upper),
+        *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
         *worth(plant_terms(plant), gain.upper),
     )
     return InnovationsResult(
@@ -229,9 +232,25 @@ def mean_design(
     )
 
 
-def _mean_facts(plant: DelayPlant, covariance: Array, reach: float) -> tuple[Evidence, ...]:
+WHITE = "white noise of unit intensity; spectrum over all frequencies, true exponentials"
+
+
+def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
+    """The mean error of z of gains that were not made for it, beside that without sensors."""
+    plant = observer.plant
+    if np.any(plant.d11 - observer.lz @ plant.d21) or any(np.any(observer.lz @ d) for d in plant.d21_delayed):
+        return (Evidence(OF, "infinite", "white noise enters the error of z itself"),)
+    try:
+        covariance, _ = error_covariance(plant_terms(plant), injection_terms(observer))
+    except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
+        return (Evidence(OF, "open", str(error)),)
+    own, alone = float(np.sqrt(np.trace(covariance))), _alone(plant_terms(plant), plant.measurements)
+    return Evidence(OF, own, WHITE), *baselines(own, WHITE, what="rms error", without=alone)
+
+
+def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float | None) -> tuple[Evidence, ...]:
     """The mean error of z, each and together, beside those without sensors, of any observer and of a smoother."""
-    terms, how = plant_terms(plant), "white noise of unit intensity; spectrum over all frequencies, true exponentials"
+    terms, how = plant_terms(plant), WHITE
     own, each = float(np.sqrt(np.trace(covariance))), np.sqrt(np.diag(covariance)).tolist()
     value, models = _least_rms(plant, own)
     limit_rms = float(np.sqrt(np.trace(smoother_covariance(terms, reach))))
@@ -240,7 +259,7 @@ def _mean_facts(plant: DelayPlant, covariance: Array, reach: float) -> tuple[Evi
         *(Evidence(f"rms error of z[{i}]", value, how) for i, value in enumerate(each) if len(each) > 1),
         Evidence("least rms error of any observer", value, models),
         *(_excess(plant, own, value) if isinstance(value, float) else ()),
-        *baselines(own, how, what="rms error", without=_alone(terms, plant.measurements), limit=limit_rms),
+        *baselines(own, how, what="rms error", without=alone, limit=limit_rms),
     )
 
 
