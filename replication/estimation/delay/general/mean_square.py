@@ -155,8 +155,8 @@ def _squared(maps: Complex) -> Complex:
 
 WIDTH, KEPT = 1e-6, 1e-3
 """Relative width of the exact gain, and excess over the level of the model that is left to it."""
-BALANCE = 1e-3
-"""Width of the search for the level that loses the same share of both."""
+BALANCE, SMALL, LOST = 1e-3, 40, 0.15
+"""Of the level that loses the same share of both: width of the search, states of the model, most share of the mean."""
 MARGIN = 0.01
 """Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
 DEGREE, STATES = 12, 120
@@ -261,13 +261,15 @@ class Designs:
         return level
 
     def balance(self, alone: float | None) -> float:
-        """The level whose design loses the same share of both measures, and at most half of what the sensors win.
+        """The level whose design loses the same share of both measures, of the mean LOST and half of what sensors win.
 
-        alone: the rms error without sensors, None if it is infinite or open. Both measures are those of the model.
+        alone: the rms error without sensors, None if it is infinite or open. Both measures are those of a small model.
         """
-        measures, least = partial(_model_measures, self.model), self.limit.level
+        few = max(min(self.degree, (SMALL - self.form.states) // max(self.form.width, 1)), self.form.moments, 1)
+        measures, least = partial(_model_measures, moment_plant(self.form, few)), self.limit.level
         rms = measures(np.inf)[1]
-        most = np.inf if alone is None else max((1.0 + alone * self.scaling.time**0.5 / rms) / 2.0, 1.0)
+        won = np.inf if alone is None else max(alone * self.scaling.time**0.5 / rms - 1.0, 0.0)
+        most = 1.0 + min(LOST, won / 2.0)
 
         def capped(level: float) -> Measures:
             """As if no more of the gain were lost than may be lost of the mean."""
