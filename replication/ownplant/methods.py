@@ -267,6 +267,7 @@ METHODS: Mapping[str, Method] = {
                 Option("goal", str, None, "of a design at the slow rate (h2)", choices=("h2", "hinf", "mixed")),
                 Option("level", positive, "G", "a level to keep, with --goal hinf (1 % above the least) or mixed"),
                 Option("hold", listed(up_to(2_000)), "M,M", "--at slow: inputs change every M T (1)"),
+                Option("tracked", listed(natural), "I,I", "outputs, from 0, at set-points; at rest under loads (all)"),
                 Option("observer", str, "NAME", "what fills the instants between (running_prediction)"),
             ),
             _dualrate,
