@@ -15,7 +15,7 @@ from replication.estimation.api.plants import PlantReader, Signals, measured_out
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
-from replication.estimation.delay.general.design import design_general, mean_design
+from replication.estimation.delay.general.design import alone, design_general, mean_design
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, signals_of
 from replication.estimation.delay.result import DelayAnalysis, DelayDesign, DelayResult, result_of
@@ -193,7 +193,8 @@ def analyse(
     Returns
     -------
     DelayAnalysis
-        The rightmost root (1/s), and how much w moves z if the plant is stable.
+        The rightmost root (1/s), or for a plant with noise the number of unstable roots; and how much w moves z if the
+        plant is stable, with noise also what is known of the least level of any observer.
 
     Raises
     ------
@@ -204,9 +205,7 @@ def analyse(
     """
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     if not system.noiseless:
-        raise InvalidInputError(
-            "analyse takes the plant of a delay_system; ask `limit` what any observer of a plant with noise can do"
-        )
+        return DelayAnalysis(plant=system, evidence=alone(system))
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
     if root.real < 0:

@@ -82,6 +82,11 @@ def injection_terms(observer: DelayObserver) -> Terms:
     return Terms(constant, delays, tuple(np.zeros_like(constant) for _ in delays), tuple(kernels))
 
 
+def no_injection(plant: PlantTerms) -> Terms:
+    """That of the estimate zero."""
+    return Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
+
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -173,8 +178,7 @@ def worst_gain(
     ends = as_array("ranges", given, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
-    nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
-    roots = decided(right_roots)(error_response(plant, nothing))[1]
+    roots = decided(right_roots)(error_response(plant, no_injection(plant)))[1]
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
@@ -11,9 +12,17 @@ from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, climbed, limit, require_seen
-from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms, worst_gain
+from replication.estimation.delay.exact.loop import (
+    error_response,
+    exact_gain,
+    injection_terms,
+    no_injection,
+    plant_terms,
+    worst_gain,
+)
+from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import smoother_bound, worth
-from replication.estimation.delay.exact.terms import PlantTerms, Terms
+from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.plant import DelayPlant
@@ -29,8 +38,8 @@ from replication.estimation.delay.general.synthesis import (
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
-WIDTH = 1e-4
-"""Relative width of the exact gain."""
+WIDTH, ROUGH = 1e-4, 1e-3
+"""Relative width of the exact gain; over ranges of delays."""
 DECADES, FREQUENCIES = 3, 600
 """Where that stays open: frequencies around the rate of the longest delay."""
 UNSETTLED = 1e-3
@@ -121,6 +130,30 @@ def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | Non
     return Evidence(what, value, exact), Evidence(below, least.smoother, smoother)
 
 
+def alone(plant: DelayPlant) -> tuple[Evidence, ...]:
+    """What the plant does without an observer, and what any observer can do."""
+    terms = plant_terms(plant)
+    still = error_response(terms, no_injection(terms))
+    roots, gain, rms = "unstable roots", "gain from w to z", "rms of z"
+    try:
+        count = right_roots(still)[1]
+    except (SolverError, np.linalg.LinAlgError) as error:
+        facts = [Evidence(what, "open", str(error)) for what in (roots, gain, rms)]
+        return *facts, *known_levels(plant)
+    facts = [Evidence(roots, count, "argument principle, true exponentials")]
+    if count:
+        facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
+    else:
+        facts.append(Evidence(gain, gain_bracket(still, WIDTH).upper, "upper bound over all frequencies"))
+        mean: float | str = (
+            "infinite"
+            if np.any(plant.d11)
+            else float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
+        )
+        facts.append(Evidence(rms, mean, WHITE))
+    return *facts, *known_levels(plant)
+
+
 def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
@@ -138,7 +171,7 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
-        *worth(plant_terms(plant), proof.level),
+        *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
     ]
     return InnovationsResult(
         bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),
@@ -175,12 +208,17 @@ def over_ranges(observer: DelayObserver) -> list[Evidence]:
         return []
     try:
         worst = worst_gain(observer)
+        terms = plant_terms(plant)
+        still = gain_bracket(replace(error_response(terms, no_injection(terms)), ranges=plant.ranges), ROUGH)
     except (InfeasibleError, SolverError) as error:
         return [Evidence("worst gain over the ranges", "open", str(error))]
     where = ", ".join(f"{delay:.4g}" for delay in worst.delays[: plant.delay_count])
     return [
         Evidence("worst gain over the ranges", worst.upper, "constant delays anywhere in them"),
         Evidence("attained there", worst.lower, f"delays {where} s, {worst.frequency:.4g} rad/s"),
+        Evidence(
+            "level without sensors over the ranges", still.upper, "estimate zero; constant delays anywhere in them"
+        ),
     ]
 
 
@@ -204,7 +242,7 @@ def mean_design(
     """
     designs = Designs(plant, degree)
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
-    aim, alone = np.inf, _alone(plant_terms(plant), plant.measurements)
+    aim, alone = np.inf, _alone(plant_terms(plant))
     if goal is Goal.MIXED:
         aim = designs.balance(alone) if level is None else designs.above_least(level)
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
@@ -218,7 +256,7 @@ def mean_design(
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
         *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
-        *worth(plant_terms(plant), gain.upper),
+        *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
     )
     return InnovationsResult(
         bracket=Bracket(gain.lower, gain.upper, EXACT_ENDS),
@@ -244,7 +282,7 @@ def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
         covariance, _ = error_covariance(plant_terms(plant), injection_terms(observer))
     except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
         return (Evidence(OF, "open", str(error)),)
-    own, alone = float(np.sqrt(np.trace(covariance))), _alone(plant_terms(plant), plant.measurements)
+    own, alone = float(np.sqrt(np.trace(covariance))), _alone(plant_terms(plant))
     return Evidence(OF, own, WHITE), *baselines(own, WHITE, what="rms error", without=alone)
 
 
@@ -294,10 +332,9 @@ def _model_rms(model: FilterModel, _: float) -> float:
     return float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
 
 
-def _alone(terms: PlantTerms, measurements: int) -> float | None:
+def _alone(terms: PlantTerms) -> float | None:
     """The rms error of the estimate zero; None if it is infinite, or a root next to the axis leaves it open."""
-    nothing = Terms(np.zeros((len(terms.terms.constant), measurements)))
     try:
-        return float(np.sqrt(np.trace(error_covariance(terms, nothing)[0])))
+        return float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
     except (InfeasibleError, SolverError, np.linalg.LinAlgError):
         return None
