@@ -6,6 +6,7 @@ x'(t) = A_0 x(t) + sum_i A_i x(t - tau_i) + B w(t); z is to be estimated from y 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class DelayPlantReader(PlantReader[DelayPlant]):
             )
         seen, others, signals = measured_outputs(system, given["measured"])
         plant = delay_system(system.A, given["delayed"], given["delays"], system.B, system.C[others], system.C[seen])
-        return plant, signals
+        return plant, replace(signals, disturbances=tuple(system.input_labels))
 
 
 read_plant = DelayPlantReader()
@@ -244,7 +245,7 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
     signals = {
         "error of z": (found.output, names.called(names.outputs)),
         "error of x": (found.state, names.called(names.states)),
-        "disturbance": (found.disturbance, numbered("w", found.disturbance.shape[1])),
+        "disturbance": (found.disturbance, names.disturbances or numbered("w", found.disturbance.shape[1])),
     }
     return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
 

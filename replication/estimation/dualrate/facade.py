@@ -101,13 +101,13 @@ def design(
         At the slow rate: an input changes every so many T and is held between. One number, or one for each input.
     observer : str
         What fills the instants between, one of `OBSERVERS`; of the continuous gains.
-    state_weight : array (n, n), optional
-        Q in the integral of x'Qx + u'Ru that K minimises; C'C unless given.
-    input_weight : array (m, m), optional
+    state_weight : array (n, n) or (n,), optional
+        Q in the integral of x'Qx + u'Ru that K minimises; C'C unless given. A vector is a diagonal, here and below.
+    input_weight : array (m, m) or (m,), optional
         R of that integral; the identity unless given.
-    process_noise : array (n, n), optional
+    process_noise : array (n, n) or (n,), optional
         Intensity W of the process noise; BB' unless given.
-    sensor_noise : array (p, p), optional
+    sensor_noise : array (p, p) or (p,), optional
         Intensity of the sensor noise in continuous time, at the slow rate the covariance of one reading; the identity
         unless given.
     tracked : int or sequence of int, optional

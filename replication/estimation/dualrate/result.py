@@ -63,11 +63,14 @@ def continuous_gains(plant: Plant, weights: Weights, steady: Steady | None = Non
 
 
 def _weight(name: str, value: Any, default: Array, *, definite: bool = False) -> Array:
-    """The symmetric weight or `default`; InvalidInputError unless it is positive semidefinite, or definite if asked."""
+    """The symmetric weight, or `default`; a vector is its diagonal.
+
+    Raises InvalidInputError unless it is positive semidefinite, or definite if asked.
+    """
     if value is None:
         return default
     size = len(default)
-    matrix = as_matrix(name, value, rows=size, columns=size)
+    matrix = as_matrix(name, np.diag(value) if np.ndim(value) == 1 else value, rows=size, columns=size)
     least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
     good = least > 0 if definite else least >= -SEMIDEFINITE * max(largest, 0.0)
     if not np.array_equal(matrix, matrix.T) or not good:

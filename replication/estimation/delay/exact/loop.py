@@ -35,9 +35,9 @@ def plant_terms(plant: DelayPlant) -> PlantTerms:
         measured = np.hstack([plant.c2_delayed[i], plant.d21_delayed[i]])
         delayed.append(np.vstack([np.hstack([plant.a[i], plant.b_delayed[i]]), outputs, measured]))
         kernels.append(_average((plant.a_spread[i], plant.c1_spread[i], plant.c2_spread[i]), r))
-        known.append(np.vstack([plant.b_known_delayed[i], np.zeros((p + q, m))]))
+        known.append(np.vstack([plant.b_u_delayed[i], np.zeros((p + q, m))]))
     terms = Terms(constant, plant.delays, tuple(delayed), tuple(kernels))
-    first = np.vstack([plant.b_known, np.zeros((p + q, m))])
+    first = np.vstack([plant.b_u, np.zeros((p + q, m))])
     return PlantTerms((n, p, q, r), terms, Terms(first, plant.delays, tuple(known), (None,) * plant.delay_count))
 
 

@@ -104,7 +104,7 @@ def test_units_do_not_matter() -> None:
 
 def test_known_inputs_are_copied_and_cost_nothing() -> None:
     plant = averaged()
-    bare = replace(plant, b_known=np.zeros((2, 0)), b_known_delayed=())
+    bare = replace(plant, b_u=np.zeros((2, 0)), b_u_delayed=())
     assert least_level(bare, 3).level == least_level(plant, 3).level
     result = design(plant, degree=3)
     observer, pushed = result.observer(0.01), result.observer(0.01)
