@@ -129,7 +129,7 @@ def test_between_both_goals() -> None:
     assert least < curve.gain[0] < 1.02 * least
     middle = design(plant, goal="mixed")
     assert rms(middle) / rms(kalman) == pytest.approx(1.15, rel=1e-3) and middle.value / least > 1.15
-    near = late(0.0, 0.1, 1.0)
+    near = late(-0.5, 1.0, 0.3)
     share = design(near, goal="mixed").value / limit(near).level
     assert rms(design(near, goal="mixed")) / rms(design(near, goal="h2")) == pytest.approx(share, rel=1e-3)
     asked = design(plant, goal="mixed", level=1.2 * least)
