@@ -94,8 +94,8 @@ def design(
     margin : float
         Relative distance from the least level, whose gains have no bound; of the goal hinf.
     level : float, optional
-        Level to prove, in place of the margin. With "mixed" the level of the design; unless given that at which gain and
-        mean error exceed the least ones by the same share, the mean by 15 % and half of what sensors win at most.
+        Level to prove, in place of the margin. With "mixed" the level of the design; unless given that at which gain
+        and mean error exceed the least ones by the same share, the mean by 15 % and half of what sensors win at most.
     order : int
         How finely `to_statespace` resolves each delay: order + 1 points, or so many moments for a plant with noise.
     delayed : sequence of array (n, n)
