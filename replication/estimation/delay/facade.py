@@ -16,7 +16,7 @@ from replication.estimation.api.plants import PlantReader, Signals, measured_out
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
-from replication.estimation.delay.general.design import alone, design_general, mean_design
+from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, signals_of
 from replication.estimation.delay.result import DelayAnalysis, DelayDesign, DelayResult, result_of
@@ -171,6 +171,7 @@ def design(
     return result_of(system, signals, certificate_at(system, target, degree, rule), facts, order)
 
 
+@decided
 def analyse(
     plant: DelayPlant | control.StateSpace,
     *,
@@ -206,7 +207,7 @@ def analyse(
     """
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     if not system.noiseless:
-        return DelayAnalysis(plant=system, evidence=alone(system))
+        return DelayAnalysis(plant=system, evidence=left_alone(system))
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
     if root.real < 0:

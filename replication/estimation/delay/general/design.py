@@ -130,7 +130,7 @@ def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | Non
     return Evidence(what, value, exact), Evidence(below, least.smoother, smoother)
 
 
-def alone(plant: DelayPlant) -> tuple[Evidence, ...]:
+def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     """What the plant does without an observer, and what any observer can do."""
     terms = plant_terms(plant)
     still = error_response(terms, no_injection(terms))
@@ -244,7 +244,11 @@ def mean_design(
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
     aim, alone = np.inf, _alone(plant_terms(plant))
     if goal is Goal.MIXED:
-        aim = designs.balance(alone) if level is None else designs.above_least(level)
+        aim = (
+            designs.balance(np.inf if alone is None or np.isnan(alone) else alone)
+            if level is None
+            else designs.above_least(level)
+        )
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), injection_terms(observer))
@@ -282,8 +286,16 @@ def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
         covariance, _ = error_covariance(plant_terms(plant), injection_terms(observer))
     except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
         return (Evidence(OF, "open", str(error)),)
-    own, alone = float(np.sqrt(np.trace(covariance))), _alone(plant_terms(plant))
-    return Evidence(OF, own, WHITE), *baselines(own, WHITE, what="rms error", without=alone)
+    own = float(np.sqrt(np.trace(covariance)))
+    return Evidence(OF, own, WHITE), *_beside(own, _alone(plant_terms(plant)))
+
+
+def _beside(own: float, alone: float | None, limit: float | None = None) -> tuple[Evidence, ...]:
+    """Mean errors to compare with; alone: that of the estimate zero, None if it is infinite, nan if that is open."""
+    if alone is None or not np.isnan(alone):
+        return baselines(own, WHITE, what="rms error", without=alone, limit=limit)
+    unknown = Evidence("rms error without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
+    return unknown, *baselines(own, WHITE, what="rms error", without=None, limit=limit)[1:]
 
 
 def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float | None) -> tuple[Evidence, ...]:
@@ -297,7 +309,7 @@ def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float
         *(Evidence(f"rms error of z[{i}]", value, how) for i, value in enumerate(each) if len(each) > 1),
         Evidence("least rms error of any observer", value, models),
         *(_excess(plant, own, value) if isinstance(value, float) else ()),
-        *baselines(own, how, what="rms error", without=alone, limit=limit_rms),
+        *_beside(own, alone, limit_rms),
     )
 
 
@@ -333,8 +345,10 @@ def _model_rms(model: FilterModel, _: float) -> float:
 
 
 def _alone(terms: PlantTerms) -> float | None:
-    """The rms error of the estimate zero; None if it is infinite, or a root next to the axis leaves it open."""
+    """The rms error of the estimate zero; None if it is infinite, nan if a root next to the axis leaves it open."""
     try:
         return float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
-    except (InfeasibleError, SolverError, np.linalg.LinAlgError):
+    except InfeasibleError:
         return None
+    except (SolverError, np.linalg.LinAlgError):
+        return float(np.nan)

@@ -260,15 +260,15 @@ class Designs:
             )
         return level
 
-    def balance(self, alone: float | None) -> float:
+    def balance(self, alone: float) -> float:
         """The level whose design loses the same share of both measures, of the mean LOST and half of what sensors win.
 
-        alone: the rms error without sensors, None if it is infinite or open. Both measures are those of a small model.
+        alone: the rms error without sensors. Both measures are those of a small model.
         """
         few = max(min(self.degree, (SMALL - self.form.states) // max(self.form.width, 1)), self.form.moments, 1)
         measures, least = partial(_model_measures, moment_plant(self.form, few)), self.limit.level
         rms = measures(np.inf)[1]
-        won = np.inf if alone is None else max(alone * self.scaling.time**0.5 / rms - 1.0, 0.0)
+        won = max(alone * self.scaling.time**0.5 / rms - 1.0, 0.0)
         most = 1.0 + min(LOST, won / 2.0)
 
         def capped(level: float) -> Measures:
