@@ -32,7 +32,7 @@ RECORD, TABLE = ROOT / "delay_designs.jsonl", ROOT / "delay_designs.md"
 AXIS = 1e-9
 """Relative distance from the imaginary axis that counts as on it: there is no solution then."""
 SEED, EACH = 32, 10
-"""Seed of the plants; every which one has an H-infinity design too."""
+"""Seed of the plants; every which one has an H-infinity and a mixed design too."""
 CLOSED, REGISTER = 1e-4, 2e-3
 """Relative difference that counts as one: from a closed form, and from a chain of samples beyond its own error."""
 STEPS, SAMPLES, DIGITS, FINER = 60, 64, 1e-9, 1.05
@@ -368,7 +368,7 @@ def faults(row: dict[str, Any]) -> list[str]:
         for what, value, ends in zip(
             ("gain", "rms"), row["mixed"], ((row["proved"], row["gain"]), (row["hinf rms"], row["rms"])), strict=True
         ):
-            if value > max(ends) * (1.0 + CLOSED):
+            if not value <= max(ends) * (1.0 + CLOSED):
                 wrong.append(f"{what} of mixed {value:.6g}, of the pure designs {ends[0]:.6g} and {ends[1]:.6g}")
     if isinstance(row.get("least rms"), float) and row["least rms"] > row["rms"] * (1.0 + CLOSED):
         wrong.append(f"least rms {row['least rms']:.6g} above rms {row['rms']:.6g}")
@@ -406,7 +406,12 @@ def table(rows: list[dict[str, Any]]) -> str:
         told = [f"- {row['index']} ({row['family']}): {what}" for row in rows for what in of(row)]
         lines += told or ["None."]
     seconds = [row["seconds"] for row in rows]
-    lines += ["", f"Processor time of a plant: median {np.median(seconds):.2g} s, most {max(seconds):.2g} s.", ""]
+    lines += ["", f"Processor time of a plant: median {np.median(seconds):.2g} s, most {max(seconds):.2g} s."]
+    if ratios := [row["mixed seconds"] / row["h2 seconds"] for row in rows if {"mixed", "rms"} <= row.keys()]:
+        times = f"median {np.median(ratios):.2g}, most {max(ratios):.2g}"
+        lines += [f"Of {len(ratios)} mixed designs, in times of that of h2: {times}."]
+    known = sum("closed rms" in row for row in rows)
+    lines += [f"{known} plants have a closed form; numbers may differ from it by {CLOSED:.0e}.", ""]
     return "\n".join(lines)
 
 
