@@ -40,8 +40,8 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert lab.cli("new", "randomwalk").returncode == 0
     blocks = BLOCK.findall(GUIDE)
     assert [name.rpartition("/")[2] for name, _ in blocks] == [
-        "printed.toml", "experiments.py", "claims.py", "text.py", "theorems.json", "statements.py", "certificates.py",
-        "figures.py", "paper.toml", "paper.py", "coverage.toml",
+        "printed.toml", "claims.toml", "experiments.py", "claims.py", "text.py", "theorems.json", "statements.py",
+        "certificates.py", "figures.py", "paper.toml", "paper.py", "coverage.toml",
     ]  # fmt: skip
     for name, text in blocks:
         (lab.root / name).write_text(text, encoding="utf-8")
@@ -55,7 +55,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert {record["claim"]["kind"] for record in records} == {kind.value for kind in Kind}
     assert [record["claim"]["id"] for record in records if record["judgement"]["proved"]] == ["randomwalk.variance.n1"]
     (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
-    assert "closed.gain gives 0.618033989" in lab.cli(*show.split()).stdout
+    assert "closed:gain gives 0.618033989" in lab.cli(*show.split()).stdout
     assert measure(lab.path("randomwalk")).share <= 0.25
     covered = lab.cli("coverage", "randomwalk")
     assert covered.returncode == 0 and "0 open" in covered.stdout, covered.stdout

@@ -7,7 +7,7 @@ from papers.shao.printed import DATA, DESIGN
 from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results
 
-CONVERSION = "The text at hand is a conversion, which may have misread the dots."
+CONVERSION = "Our copy is a conversion, which may have misread a letter or its dots."
 ERRATA = Errata()
 
 
@@ -57,7 +57,6 @@ def mechanical_speed(results: Results) -> Proof:
     "Sec. V, x̂",
     "the estimate of d²ω/dt² in the third entry",
     "the estimate of dω/dt",
-    inference=True,
     scan=True,
 )
 def third_state(results: Results) -> Proof:
@@ -73,7 +72,7 @@ def third_state(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("output-rate", "eq. (13)", "|C ẏ| under the integral", "|ẏ|")
+@ERRATA.misprint("output-rate", "eq. (13)", "|C ẏ| under the integral", "|C ẋ|, which is |ẏ|", scan=True)
 def output_rate(results: Results) -> Proof:
     """The shapes of C and ẏ."""
     rows, columns = DESIGN.model.C.shape
@@ -81,7 +80,8 @@ def output_rate(results: Results) -> Proof:
         holds=rows != columns,
         text=(
             "C multiplies states, and ẏ has as many entries as C has rows. In the printed example C is "
-            f"{rows} × {columns} and ẏ a scalar, so that C ẏ has no meaning as a product; |C ẋ| is the same as |ẏ|."
+            f"{rows} × {columns} and ẏ a scalar, so that C ẏ has no meaning as a product; |C ẋ| is the same as |ẏ|. "
+            f"{CONVERSION}"
         ),
         quantities={"rows of C": rows, "columns of C": columns},
     )
@@ -105,4 +105,19 @@ def prediction_error_term(results: Results) -> Proof:
             "slow loop, with |e_p| and t − t_k: left over right": slow["14"],
             "with |e_p| and t − t_k: largest left over right": worst["14"],
         },
+    )
+
+
+@ERRATA.misprint(
+    "prediction-rate", "Sec. IV, above eq. (15)", "ẏ_p = C A ζ + C B u", "ẏ_p = C A ζ_p + C B u", "theorem"
+)
+def prediction_rate(results: Results) -> Proof:
+    """The change of (6) over a period against the integral of either rate."""
+    gap = results["theorem"]["increment_rate_gap"]
+    return contrast(
+        "Between two fast instants (6) follows the model, whose state is ζ_p; ζ follows (3), which is corrected by the "
+        "measurement.",
+        {"largest departure over T with ζ_p, 1/s": gap["estimate, by the model"]},
+        {"largest departure over T with ζ, 1/s": gap["estimate"]},
+        zero=ROUND_OFF,
     )

@@ -166,8 +166,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
         f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "
         f"and the table prints {table_1('DRC-APO')[0]} %.",
-        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant, "
-        "reference held, DRC-PMI errs less throughout Table I.",
+        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
+        "errs less throughout Table I.",
         f"Which transient is better depends on the unprinted start of the observer: against DRC-PMI, DRC-APO "
         f"{_starts(results)}.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
@@ -175,12 +175,12 @@ def findings(results: Results) -> tuple[str, ...]:
         "In (14) the prediction error lacks its modulus and the factor t − t_k; with both, (14) holds.",
         "The printed example does not meet (18), which the text does not claim: its left side is "
         f"{short(theorem['motor']['condition'], 2)}.",
-        "Our columns show the lag of held measurements: a DRC-PMI whose state is exact at each measurement would err "
-        f"by {exact[0]:.2f} to {exact[-1]:.2f} %.",
+        f"If DRC-PMI knew the state at each measurement, it would err by {exact[0]:.2f} to {exact[-1]:.2f} %: the rest "
+        "is the observer's.",
         "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
         f"most {at_most(100 * _largest_move(results))} %.",
         f"{sum(search.hits.values()) or 'None'} of {sum(search.tried.values()):,} simulation settings gives a whole "
-        f"column of Table I; {sum(search.distinct.values()):,} of them give different numbers.",
+        f"column of Table I. They give {sum(search.distinct.values()):,} distinct results.",
         "The closest setting proves nothing: of "
         f"{len(search.joint_decoys)} invented tables, "
         f"{sum(decoy <= search.joint_distance for decoy in search.joint_decoys)} are matched as closely.",
@@ -194,11 +194,11 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{constants[APO]:.1f} s.",
         *_against_a_fast_sensor(results),
         "At short periods the gain acts once in M of them: the estimation error follows A − LC/M, not A − LC.",
-        f"A weaker gain does nearly as well: with L/M, slow-observer DRC-PMI reaches {100 * min(shares):.0f} to "
-        f"{100 * max(shares):.0f} % of DRC-APO's improvement.",
+        f"Slow-observer DRC-PMI with the gain L/M gets {100 * min(shares):.0f} to {100 * max(shares):.0f} % of the "
+        "reduction in error that DRC-APO brings.",
         "Sampling folds the fast mode of the motor: DRC-APO is stable for T in at least "
         f"{len(results['stable-sets']['intervals'])} separate ranges.",
-        f"SRC is unstable, as the text says: its slowest mode grows {table['radius'][SRC]:.2f}-fold in each slow "
+        f"SRC is unstable, as the text says: its dominant mode grows {table['radius'][SRC]:.2f}-fold in each slow "
         "period.",
     )
 
@@ -207,8 +207,8 @@ def _slowest(own: float, others: list[float]) -> str:
     """How the slowest mode of DRC-APO compares with that of the DRC-PMI that decays slowest."""
     slower = "each" if others[-1] < own else "not each" if others[0] < own else "no"
     return (
-        f"DRC-APO settles slower than {slower} stable DRC-PMI that the text allows: time constants of {own:.1f} s and "
-        f"at most {others[-1]:.1f} s."
+        f"The slowest mode of DRC-APO decays more slowly than that of {slower} stable DRC-PMI: time constant "
+        f"{own:.1f} s, against at most {others[-1]:.1f} s."
     )
 
 
@@ -274,7 +274,7 @@ PAPER = paper(
             "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
                 "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) is the step "
-                "that fails, and the stability result is refuted as a whole."
+                "that fails, and with the stability result (19) falls."
             ),
         ),
         Part(

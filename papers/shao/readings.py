@@ -52,7 +52,6 @@ SHORT = {
     "estimate-literal": "DRC-PMI with a slow observer, steady state",
     SLOWEST: "the slowest mode decides",
     "elapsed-period": "the time elapsed is the whole period T",
-    "from-measurement": "the virtual output starts at the measurement",
     "surface-magnets": "a machine with surface magnets",
     "inverse-feedforward": "the feedforward is meant to invert the motor",
     "searched": "any one of the settings searched",
@@ -88,8 +87,8 @@ READINGS = (
     _reading(
         "pmi-slow-input",
         TABLE,
-        "As literal, but the observer of DRC-PMI runs with u frozen over M T. The loop is "
-        "unstable then; the text plots and tabulates DRC-PMI, and leaves out SRC because that is unstable.",
+        "As literal, but the observer of DRC-PMI runs with u frozen over M T. The loop is unstable then; below (2) the "
+        "text says that u is updated at each instant k T.",
         policy=Policy.RULED_OUT,
     ),
     *(
@@ -113,9 +112,9 @@ READINGS = (
     _reading(
         EVERY,
         TABLE,
-        "All stable loops together over what the text leaves open: the feedforward, the timing of the reference, and "
-        "the observer of DRC-PMI. Predictor (6), the forms (7) and (8), and L in continuous time are as printed. What "
-        "holds must hold for each.",
+        "All stable loops together over what the text leaves open: the feedforward and the observer of DRC-PMI. "
+        "Predictor (6), the forms (7) and (8), L in continuous time and an input, with its reference, that is held "
+        "over T (Sec. II) are as printed. What holds must hold for each.",
     ),
     _reading(
         "steady-errors",
@@ -138,17 +137,6 @@ READINGS = (
         "elapsed-period",
         "eq. (15)",
         "The time elapsed in (15) is the whole period T, the most that V_m allows; at t_k itself V_m is zero.",
-    ),
-    _reading(
-        "from-measurement",
-        "Sec. IV, above eq. (15)",
-        "The virtual output starts each period at the measurement, true or virtual, of the instant before.",
-    ),
-    _reading(
-        "from-estimate",
-        "Sec. IV, above eq. (15)",
-        "The virtual output starts each period at the output of the estimate, as (6) has it. The proof integrates the "
-        "rate from an error of zero, and here the error of the estimate is there to begin with.",
     ),
     _reading(
         "surface-magnets",

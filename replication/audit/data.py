@@ -6,7 +6,6 @@
     [gamma.value]
     A = "1.67"
     B = "1.68"
-    [gamma.claim]              # optional: a claim on each value, as `audit.numbers` reads it
 
 A value is a string, an integer that counts, or a list or table of values; `{key}` in a place stands for the keys that
 lead to an entry. The verifier reads the same file by itself.
@@ -27,7 +26,7 @@ from typing import Any
 
 from replication.errors import AuditError, meant
 
-FIELDS = ("place", "value", "unit", "note", "claim")
+FIELDS = ("place", "value", "unit", "note")
 
 
 class PrintedValue(str):
@@ -111,15 +110,12 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
 
 
-def line_of(path: Path, table: str) -> int:
-    """The line of a TOML file at which a table begins, `name.claim` for one inside another; else that of the other."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    for name in (table, table.partition(".")[0]):
-        parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in name.split("."))
-        for number, line in enumerate(lines, 1):
-            if re.match(rf"\s*\[\s*{parts}\s*\]", line):
-                return number
-    return 1
+def line_of(path: Path, table: str, number: int = 1) -> int:
+    """The line of a TOML file at which a table begins, or table so and so of a list of that name."""
+    parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in table.split("."))
+    lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+    found = [line for line, text in lines if re.match(rf"\s*\[\[?\s*{parts}\s*\]", text)]
+    return found[number - 1] if len(found) >= number else 1
 
 
 def line_of_field(path: Path, field: str) -> int:

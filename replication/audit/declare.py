@@ -14,7 +14,7 @@ import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, partialmethod
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 import msgspec
@@ -74,12 +74,25 @@ _made: weakref.WeakSet[Part] = weakref.WeakSet()
 """Every part there is, so that one which no paper lists is found."""
 
 
-def unlisted(paper: Paper, package: str) -> list[str]:
-    """Claims that a module of the paper declares, and that are not the paper's, because it does not list their part."""
-    known = {claim.id for claim in paper.claims}
-    own = [part for part in _made if f"{part.module}.".startswith(f"{package}.{paper.key}.")]
+STATED = "claims.toml"
+"""Where claims without Python stand, beside the modules of a paper; `audit.numbers` reads it."""
+
+
+def unlisted(paper: Paper, folder: Path) -> list[str]:
+    """Claims that a module of the paper or its claims.toml declares, and that are not the paper's.
+
+    folder: that of the papers.
+    """
+    known, front = {claim.id for claim in paper.claims}, f"{folder.name}.{paper.key}."
+    own = [part for part in _made if f"{part.module}.".startswith(front)]
     lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in own]
-    return sorted(f"{', '.join(names[:4])} of Part({part.title!r}) in {part.module}" for part, names in lost if names)
+    found = [f"{', '.join(names[:4])} of Part({part.title!r}) in {part.module}" for part, names in lost if names]
+    stated = folder / paper.key / STATED
+    answers = [getattr(claim.answer, "__wrapped__", claim.answer) for claim in paper.claims]
+    places = [getattr(answer, "declared", ("",))[0] for answer in answers]
+    if stated.is_file() and str(stated) not in places:
+        found.append(f"those of {stated}, which `numbers(__file__)` reads")
+    return sorted(found)
 
 
 class Part:
@@ -120,6 +133,7 @@ class Part:
         tolerance: str | None = None,
         tolerance_reason: str = "",
         reading: str = "",
+        uncertainty: str = "",
         optimum: bool = False,
         ours: bool = False,
         consequence: Consequence | str | None = None,
@@ -156,6 +170,7 @@ class Part:
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
                     meant=_plain(meant),
+                    uncertainty=uncertainty,
                     reading=reading or self.reading,
                     optimum=optimum,
                     ours=ours,
@@ -176,11 +191,22 @@ class Part:
     feasible = partialmethod(claim, Kind.FEASIBLE)
     statistical = partialmethod(claim, Kind.STATISTICAL)
 
-    def cited(self, name: str, printed: str = "", *, reason: str, settled_by: str = "", **told: Any) -> None:
-        """Declare a claim that cannot be settled from the text, with the reason, and what would settle it."""
-        frame = inspect.currentframe()
-        caller = frame.f_back if frame else None
-        place = (caller.f_code.co_filename, caller.f_lineno) if caller else None
+    def cited(
+        self,
+        name: str,
+        printed: str = "",
+        *,
+        reason: str,
+        settled_by: str = "",
+        line: tuple[str, int] | None = None,
+        **told: Any,
+    ) -> None:
+        """Declare a claim that cannot be settled from the text, with the reason, and what would settle it.
+
+        line: file and line where it is declared, if that is not where this is called.
+        """
+        caller = sys._getframe(1)
+        place = line or (caller.f_code.co_filename, caller.f_lineno)
         self.claim(Kind.CITED, name, printed, **told)(declared(place, partial(_not_checkable, reason, settled_by)))
 
 

@@ -210,6 +210,7 @@ class Claim:
     statement: in plain words of ours. printed: the printed string, empty if the claim prints no number.
     uses: names of the experiments whose results `answer` receives. expected: the pinned verdict.
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
+    uncertainty: what the uncertainty that is printed with the number is, one of `judge.uncertainty.KINDS`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
     meant: what must be printed instead, if that erratum corrects the printed result and not what it follows from.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
@@ -241,6 +242,7 @@ class Claim:
     says: tuple[Predicate, ...] = ()
     unit: str = ""
     remark: str = ""
+    uncertainty: str = ""
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,54 +1,84 @@
-"""Claims on numbers, declared in the file of printed data, without a function for each.
+"""Claims on plain numbers without Python: a file says where each stands in the result of a command or an experiment.
 
-    [doubling]
-    place = "Sec. 3, the time"
-    value = "1.85"
-    [doubling.claim]
-    statement = "The infected double in this time."
-    result = "epidemic.doubling"     # experiment, then keys and indices of what it returns
-    method = "Slope of the logarithm of the course."
-    check = "closed.doubling"        # the same number by another method
-    part = "Sec. 3"                  # optional, as are reading, pinned, erratum, meant and id
+    [[claim]]                              # in claims.toml, beside paper.toml
+    id = "slope"
+    place = "Table 2, the treated"
+    printed = "0.75"                       # or "data:slope", an entry of printed.toml with its place and unit
+    unit = "mg"
+    from = "out/fit.csv:treated:slope"     # a table: row and column; JSON, or an experiment: keys, places from 0 on
+    statement = "What a day more adds."
+    check = "closed:slope.treated"         # optional: the same number by another method
+    uncertainty = "1 sigma"                # optional, as are the other fields of `Stated`
 
-Where the value is a table or a list, `{key}` in these texts stands for the name of each entry, and `erratum`, `meant`,
-`pinned` and `reading` may be tables with what holds for some of the entries, such as meant = { B = "1.85" }.
+    [[command]]                            # optional: what makes the file, as `declare.command`
+    name = "fit"
+    line = ["Rscript", "fit.R"]
+    reads = ["fit.R", "data/"]
+    writes = ["out/fit.csv"]
+
+A row is named by what its first column holds, by `column=value` (several with commas), or by `#3`, the third; `*` takes
+all rows, and `low,high` two columns. Where `printed` is a table or a list, there is a claim on each entry: `{key}`
+stands for its name, and `erratum`, `meant`, `pinned` and `reading` may be tables with what holds for some, such as
+meant = { B = "1.85" }. `[[data]]` (file, sha256) pins a file that no command makes, `[[part]]` (title, reason) says
+what is left out, `[[reading]]` is that of `model.Reading`.
 """
 
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
-from replication.audit.data import line_of, printed_values, read_tables
-from replication.audit.declare import Part, declared
+from replication.audit.data import line_of, printed_values, read_printed, read_tables
+from replication.audit.declare import STATED as FILE
+from replication.audit.declare import Part, command, declared, paper
 from replication.audit.judge.printed import parse
-from replication.audit.model import NO_READING, Evidence, Kind, Results
-from replication.errors import AuditError, meant
+from replication.audit.model import NO_READING, Evidence, Experiment, Kind, Reading, Results
+from replication.audit.parts import Paper
+from replication.audit.project import about
+from replication.audit.run.command import held
+from replication.audit.ways import value_at
+from replication.errors import AuditError, meant, one_of
 
 OfEntries = str | dict[str, str]
-"""What holds for each entry of a value, or by name what holds for some of them."""
+"""What holds for each entry of a print, or by name what holds for some of them."""
 SPLIT = ("reading", "pinned", "erratum", "meant")
 """Fields that may be such tables."""
+S = TypeVar("S", bound=msgspec.Struct)
+Line = tuple[str, int]
 
 
-class Declared(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A claim as the file declares it; id: without the key of the paper, by default the name of the entry."""
+class Stated(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename={"source": "from"}):
+    """A claim as the file states it; source is its `from`, a list where a key holds a colon.
 
+    reason, settled_by: of one without `from`, why the text does not settle it, and what would.
+    """
+
+    id: str
     statement: str
-    result: str
-    method: str
-    check: str = ""
+    printed: Any = ""
+    place: str = ""
+    unit: str = ""
+    note: str = ""
+    source: str | list[str] = ""
+    check: str | list[str] = ""
+    method: str = ""
     part: str = ""
+    uncertainty: str = ""
+    tolerance: str | None = None
+    tolerance_reason: str = ""
+    reason: str = ""
+    settled_by: str = ""
     reading: OfEntries = NO_READING
     pinned: OfEntries = ""
     erratum: OfEntries = ""
     meant: OfEntries = ""
-    id: str = ""
 
     def of(self, field: str, name: str, default: str = "") -> str:
         """What a field says of the entry of this name."""
@@ -56,47 +86,152 @@ class Declared(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         return str(said.get(name, default) if isinstance(said, dict) else said)
 
 
-def numbers(file: str | Path) -> tuple[Part, ...]:
-    """The parts of a paper with the claims that its file of printed data declares, in the order of the file.
+class Pinned(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A file that no command makes, with its checksum."""
 
-    file: as for `read_printed`. A part is called as `part` says, or as the place up to its first comma.
-    Raises AuditError that names file, entry and field for what is no such claim.
+    file: str
+    sha256: str
+
+
+class LeftOut(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A part of the text without claims, and why."""
+
+    title: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What the file declares: parts with their claims, experiments that these rest on, readings."""
+
+    parts: tuple[Part, ...]
+    experiments: tuple[Experiment, ...]
+    readings: tuple[Reading, ...]
+
+
+def paper_of_tables(module: str) -> Paper:
+    """The paper whose claims all stand in claims.toml: `PAPER = paper_of_tables(__file__)` is all its Python."""
+    found = numbers(module)
+    return paper(**about(module), parts=found.parts, experiments=found.experiments, readings=found.readings)
+
+
+def numbers(module: str) -> Numbers:
+    """The parts of a paper with the claims that claims.toml states, in its order, and the experiments that these need.
+
+    module: a module beside the file, as `__file__`. A part is called as `part` says, or as the place up to its first
+    comma. Raises AuditError that names file, line and field for what is no such claim.
     """
-    path = Path(file).with_suffix(".toml")
+    path = Path(module).with_name(FILE)
     tables = read_tables(path)
-    data = printed_values(path, tables)
-    parts: dict[str, Part] = {}
-    for name, table in tables.items():
-        if "claim" in table:
-            line = line_of(path, f"{name}.claim")
-            where = f"{path}:{line}: [{name}.claim]"
-            try:
-                claim = msgspec.convert(table["claim"], Declared)
-            except msgspec.ValidationError as error:
-                unknown = sorted(set(table["claim"]) - set(Declared.__struct_fields__)) if _is_table(table) else []
-                advice = meant(unknown[0], Declared.__struct_fields__) if unknown else "correct it"
-                said = str(error).replace("`str | object`", "a string, or a table by entry")
-                raise AuditError(f"{where}: {said}; {advice}") from None
-            title = claim.part or table["place"].partition(",")[0]
+    for name, rows in tables.items():
+        if name not in TABLES or not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+            advice = f"write [[{name}]]" if name in TABLES else meant(name, TABLES)
+            raise AuditError(f"{path}: {name!r} is no list of tables that it may have; {advice}")
+    commands = [_command(path, where, row) for where, row, _ in _rows(path, tables, "command")]
+    pins = [_converted(where, row, Pinned) for where, row, _ in _rows(path, tables, "data")]
+    files = _Files(commands, {pin.file: pin.sha256 for pin in pins})
+    parts = {out.title: Part(out.title, reason=out.reason) for out in _all(path, tables, "part", LeftOut)}
+    for where, row, line in _rows(path, tables, "claim"):
+        claim = _converted(where, row, Stated)
+        entries = [(".".join(keys), printed) for keys, printed in _entries(_prints(path, where, claim), ())]
+        _require_named(claim, [name for name, _ in entries if name], where)
+        for entry, printed in entries:
+            title = claim.part or getattr(printed, "place", claim.place).partition(",")[0]
             part = parts.setdefault(title, Part(title))
-            entries = list(_entries(data[name], ()))
-            _require_named(claim, [".".join(keys) for keys, _ in entries if keys], where)
-            for keys, printed in entries:
-                _declare(part, name, claim, keys, printed, where, (str(path), line))
-    return tuple(parts.values())
+            _declare(part, claim, entry, printed, files, where, (str(path), line))
+    for part in parts.values():
+        part.module = f"{path.parent.parent.name}.{path.parent.name}.{FILE}"
+    readings = tuple(_all(path, tables, "reading", Reading))
+    return Numbers(tuple(parts.values()), (*commands, *files.experiments.values()), readings)
 
 
-def _require_named(claim: Declared, names: Sequence[str], where: str) -> None:
+TABLES = ("claim", "command", "data", "part", "reading")
+
+
+class _Files:
+    """The files that claims read, each as an experiment of its own, with the command that makes it."""
+
+    def __init__(self, commands: Sequence[Experiment], pinned: Mapping[str, str]) -> None:
+        self.makers: dict[str, str] = {}
+        for one in commands:
+            for name in one.inputs["writes"]:
+                if self.makers.setdefault(name, one.name) != one.name:
+                    raise AuditError(f"{name!r} is written by {self.makers[name]!r} and {one.name!r}; let one write it")
+        self.pinned, self.experiments = pinned, dict[str, Experiment]()
+
+    def source(self, first: str) -> tuple[str, ...]:
+        """The experiments behind what a way begins with: a file, or the name of an experiment."""
+        if "/" not in first and not first.endswith((".csv", ".json")):
+            return (first,)
+        name = re.sub(r"[^A-Za-z0-9._-]+", "-", first).strip("-.")
+        needs = (self.makers[first],) if first in self.makers else ()
+        inputs = {"file": first, "sha256": self.pinned.get(first, "")}
+        self.experiments.setdefault(first, Experiment(name=name, function=held, inputs=inputs, needs=needs))
+        return (name, *needs)
+
+
+def _rows(path: Path, tables: Mapping[str, Any], name: str) -> Iterator[tuple[str, dict[str, Any], int]]:
+    """The tables of a list, each with where it stands in words, and its line."""
+    for number, row in enumerate(tables.get(name, ()), 1):
+        line = line_of(path, name, number)
+        yield f"{path}:{line}: [[{name}]]", row, line
+
+
+def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Iterator[S]:
+    return (_converted(where, row, kind) for where, row, _ in _rows(path, tables, name))
+
+
+def _converted(where: str, row: Mapping[str, Any], kind: type[S]) -> S:
+    known = [field.encode_name for field in msgspec.structs.fields(kind)]
+    if unknown := sorted(row.keys() - set(known)):
+        raise AuditError(f"{where} has the unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+    try:
+        return msgspec.convert(row, kind)
+    except msgspec.ValidationError as error:
+        said = str(error).replace("`str | object`", "a string, or a table by entry")
+        raise AuditError(f"{where} {row.get('id', '')}: {said}; correct it") from None
+
+
+def _command(path: Path, where: str, row: dict[str, Any]) -> Experiment:
+    given = dict(row)
+    try:
+        made = command(given.pop("name"), given.pop("line"), **given)
+    except KeyError as missing:
+        raise AuditError(f"{where} has no {missing.args[0]}; give name and line") from None
+    except TypeError as error:
+        raise AuditError(f"{where}: {str(error).partition(') ')[2] or error}; correct it") from None
+    except AuditError as error:
+        raise AuditError(f"{where}: {error}") from None
+    for name in made.inputs["reads"]:
+        if any(path.is_relative_to(folder / name) for folder in path.parents):
+            raise AuditError(f"{where} reads {name!r}, and so what the paper prints; let it read what it computes from")
+    return made
+
+
+def _prints(path: Path, where: str, claim: Stated) -> Any:
+    """What the claim prints, each string with its place and unit."""
+    kind, _, name = str(claim.printed).partition(":") if isinstance(claim.printed, str) else ("", "", "")
+    if kind == "data":
+        found: Any = read_printed(path.with_name("printed.toml"))
+        for key in name.split("."):
+            found = found[one_of("name in printed.toml", key, found if isinstance(found, Mapping) else ())]
+        return found
+    if not claim.place or not (claim.printed or claim.reason):
+        raise AuditError(f'{where} {claim.id}: give place and printed, or printed = "data:NAME" of printed.toml')
+    table = {"place": claim.place, "value": claim.printed or "-", "unit": claim.unit, "note": claim.note}
+    try:
+        return printed_values(path, {claim.id: table})[claim.id] if claim.printed else ""
+    except AuditError as error:
+        raise AuditError(f"{where} {claim.id}: {str(error).partition('] ')[2]}") from None
+
+
+def _require_named(claim: Stated, names: Sequence[str], where: str) -> None:
     """Raise AuditError for a field that says something of an entry that is not there."""
     for field in SPLIT:
         said = getattr(claim, field)
         for name in said if isinstance(said, dict) else ():
             if name not in names:
                 raise AuditError(f"{where}: {field} speaks of the entry {name!r}; {meant(name, names)}")
-
-
-def _is_table(table: Any) -> bool:
-    return isinstance(table["claim"], Mapping)
 
 
 def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -107,78 +242,72 @@ def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
         yield from _entries(entry, (*keys, str(key)))
 
 
-def _declare(
-    part: Part, name: str, claim: Declared, keys: tuple[str, ...], printed: str, where: str, place: tuple[str, int]
-) -> None:
+def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files, where: str, line: Line) -> None:
+    def way(given: str | list[str]) -> list[str]:
+        return [step.replace("{key}", entry) for step in (given.split(":") if isinstance(given, str) else given)]
+
     if not isinstance(printed, str):
         raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
-
-    entry = ".".join(keys)
-
-    def filled(text: str) -> str:
-        return text.replace("{key}", entry)
-
-    found = parse(printed)
-    kind = Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE
-    result, check = filled(claim.result), filled(claim.check)
-    if check == result:
-        raise AuditError(
-            f"{where}: check is {check!r}, the result itself; give the same number by another method, or leave it out"
-        )
-    meant_here = claim.of("meant", entry)
-    answer = partial(_answer, where, str(printed), result, claim.method, check)
-    part.claim(
-        kind,
+    if bool(claim.source) == bool(claim.reason):
+        raise AuditError(f"{where} {claim.id}: give from, where the number stands, or a reason why none settles it")
+    name = claim.id.replace("{key}", entry) if "{key}" in claim.id else ".".join(filter(None, (claim.id, entry)))
+    told: dict[str, Any] = {
         # An id is in lower case, whatever points or cases are called in print.
-        (filled(claim.id) or ".".join([name.replace("_", "-"), *keys])).lower(),
-        printed,
-        statement=filled(claim.statement),
+        "name": name.replace("_", "-").lower(),
+        "printed": printed,
+        "place": getattr(printed, "place", claim.place),
+        "statement": claim.statement.replace("{key}", entry),
+        "reading": claim.of("reading", entry, NO_READING),
+    }
+    if claim.reason:
+        part.cited(**told, reason=claim.reason, settled_by=claim.settled_by, line=line)
+        return
+    ways = [way(given) for given in (claim.source, claim.check) if given]
+    if ways[1:] == ways[:1]:
+        raise AuditError(
+            f"{where}: check is {':'.join(ways[0])!r}, the result itself; give the same number by another method, or "
+            "leave it out"
+        )
+    uses = [files.source(steps[0]) for steps in ways]
+    try:
+        found, meant_here = parse(printed), claim.of("meant", entry)
+    except AuditError as error:
+        raise AuditError(f"{where} {claim.id}: {error}") from None
+    part.claim(
+        Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE,
         pinned=claim.of("pinned", entry) or ("reproduced after erratum" if meant_here else ""),
-        uses=dict.fromkeys(path.partition(".")[0] for path in (result, check) if path),
+        uses=dict.fromkeys(one for names in uses for one in names),
         erratum=claim.of("erratum", entry) or None,
         meant=meant_here,
-        reading=claim.of("reading", entry, NO_READING),
-    )(declared(place, answer))
+        uncertainty=claim.uncertainty,
+        tolerance=claim.tolerance,
+        tolerance_reason=claim.tolerance_reason,
+        **told,
+    )(declared(line, partial(_answer, where, str(printed), claim.method, list(zip(ways, uses, strict=True)))))
 
 
-def _answer(where: str, printed: str, result: str, method: str, check: str, results: Results) -> Evidence:
-    value = _at(where, result, results)
-    if not check:
-        return Evidence(method=method, value=value)
-    other, print_ = _at(where, check, results), parse(printed)
-    pairs = zip(print_.entries, print_.align("value", value), print_.align("second value", other), strict=True)
-    for entry, first, second in pairs:
+def _answer(
+    where: str, printed: str, method: str, ways: Sequence[tuple[Sequence[str], Sequence[str]]], results: Results
+) -> Evidence:
+    for _, names in ways:
+        with contextlib.suppress(KeyError):
+            _ = [results[name] for name in reversed(names)]  # of one that failed this raises its error
+    values = [value_at(where, steps, names[0], results) for steps, names in ways]
+    paths = [":".join(steps) for steps, _ in ways]
+    loose = [steps[0] for steps, names in ways if names[0] != steps[0] and len(names) == 1]
+    told = f"{method or f'As it stands at {paths[0]}.'}{''.join(f' Nothing here makes {file}.' for file in loose)}"
+    if len(values) == 1:
+        return Evidence(method=told, value=values[0])
+    print_ = parse(printed)
+    aligned = [print_.align(what, value) for what, value in zip(("value", "second value"), values, strict=True)]
+    for entry, first, second in zip(print_.entries, *aligned, strict=True):
         if abs(first - second) > entry.unit / 2:
             raise AuditError(
-                f"{where}: {result} is {first!r} and {check} is {second!r}, more than half a printed place apart; find "
-                "out which of the two is wrong"
+                f"{where}: {paths[0]} is {first!r} and {paths[1]} is {second!r}, more than half a printed place apart; "
+                "find out which of the two is wrong"
             )
-    return Evidence(method=method, cross_check=f"{check} gives {_told(other)}.", value=value)
+    return Evidence(method=told, cross_check=f"{paths[1]} gives {_told(values[1])}.", value=values[0])
 
 
 def _told(value: Any) -> str:
     return f"[{', '.join(map(_told, value))}]" if isinstance(value, tuple) else f"{value:.9g}"
-
-
-def _at(where: str, path: str, results: Results) -> Any:
-    """What stands at `experiment.key.0` in the results, lists as tuples; AuditError says where the way ends."""
-    value: Any = results
-    with contextlib.suppress(KeyError):
-        results[path.partition(".")[0]]  # of an experiment that failed this raises its error
-    for depth, step in enumerate(path.split(".")):
-        inside = value if isinstance(value, Mapping) else dict(enumerate(value)) if isinstance(value, list) else {}
-        key: Any = int(step) if isinstance(value, list) and step.isdecimal() else step
-        if key not in inside:
-            so_far = ".".join(path.split(".")[:depth]) or "the results"
-            there = ", ".join(map(str, list(inside)[:8])) or f"only {value!r:.40}"
-            raise AuditError(f"{where}: {path!r} leads nowhere: in {so_far} there is {there}")
-        value = inside[key]
-    return _tupled(where, path, value)
-
-
-def _tupled(where: str, path: str, value: Any) -> Any:
-    if isinstance(value, list):
-        return tuple(_tupled(where, path, entry) for entry in value)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise AuditError(f"{where}: at {path!r} there is {value!r:.60}, which is no number")
-    return float(value)

@@ -45,7 +45,8 @@ The lists are papers/KEY/coverage.toml. A binding that does not exist, or holds 
 Counted are the numerals that state a fact: parameters, entries and coefficients, bounds, sizes, instants, counts and
 results. Indices, labels, citations, bibliography and the like are listed too, each with its reason, and not counted.
 Whoever has a text can compare it with its list by `--text`: each run of digits must occur in both equally often. The
-lists are of scanned texts; a scan splits a few numbers and doubles others.
+lists are of scanned texts; a scan splits a few numbers and doubles others. `--draft` lists the numerals of a text or of
+a LaTeX source, each with its place and a guess, in papers/KEY/*.draft.toml; it replaces nothing.
 
 """
 
@@ -55,6 +56,9 @@ def _for_coverage(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to look at (default: all)")
     parser.add_argument("--open", action="store_true", help="only list what is neither bound nor excused")
     parser.add_argument("--text", type=Path, metavar="FILE", help="compare this text with the list of --paper")
+    parser.add_argument(
+        "--draft", type=Path, metavar="FILE", help="propose printed.toml and coverage.toml for this text"
+    )
     parser.add_argument("--paper", metavar="KEY", help="the paper of the text; KEY/NAME for another text of its list")
 
 
@@ -62,8 +66,11 @@ def coverage(chosen: argparse.Namespace) -> int:
     """Print counts, what is open, and faults of the lists; with a text, where it and its list differ."""
     from replication.audit.inspect.coverage import faults, read_coverage
 
-    if (chosen.text is None) != (chosen.paper is None):
-        raise InvalidInputError("--text FILE and --paper KEY go together; give both or neither")
+    given = [path for path in (chosen.text, chosen.draft) if path is not None]
+    if len(given) != (chosen.paper is not None):
+        raise InvalidInputError("--paper KEY goes with --text FILE or with --draft FILE; give both or neither")
+    if chosen.draft is not None:
+        return _draft(chosen.draft, chosen.paper)
     if chosen.text is not None:
         return _compare(chosen.text, *chosen.paper.partition("/")[::2])
     wrong = []
@@ -92,6 +99,19 @@ def _lines(title: str, name: str, text: Text, only_open: bool) -> Iterator[str]:
         for reason, count in excuses(text).most_common():
             yield f"  {count} {reason}: {REASONS.get(reason, 'left out, as the scope says')}"
     yield from (f"{title}: open: {row}" for row in still_open(text))
+
+
+def _draft(path: Path, key: str) -> int:
+    from replication.audit.inspect.draft import write_draft
+
+    project = here()
+    folder = project.folder / key
+    if not folder.is_dir():
+        raise InvalidInputError(f"{folder} does not exist; begin the paper with `replication new {key}`")
+    written = write_draft(path, folder)
+    say([f"draft: {there}" for there in written])
+    say(["next: read each entry against the text, and move what holds into printed.toml and coverage.toml"])
+    return FINE
 
 
 def _compare(path: Path, key: str, name: str) -> int:

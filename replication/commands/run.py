@@ -86,9 +86,9 @@ def command(chosen: argparse.Namespace) -> int:
         return said.code
     with traced(root) as trace:
         selected = project.load(wanted)
-    lost = [words for paper in selected for words in unlisted(paper, project.folder.name)]
+    lost = [words for paper in selected for words in unlisted(paper, project.folder)]
     if lost:
-        raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add the part to parts=..., or take it away")
+        raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)

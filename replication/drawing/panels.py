@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from replication.drawing import svg
-from replication.drawing.style import house_style, line, name_axes, new_axes, say
+from replication.drawing.style import BAND, house_style, line, name_axes, new_axes, say
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -21,9 +21,13 @@ ROW, MARK, ROOM = 52, 9, 0.25
 """Characters of a row of names, those that the mark of each takes, and the share of the axes that a row is given."""
 
 
+MARKS = "o^sxv"
+
+
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Curves over a common axis x (M,). levels: horizontal lines. steps: values are held until the next x."""
+    """Curves over a common axis x (M,). levels: horizontal lines. steps: values are held until the next x. band: lower
+    and upper end of what is shaded, each (M,) or a number. dots: values are apart, and none lies between them."""
 
     x: npt.NDArray[Any]
     x_label: str
@@ -31,23 +35,31 @@ class Panel:
     lines: Mapping[str, npt.NDArray[Any]]
     levels: Mapping[str, float]
     steps: bool = False
+    band: tuple[Any, Any] | None = None
+    dots: bool = False
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
     """One set of axes for each panel, one above the other."""
+    alike = len({panel.x_label for panel in panels}) == 1
     with house_style():
-        figure, every = new_axes(len(panels), row_height=2.4 if len(panels) == 1 else 1.6, share_x=len(panels) > 1)
-        for axes, panel in zip(every, panels, strict=True):
+        height = 2.4 if len(panels) == 1 else 1.6
+        figure, every = new_axes(len(panels), row_height=height, share_x=alike and len(panels) > 1)
+        for axes, panel, below in zip(every, panels, (*panels[1:], None), strict=True):
             _draw_panel(axes, panel)
-        every[-1].set_xlabel(panels[-1].x_label)
+            if below is None or below.x_label != panel.x_label:
+                axes.set_xlabel(panel.x_label)
     return figure
 
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     """The curves of one panel and its levels, each level with its name and value on it."""
     drawn = "steps-post" if panel.steps else "default"
+    apart = {"linestyle": "none"} if panel.dots else {}
+    if panel.band:
+        axes.fill_between(panel.x, *panel.band, facecolor=BAND, alpha=0.55, linewidth=0, zorder=0)
     curves = [
-        axes.plot(panel.x, values, label=name, drawstyle=drawn, **line(i))[0]
+        axes.plot(panel.x, values, label=name, drawstyle=drawn, **line(i) | apart | _mark(panel, i))[0]
         for i, (name, values) in enumerate(panel.lines.items())
     ]
     for i, (name, level) in enumerate(panel.levels.items(), start=len(panel.lines)):
@@ -61,6 +73,11 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
     name_axes(axes, panel.y_label)
     if len(curves) > 1:
         _legend(axes, curves)
+
+
+def _mark(panel: Panel, i: int) -> dict[str, Any]:
+    """Of the values of a curve, if they are apart: another one for each."""
+    return {"marker": MARKS[i % len(MARKS)], "markersize": 2.5} if panel.dots else {}
 
 
 def _legend(axes: Axes, curves: Sequence[Line2D]) -> None:

@@ -255,17 +255,60 @@ def test_reasons_hold_no_raw_exponents(printed: str, value: float, words: str) -
     assert re.search(r"[0-9]e[+-]?[0-9]", reason) is None
 
 
+R, C, D, U = Verdict.REPRODUCED, Verdict.COMPATIBLE, Verdict.DIFFERS, Verdict.UNDETERMINED
+
+
 @pytest.mark.parametrize(
-    ("printed", "value", "verdict"),
+    ("printed", "uncertainty", "value", "verdict", "words"),
     [
-        ("1.23(4)", 1.2699, Verdict.REPRODUCED),
-        ("1.23(4)", 1.2701, Verdict.DIFFERS),
-        ("1.23 ± 0.04", 1.1901, Verdict.REPRODUCED),
-        ("1.23 ± 0.001", 1.232, Verdict.DIFFERS),
+        ("1.23(4)", "bound", 1.234, R, "lies inside [1.225, 1.235]"),
+        ("1.23(4)", "bound", 1.2699, R, "gives its uncertainty as a bound"),
+        ("1.23(4)", "bound", 1.2701, D, "gives its uncertainty as a bound"),
+        ("1.23(4)", "1 sigma", 1.234, R, "lies inside [1.225, 1.235]"),
+        ("1.23(4)", "1 sigma", 1.27, C, "off by z = 1 standard deviations; 2.58 are allowed"),
+        ("1.23(4)", "1 sigma", 1.333, C, "z = 2.57 standard deviations"),
+        ("1.23(4)", "1 sigma", 1.3331, D, "z = 2.58 standard deviations"),
+        ("1.23 ± 0.04", "2 sigma", 1.28, C, "z = 2.5 standard deviations, of which the printed 2 sigma is 2"),
+        ("1.23 ± 0.04", "2 sigma", 1.1784, D, "z = 2.58 standard"),
+        ("1.23 ± 0.04", "95 %", 1.27, C, "z = 1.96 standard deviations, of which the printed 95 % is 1.96"),
+        ("1.23 ± 0.04", "95 %", 1.283, D, "z = 2.6 "),
+        ("1.23 ± 0.04", "probable", 1.38, C, "z = 2.53 standard deviations, of which the printed probable is 0.674"),
+        ("1.23 ± 0.04", "probable", 1.39, D, "z = 2.7 "),
+        ("1.23 ± 0.04", "", 1.26, C, "goes unsaid; it agrees with each"),
+        ("1.23 ± 0.04", "", 1.28, U, "By a probable error it would agree, by a bound not"),
+        ("1.23 ± 0.04", "", 1.39, D, "goes unsaid; it differs even by"),
+        ("1.23 ± 0.001", "bound", 1.234, R, "lies inside [1.225, 1.235]"),
+        ("0.75^{+0.10}_{-0.20}", "1 sigma", 1.0, C, "z = 2.5 "),
+        ("0.75^{+0.10}_{-0.20}", "1 sigma", 0.5, C, "z = 1.25 "),
+        ("0.75^{+0.10}_{-0.20}", "1 sigma", 1.05, D, "z = 3 "),
+        ("0.75 [0.70, 0.80]", "95 %", 0.79, C, "z = 1.57 "),
+        ("0.75 (95 % CI 0.70 to 0.80)", "", 0.79, C, "the printed 95 % is 1.96"),
     ],
 )
-def test_a_printed_uncertainty_is_what_is_allowed(printed: str, value: float, verdict: Verdict) -> None:
-    assert judge(value_case(printed, value)).verdict is verdict
+def test_a_printed_uncertainty_is_weighed_by_what_it_is(
+    printed: str, uncertainty: str, value: float, verdict: Verdict, words: str
+) -> None:
+    judgement = judge(value_case(printed, value, uncertainty=uncertainty))
+    assert (judgement.verdict, words in judgement.reason) == (verdict, True), judgement.reason
+
+
+def test_a_bracket_that_reaches_over_the_limit_decides_nothing() -> None:
+    assert judge(value_case("1.23(4)", 1.33, 1.32, 1.34, uncertainty="1 sigma")).verdict is Verdict.UNDETERMINED
+
+
+@pytest.mark.parametrize(
+    ("printed", "uncertainty", "words"),
+    [
+        ("1.23(4)", "one sigma", 'uncertainty is \'one sigma\'; write one of "1 sigma", .* "bound"'),
+        ("1.23(4)", "0 sigma", "uncertainty is '0 sigma'"),
+        ("1.23(4)", "100 %", "uncertainty is '100 %'"),
+        ("1.23(4)", "-5 %", "uncertainty is '-5 %'"),
+        ("1.23", "1 sigma", "the print '1.23' states no uncertainty; leave out '1 sigma'"),
+    ],
+)
+def test_an_uncertainty_that_cannot_be_is_an_error(printed: str, uncertainty: str, words: str) -> None:
+    judgement = judge(value_case(printed, 1.23, uncertainty=uncertainty))
+    assert judgement.verdict is Verdict.ERROR and re.search(words, judgement.reason), judgement.reason
 
 
 def test_a_print_has_its_uncertainty_or_the_claim_a_tolerance() -> None:

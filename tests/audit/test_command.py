@@ -13,7 +13,7 @@ import pytest
 from lab import Lab, make_lab
 
 from replication.audit.declare import command
-from replication.audit.run.command import execute
+from replication.audit.run.command import execute, held
 from replication.errors import AuditError
 
 
@@ -50,7 +50,7 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
         (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
         (sh("exit 1"), {}, "ended with code 1: it says nothing"),
         (sh("kill -9 $$"), {}, "ended with code -9"),
-        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*print the answer and nothing else"),
+        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*write the answer and nothing else"),
         (sh("true"), {}, "its output is no JSON"),
         (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
         (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
@@ -68,6 +68,34 @@ def test_bad_commands_are_told_apart(tmp_path: Path, line: list[str], more: dict
     with pytest.raises(AuditError, match=words):
         answer(tmp_path, line, **more)
     assert (tmp_path / "in.txt").read_text() == "1"
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "words"),
+    [
+        ("d.csv", None, "'d.csv' is not in .*, and no .*command.* of claims.toml writes it"),
+        ("../d.csv", b"a\n1\n", r"'../d.csv' is not in"),
+        ("d.csv", b"a;b\n1;2\n", "d.csv is parted by ';'; write a table with commas"),
+        ("d.csv", b"a\tb\n1\t2\n", "d.csv is parted by"),
+        ("d.csv", b"a,b\n1\n", "d.csv is no table with a line of names"),
+        ("d.csv", b"", "d.csv is no table with a line of names"),
+        ("d.csv", b"caf\xe9,b\n1,2\n", "d.csv is no text in UTF-8"),
+        ("d.json", b'{"a": 1', "d.json is no JSON"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, file: str, content: bytes | None, words: str) -> None:
+    (tmp_path / "in").mkdir()
+    if content is not None:
+        (tmp_path / "in" / file).write_bytes(content)
+    with pytest.raises(AuditError, match=words):
+        held(file, "", root=str(tmp_path / "in"), store="", needed={})
+
+
+def test_a_file_is_held_to_its_checksum(tmp_path: Path) -> None:
+    (tmp_path / "d.csv").write_bytes(b"\xef\xbb\xbfa,b\n1,x\n")
+    assert held("d.csv", "", root=str(tmp_path), store="", needed={}) == {"a": [1.0], "b": ["x"]}
+    with pytest.raises(AuditError, match="not 0123; it is another file than was declared"):
+        held("d.csv", "0123", root=str(tmp_path), store="", needed={})
 
 
 def test_a_command_that_changes_the_project_by_a_whole_path_is_found(tmp_path: Path) -> None:

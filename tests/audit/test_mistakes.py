@@ -241,8 +241,11 @@ def eight(results):
 """
     lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8") + text, encoding="utf-8")
     done = lab.cli("run")
-    told = "claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add the part"
+    told = "claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add them to parts"
     assert done.returncode == 2 and told in done.stderr, done.stderr
+    lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8").replace(text, ""), encoding="utf-8")
+    lab.path("toy2020/claims.toml").write_text("", encoding="utf-8")
+    assert re.search(r"those of .*toy2020/claims.toml, which `numbers\(__file__\)` reads", lab.cli("run").stderr)
 
 
 def test_a_number_without_an_experiment_is_told(lab: Lab) -> None:

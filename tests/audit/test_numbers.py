@@ -1,133 +1,199 @@
-"""Claims that the file of printed data declares: what they answer, and which mistakes are told."""
+"""Claims that claims.toml states: what they answer, and which mistakes are told."""
 
+from __future__ import annotations
+
+import json
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
+from lab import make_lab
 
 from replication.audit.declare import Part
-from replication.audit.model import Kind, Verdict
-from replication.audit.numbers import numbers
+from replication.audit.model import Evidence, Kind, Verdict
+from replication.audit.numbers import Numbers, numbers
 from replication.audit.run.assemble import Available
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
-FILE = """
-[rate]
-place = "Sec. 1, the rate"
-value = {{ slow = "0.25", fast = "1.50" }}
-[rate.claim]
-statement = "The {{key}} rate."
-result = "model.rates.{{key}}"
+CLAIM = """
+[[claim]]
+id = "rate"
+place = "Sec. 1, the {key} rate"
+printed = { slow = "0.25", fast = "1.50" }
+unit = "1/d"
+from = "model:rates:{key}"
+statement = "The {key} rate."
 method = "By the model."
-check = "closed.{{key}}.0"
-{more}
-[size]
-place = "Table 2"
-value = "{printed}"
-[size.claim]
-statement = "The size."
-result = "model.size"
-method = "By the model."
+check = "closed:{key}:0"
 """
-RESULTS = {
-    "model": {"rates": {"slow": 0.25, "fast": 1.5}, "size": [1.0, 2.5]},
-    "closed": {"slow": [0.2501], "fast": [1.5]},
+SIZE = """
+[[claim]]
+id = "size"
+place = "Table 2"
+printed = "PRINT"
+from = "model:size"
+statement = "The size."
+"""
+RESULTS: dict[str, Any] = {
+    "model": {"rates": {"slow": 0.25, "fast": 1.5, "P": 0.25}, "size": [1.0, 2.5]},
+    "closed": {"slow": [0.2501], "fast": [1.5], "P": [0.25]},
+}
+TABLE = {"": ["a", "b", "b"], "n": [3.0, 1.0, 2.0], "low": [1.0, 2.0, 3.0], "high": [2.0, 3.0, "NA"]}
+RECORDS = [{"term": "x", "est": 1.5}, {"term": "y", "est": 2.5}]
+FILES: dict[str, Any] = {
+    "out-t.csv": TABLE,
+    "fit.json": {"list": RECORDS, "deep": [1.0, [2.0]], "a,b": 7.0, "flag": True},
 }
 
 
-def written(tmp_path: Path, printed: str = "(1.0, 2.5)", more: str = "") -> Path:
-    path = tmp_path / "printed.toml"
-    path.write_text(FILE.format(printed=printed, more=more), encoding="utf-8")
-    return path
+def stated(folder: Path, text: str) -> Numbers:
+    (folder / "claims.toml").write_text(text, encoding="utf-8")
+    return numbers(str(folder / "paper.py"))
+
+
+def answered(folder: Path, way: str, printed: str = "1.0", results: dict[str, Any] = FILES) -> Evidence:
+    text = SIZE.replace("PRINT", printed).replace('"model:size"', way if way.startswith("[") else f'"{way}"')
+    return stated(folder, text).parts[0].claims[0].answer(results)
 
 
 def test_each_entry_is_a_claim_of_the_part_that_its_place_begins_with(tmp_path: Path) -> None:
-    rates, size = numbers(written(tmp_path))
+    rates, size = stated(tmp_path, CLAIM + SIZE.replace("PRINT", "(1.0, 2.5)")).parts
     assert (rates.title, size.title) == ("Sec. 1", "Table 2")
     assert [claim.id for claim in rates.claims] == ["rate.slow", "rate.fast"]
     slow = rates.claims[0]
-    assert (slow.statement, slow.printed, slow.place) == ("The slow rate.", "0.25", "Sec. 1, the rate")
-    assert slow.kind is Kind.VALUE and slow.uses == ("model", "closed") and slow.expected is Verdict.REPRODUCED
+    assert (slow.statement, slow.printed, slow.place) == ("The slow rate.", "0.25", "Sec. 1, the slow rate")
+    assert (slow.kind, slow.uses, slow.expected) == (Kind.VALUE, ("model", "closed"), Verdict.REPRODUCED)
+    assert (slow.unit, slow.reading) == ("1/d", "none")
     evidence = slow.answer(RESULTS)
-    assert evidence.value == 0.25 and "0.2501" in evidence.cross_check
+    assert evidence.value == 0.25 and "0.2501" in evidence.cross_check and evidence.method == "By the model."
+    assert size.claims[0].answer(RESULTS).value == (1.0, 2.5)
 
 
-def test_points_in_capitals_have_ids_in_lower_case(tmp_path: Path) -> None:
-    path = written(tmp_path)
-    path.write_text(path.read_text(encoding="utf-8").replace("slow = ", "P = "), encoding="utf-8")
-    claim = numbers(path)[0].claims[0]
-    assert (claim.id, claim.statement) == ("rate.p", "The P rate.")
-    points = {"model": {"rates": {"P": 0.25}}, "closed": {"P": [0.2501]}}
-    assert claim.answer(points).value == 0.25
+def test_a_print_of_the_printed_data_brings_its_place_and_unit(tmp_path: Path) -> None:
+    text = '[rate]\nplace = "Fig. 3, {key}"\nunit = "m"\nnote = "faint"\nvalue = { P = "0.25" }\n'
+    (tmp_path / "printed.toml").write_text(text, encoding="utf-8")
+    claim = CLAIM.replace('{ slow = "0.25", fast = "1.50" }', '"data:rate"')
+    (one,) = stated(tmp_path, claim).parts[0].claims
+    assert (one.id, one.statement, one.place) == ("rate.p", "The P rate.", "Fig. 3, P")
+    assert (one.unit, one.remark, one.answer(RESULTS).value) == ("m", "faint", 0.25)
+    with pytest.raises(AuditError, match=r"unknown name in printed.toml 'rat'; did you mean rate\?"):
+        stated(tmp_path, claim.replace("data:rate", "data:rat"))
 
 
 @pytest.mark.parametrize(("printed", "kind"), [("(1.0, 2.5)", Kind.MATRIX), (">1", Kind.BOUND), ("1.0", Kind.VALUE)])
 def test_the_kind_follows_from_the_print(tmp_path: Path, printed: str, kind: Kind) -> None:
-    assert numbers(written(tmp_path, printed))[1].claims[0].kind is kind
+    assert stated(tmp_path, SIZE.replace("PRINT", printed)).parts[0].claims[0].kind is kind
 
 
-def test_a_list_is_answered_in_its_layout(tmp_path: Path) -> None:
-    assert numbers(written(tmp_path))[1].claims[0].answer(RESULTS).value == (1.0, 2.5)
+@pytest.mark.parametrize(
+    ("way", "value"),
+    [
+        ("out/t.csv:a:low", 1.0),
+        ("out/t.csv:#2:low", 2.0),
+        ("out/t.csv:n=1:low", 2.0),
+        ("out/t.csv:=b,n=2:low", 3.0),
+        ("out/t.csv:a:low,high", (1.0, 2.0)),
+        ("out/t.csv:*:low", (1.0, 2.0, 3.0)),
+        ("fit.json:list:term=y:est", 2.5),
+        ("fit.json:list:0:est", 1.5),
+        ("fit.json:list:*:est", (1.5, 2.5)),
+        ("fit.json:deep", (1.0, (2.0,))),
+        ("fit.json:a,b", 7.0),
+        ('["fit.json", "a,b"]', 7.0),
+    ],
+)
+def test_a_way_leads_into_tables_and_json(tmp_path: Path, way: str, value: Any) -> None:
+    assert answered(tmp_path, way).value == value
 
 
-def test_what_is_meant_pins_its_verdict(tmp_path: Path) -> None:
-    claim = numbers(written(tmp_path, more='erratum = "digits"\nmeant = "0.26"'))[0].claims[0]
-    assert (claim.erratum, claim.meant, claim.expected) == ("digits", "0.26", Verdict.REPRODUCED_AFTER_ERRATUM)
+@pytest.mark.parametrize(
+    ("way", "said"),
+    [
+        ("out/t.csv:c:low", r"in out/t.csv there is a, b, and no =c"),
+        ("out/t.csv:b:low", r"2 rows of out/t.csv have =b; add ,column=value"),
+        ("out/t.csv:#4:low", r"there is #1, #2, #3, and no #4"),
+        ("out/t.csv:a:lwo", r"in out/t.csv:=a there is , n, low, high, and no lwo"),
+        ("out/t.csv:#3:high", "'NA', which is no number"),
+        ("out/t.csv", "which is no number"),
+        ("fit.json:list:x=1", "there is x, y, and no x=1"),
+        ("fit.json:deep:x=1:est", "in fit.json:deep there is only"),
+        ("fit.json:list:2", "in fit.json:list there is 0, 1, and no 2"),
+        ("fit.json:deep:0:x", "there is only 1.0, and no x"),
+        ("fit.json:flag", "True, which is no number"),
+        ("nothing:x", "leads nowhere: among the results there is out-t.csv, fit.json"),
+    ],
+)
+def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, way: str, said: str) -> None:
+    with pytest.raises(AuditError, match=rf"claims.toml:2: \[\[claim\]\]: .*{said}"):
+        answered(tmp_path, way)
+
+
+def test_what_is_meant_pins_its_verdict_and_may_hold_for_one_entry(tmp_path: Path) -> None:
+    more = 'erratum = { fast = "digits" }\nmeant = { fast = "1.60" }\nreading = { slow = "slowly" }'
+    slow, fast = stated(tmp_path, CLAIM + more).parts[0].claims
+    assert (slow.erratum, slow.meant, slow.reading, slow.expected) == (None, "", "slowly", Verdict.REPRODUCED)
+    assert (fast.erratum, fast.meant, fast.reading) == ("digits", "1.60", "none")
+    assert fast.expected is Verdict.REPRODUCED_AFTER_ERRATUM
+    pinned = stated(tmp_path, CLAIM + 'pinned = { fast = "differs" }').parts[0].claims
+    assert [claim.expected for claim in pinned] == [Verdict.REPRODUCED, Verdict.DIFFERS]
 
 
 def test_two_methods_that_differ_in_print_are_an_error(tmp_path: Path) -> None:
-    claim = numbers(written(tmp_path))[0].claims[0]
-    with pytest.raises(AuditError, match=r"\[rate.claim\].*0.25 and closed.slow.0 is 0.26, more than half"):
+    claim = stated(tmp_path, CLAIM).parts[0].claims[0]
+    with pytest.raises(AuditError, match=r"model:rates:slow is 0.25 and closed:slow:0 is 0.26, more than half"):
         claim.answer({**RESULTS, "closed": {"slow": [0.26]}})
 
 
+COMMAND = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\n'
+
+
 @pytest.mark.parametrize(
-    ("results", "said"),
+    ("text", "said"),
     [
-        ({"model": {"rates": {"quick": 1.0}}}, "in model.rates there is quick"),
-        ({"model": {"rates": {"slow": "much"}}}, "'much', which is no number"),
-        ({"model": {"rates": {"slow": True}}}, "True, which is no number"),
-        ({"model": 3.0}, "in model there is only 3.0"),
+        (CLAIM + "colour = 1", r"claims.toml:2: \[\[claim\]\] has the unknown field 'colour'"),
+        (CLAIM + "chekc = 'a'", "unknown field 'chekc'; did you mean check"),
+        (CLAIM + "meant = 3", r"\[\[claim\]\] rate: Expected a string, or a table by entry, got `int`"),
+        (CLAIM.replace('id = "rate"', ""), "missing required field `id`"),
+        (CLAIM.replace("place", "# "), "rate: give place and printed, or printed = \"data:NAME\""),
+        (CLAIM.replace('{ slow = "0.25", fast = "1.50" }', "1.5"), "rate: is 1.5; write a printed number as a string"),
+        (CLAIM.replace('{ slow = "0.25", fast = "1.50" }', "3"), "a claim is on a printed number, and 3 is none"),
+        (CLAIM.replace("closed:{key}:0", "model:rates:{key}"), "check is 'model:rates:slow', the result itself"),
+        (CLAIM.replace('from = "model:rates:{key}"', ""), "rate: give from, where the number stands, or a reason"),
+        (CLAIM + 'reason = "Elsewhere."', "rate: give from, where the number stands, or a reason"),
+        (CLAIM.replace("[[claim]]", "[claim]"), r"'claim' is no list of tables .*; write \[\[claim\]\]"),
+        (CLAIM.replace("[[claim]]", "[[clam]]"), "'clam' is no list of tables that it may have; did you mean claim"),
+        (COMMAND.replace("line", "lin"), "has no line; give name and line"),
+        (COMMAND + "raeds = []", r"\[\[command\]\]: got an unexpected keyword argument 'raeds'"),
+        (COMMAND + 'reads = ["/etc"]', r"\[\[command\]\]: .*leads out of the project"),
+        (COMMAND + 'reads = ["papers/"]', "reads 'papers/', and so what the paper prints"),
+        (COMMAND + 'writes = ["a.csv"]\n' + COMMAND.replace("fit", "fat") + 'writes = ["a.csv"]',
+         "'a.csv' is written by 'fit' and 'fat'; let one write it"),
+        (CLAIM.replace('slow = "0.25"', 'slow = "12:30"'), r"rate: printed value '12:30'.* a time or a ratio"),
+        ('[[data]]\nfile = "a.csv"', "missing required field `sha256`"),
+        ('[[reading]]\nname = "a"', "missing required field `place`"),
+        *((f'{CLAIM}{field} = {{ fats = "x" }}', f"{field} speaks of the entry 'fats'; did you mean fast") for field in
+          ("erratum", "meant", "reading", "pinned")),
     ],
-)
-def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, results: dict[str, object], said: str) -> None:
+)  # fmt: skip
+def test_a_field_that_does_not_do_names_file_and_line(tmp_path: Path, text: str, said: str) -> None:
+    folder = tmp_path / "papers" / "roe"
+    folder.mkdir(parents=True)
     with pytest.raises(AuditError, match=said):
-        numbers(written(tmp_path))[0].claims[0].answer(results)
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ("colour = 1", "unknown field `colour`"),
-        ("chekc = 'a'", "unknown field `chekc`; did you mean check"),
-        ("meant = 3", "Expected a string, or a table by entry, got `int`"),
-    ],
-)
-def test_a_field_that_does_not_do_names_file_and_entry(tmp_path: Path, more: str, said: str) -> None:
-    with pytest.raises(AuditError, match=rf"printed.toml:5: \[rate.claim\]: .*{said}"):
-        numbers(written(tmp_path, more=more))
-
-
-def test_the_result_is_no_second_method_for_itself(tmp_path: Path) -> None:
-    path = written(tmp_path)
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("closed.{key}.0", "model.rates.{key}"), encoding="utf-8")
-    with pytest.raises(AuditError, match=r"\[rate.claim\]: check is 'model.rates.slow', the result itself; .*or leave"):
-        numbers(path)
+        stated(folder, text)
 
 
 def test_code_is_the_line_of_the_declaration(tmp_path: Path) -> None:
-    path = written(tmp_path, more='[other]\nplace = "Sec. 2"\nvalue = "1"')
     tree = SourceTree({"papers": tmp_path})
-    parts = numbers(path)
+    parts = stated(tmp_path, CLAIM + SIZE.replace("PRINT", "1")).parts
     assert [tree.location(claim.answer) for part in parts for claim in part.claims] == [
-        "papers/printed.toml:5",
-        "papers/printed.toml:5",
-        "papers/printed.toml:16",
+        "papers/claims.toml:2",
+        "papers/claims.toml:2",
+        "papers/claims.toml:12",
     ]
     here = Part("Sec. 1", reading="none")
     here.cited("time", "3", place="Sec. 1", statement="Seconds.", reason="Of that computer.")
-    assert path.read_text(encoding="utf-8").splitlines()[15] == "[size.claim]"
     found = SourceTree({"tests": Path(__file__).parent}).location(here.claims[0].answer)
     line = int(found.removeprefix("tests/test_numbers.py:"))
     assert "here.cited" in Path(__file__).read_text(encoding="utf-8").splitlines()[line - 1]
@@ -136,7 +202,7 @@ def test_code_is_the_line_of_the_declaration(tmp_path: Path) -> None:
 def test_an_experiment_that_failed_is_told_as_that_and_counts_as_used(tmp_path: Path) -> None:
     results = Available({"closed": RESULTS["closed"]}, {"model": "experiment model failed: ValueError"})
     with pytest.raises(AuditError, match=r"^experiment model failed: ValueError$"):
-        numbers(written(tmp_path))[0].claims[0].answer(results)
+        stated(tmp_path, CLAIM).parts[0].claims[0].answer(results)
     assert results.read == {"model"}
 
 
@@ -145,20 +211,82 @@ def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_ther
         Available({"model": 1.0}, {"closed": "failed"})["modle"]
 
 
-def test_what_holds_for_one_entry_of_a_table_stands_in_a_table(tmp_path: Path) -> None:
-    more = 'erratum = { fast = "digits" }\nmeant = { fast = "1.60" }\nreading = { slow = "slowly" }'
-    slow, fast = numbers(written(tmp_path, more=more))[0].claims
-    assert (slow.erratum, slow.meant, slow.reading, slow.expected) == (None, "", "slowly", Verdict.REPRODUCED)
-    assert (fast.erratum, fast.meant, fast.reading) == ("digits", "1.60", "none")
-    assert fast.expected is Verdict.REPRODUCED_AFTER_ERRATUM
-    pinned = numbers(written(tmp_path, more='pinned = { fast = "differs" }'))[0].claims
-    assert [claim.expected for claim in pinned] == [Verdict.REPRODUCED, Verdict.DIFFERS]
+PAPER = """
+[[command]]
+name = "fit"
+line = ["sh", "fit.sh"]
+reads = ["fit.sh", "data/"]
+writes = ["out/fit.csv"]
+[[data]]
+file = "data/d.csv"
+sha256 = "SHA"
+[[claim]]
+id = "slope"
+place = "Table 2, {key}"
+printed = { treated = "0.75", control = "1.3" }
+pinned = { control = "differs" }
+unit = "mg"
+from = "out/fit.csv:{key}:est"
+statement = "The slope of the {key}."
+[[claim]]
+id = "raw"
+place = "Sec. 1"
+printed = "1.213"
+from = "data/d.csv:#2:est"
+check = "out/fit.csv:control:est"
+statement = "The raw number."
+[[claim]]
+id = "time"
+place = "Sec. 1"
+printed = "12"
+reason = "Of their computer."
+statement = "Seconds."
+[[part]]
+title = "Introduction"
+reason = "No numbers."
+"""
+DATA = '"",est\n"treated",0.7512\n"control",1.213\n'
+PROJECT = {
+    "__init__.py": "from replication.audit.numbers import paper_of_tables\nPAPER = paper_of_tables(__file__)\n",
+    "paper.toml": 'title = "T"\nauthors = ["A. Roe"]\nsummary = "S."\n',
+    "coverage.toml": '[paper]\nruns = 4\n[[paper.places]]\nplace = "Table 2"\n'
+    'numerals = [["0.75", "claim:slope.treated"], ["1.3", "claim:slope.control"],'
+    ' ["1.213", "claim:raw"], ["12", "claim:time"]]\n',
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("field", ["erratum", "meant", "reading", "pinned"])
-def test_an_entry_that_is_not_there_is_told_with_its_line(tmp_path: Path, field: str) -> None:
-    path = written(tmp_path, more=f'{field} = {{ fats = "x" }}')
-    with pytest.raises(
-        AuditError, match=rf"printed\.toml:5: \[rate\.claim\]: {field} speaks of the entry 'fats'; did you mean fast"
-    ):
-        numbers(path)
+@pytest.mark.slow
+def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
+    """A command makes a file, claims read it and a pinned one; a changed script, table or pin is noticed."""
+    import hashlib
+
+    lab = make_lab(tmp_path / "lab")
+    shutil.rmtree(lab.root / "papers" / "toy2020")
+    (lab.root / "papers" / "other2021.py").unlink()
+    sha = hashlib.sha256(DATA.encode()).hexdigest()
+    texts = {f"papers/roe/{name}": text for name, text in PROJECT.items()}
+    texts |= {"papers/roe/claims.toml": PAPER.replace("SHA", sha), "data/d.csv": DATA}
+    texts["fit.sh"] = "echo Fitting...; mkdir out; cp data/d.csv out/fit.csv\n"
+    for name, text in texts.items():
+        (lab.root / name).parent.mkdir(parents=True, exist_ok=True)
+        (lab.root / name).write_text(text, encoding="utf-8")
+    done = lab.cli("run")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "roe: 5 claims" not in done.stdout and "3 computed, 0 reused" in done.stdout
+    found = json.loads((lab.root / "report" / "results.json").read_bytes())
+    told = {one["claim"]["id"]: one for one in found["claims"]}
+    assert {name: one["judgement"]["verdict"] for name, one in told.items()} == {
+        "roe.slope.treated": "reproduced",
+        "roe.slope.control": "differs",
+        "roe.raw": "reproduced",
+        "roe.time": "undetermined",
+    }
+    assert told["roe.raw"]["evidence"]["method"].endswith("Nothing here makes data/d.csv.")
+    assert told["roe.slope.treated"]["claim"]["uses"] == ["roe.out-fit.csv", "roe.fit"]
+    assert "0 problems in 4 claims" in lab.cli("check").stdout
+    (lab.root / "fit.sh").write_text(texts["fit.sh"].replace("cp", "sed s/0.75/0.85/").replace("out/", "> out/"))
+    again = lab.cli("run")
+    assert again.returncode == 1 and "roe.slope.treated" in again.stdout and "2 computed, 1 reused" in again.stdout
+    (lab.root / "data/d.csv").write_text(DATA + '"new",2\n', encoding="utf-8")
+    other = lab.cli("run")
+    assert other.returncode == 3 and f"not {sha}; it is another file than was declared" in other.stdout

@@ -17,7 +17,7 @@ from sample import results
 
 from replication.audit.inspect.controls import moved
 from replication.audit.judge import agreement, printed
-from replication.audit.judge.printed import Printed, decimal_fraction, number, parse
+from replication.audit.judge.printed import Printed, decimal_fraction, has_uncertainty, number, parse
 from replication.audit.parts import Sensitivity
 from replication.audit.report.page import build_report
 from replication.audit.report.sections.lineage import rooms
@@ -168,6 +168,12 @@ def test_refused_with_the_offending_text(text: str, offending: str) -> None:
         ("1.2 s", "a number with a unit"),
         ("3kHz", "a number with a unit"),
         ("1.2×10^-3 s", "a number with a unit"),
+        ("12:30", "a time or a ratio: write it as one number, 12.5 for 12:30"),
+        ("0.75, p < 0.01", "several prints: make a claim of each"),
+        ("$5", "a number with a unit"),
+        ("3½", "a fraction"),
+        ("n.s.", "no number: make a statement of it"),
+        ("—", "no number: make a statement of it"),
     ],
 )
 def test_a_print_of_another_form_is_refused_with_what_to_write(text: str, advice: str) -> None:
@@ -191,12 +197,33 @@ def test_a_print_of_another_form_is_refused_with_what_to_write(text: str, advice
         ("1.23 ± 0.04", "1.23", "0.01", "0.04"),
         ("1.23+/-0.04 %", "1.23", "0.01", "0.04"),
         ("6.674(15)×10⁻¹¹", "6.674e-11", "1e-14", "1.5e-13"),
+        ("(1.2 ± 0.1)×10^3", "1200", "100", "100"),
+        ("1,23 ± 0,04", "1.23", "0.01", "0.04"),
+        ("0.75 (0.03)", "0.75", "0.01", "0.03"),
+        ("4.7 % ± 0.3 %", "4.7", "0.1", "0.3"),
+        ("$0.75$", "0.75", "0.01", None),
+        ("$-0.75$", "-0.75", "0.01", None),
+        (r"$0.75 \pm 0.03$", "0.75", "0.01", "0.03"),
+        (r"$1.2\times 10^{-3}$", "0.0012", "0.0001", None),
+        (r"\(66\,033\)", "66033", "1", None),
+        ("$66{,}033$", "66033", "1", None),
+        (r"$12.5\,\%$", "12.5", "0.1", None),
+        (r"\mathbf{0.75}", "0.75", "0.01", None),
+        ("p = 0.75", "0.75", "0.01", None),
+        ("R² = 0.9", "0.9", "0.1", None),
+        ("t(24) = -2.31", "-2.31", "0.01", None),
+        ("$p < 0.001$", "0.001", "0.001", None),
+        (r"$p \leq .05$", "0.05", "0.01", None),
+        ("0.75***", "0.75", "0.01", None),
+        ("0.75^{**}", "0.75", "0.01", None),
+        (r"$0.75^{\dagger}$", "0.75", "0.01", None),
+        ("12.5 %*", "12.5", "0.1", None),
     ],
 )
 def test_forms_of_other_fields(text: str, value: str, unit: str, spread: str | None) -> None:
     (entry,) = parse(text).entries
     assert (entry.value, entry.unit) == (Fraction(value), Fraction(unit))
-    assert entry.spread == (None if spread is None else Fraction(spread))
+    assert entry.spread == (None if spread is None else (Fraction(spread), Fraction(spread)))
     assert parse(parse(text).plain).entries[0].value == entry.value
 
 
@@ -204,6 +231,33 @@ def test_forms_of_other_fields(text: str, value: str, unit: str, spread: str | N
 def test_an_interval_is_the_list_of_its_ends(text: str) -> None:
     printed = parse(text)
     assert printed.shape == (2,) and [entry.value for entry in printed.entries] == [Fraction("1.2"), Fraction("1.4")]
+
+
+@pytest.mark.parametrize(
+    ("text", "below", "above"),
+    [
+        ("0.75^{+0.10}_{-0.20}", "0.2", "0.1"),
+        ("$0.75_{-0.20}^{+0.10}$", "0.2", "0.1"),
+        ("0.75 +0.10/-0.20", "0.2", "0.1"),
+        ("0.75 (+0.10, −0.20)", "0.2", "0.1"),
+        ("0.75 [0.55, 0.85]", "0.2", "0.1"),
+        ("0.75 [−0.05; 0.85]", "0.8", "0.1"),
+        ("0,75 [0,55; 0,85]", "0.2", "0.1"),
+        ("0.75 (0.55–0.85)", "0.2", "0.1"),
+        ("0.75 (95% CI: 0.55 to 0.85)", "0.2", "0.1"),
+        ("$0.75$ [$0.55$, $0.85$]", "0.2", "0.1"),
+    ],
+)
+def test_an_uncertainty_may_reach_further_down_than_up(text: str, below: str, above: str) -> None:
+    (entry,) = parse(text).entries
+    assert (entry.value, entry.spread) == (Fraction("0.75"), (Fraction(below), Fraction(above)))
+    assert has_uncertainty(text) and not has_uncertainty("0.75")
+
+
+@pytest.mark.parametrize("text", ["0.75 [0.80, 0.90]", "0.75 (0.60 to 0.70)", "0.75^{+0.10}_{-0}", "<1.23(4)"])
+def test_an_uncertainty_that_does_not_fit_its_number_is_refused(text: str) -> None:
+    with pytest.raises(AuditError, match=r"limits that do not hold it|uncertainty of zero|without uncertainty"):
+        parse(text)
 
 
 @pytest.mark.parametrize("text", ["1.23(0)", "1.23 ± 0.0"])

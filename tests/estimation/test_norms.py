@@ -460,3 +460,10 @@ def test_only_a_value_below_the_floor_is_rounding() -> None:
     gram = np.full(3, 0.01)
     assert largest_singular_value(lambda v: gram * v, 3, floor=0.05) == pytest.approx(0.1, rel=ROUNDING)
     assert largest_singular_value(lambda v: gram * v, 3, floor=0.2) == 0.0
+
+
+def test_a_level_whose_pencil_overflows_is_lost_in_rounding_and_no_error_of_scipy() -> None:
+    """A gain that is zero but for rounding: its level squared is below the least number, on some processors."""
+    stages = RiccatiMap(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)), np.full((1, 1, 1), -np.inf))
+    with pytest.raises(np.linalg.LinAlgError, match="overflows"):
+        circle_angles(stages, 1e-7)

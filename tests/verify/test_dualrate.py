@@ -73,7 +73,8 @@ def test_every_wanted_theorem_is_proved(name: str) -> None:
 
 def test_what_is_refuted_is_said_to_be_false() -> None:
     false = {name for name in WANTED if proved(name).holds is False}
-    assert false == {"prediction-bound", "condition", "counterexample", "feedforward-printed"}
+    bounds = {"prediction-bound", "prediction-bound-scalar"}
+    assert false == bounds | {"condition", "counterexample", "feedforward-printed"}
 
 
 @pytest.mark.parametrize("name", [name for name in WANTED if committed(name)["bound"]])

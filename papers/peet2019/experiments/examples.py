@@ -21,7 +21,7 @@ from replication.estimation.delay.observer import (
     simulate,
     spectral_abscissa,
 )
-from replication.estimation.delay.operators import GainValues, check, evaluate, observer_gains
+from replication.estimation.delay.operators import GainValues, ObserverGains, check, evaluate, observer_gains
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
@@ -147,12 +147,43 @@ def _certificate(system: DelayPlant, level: float, degree: int, epsilon: float) 
 
 
 def lumped(plant: Json, level: float, degree: int, epsilon: float, states: list[int], reference: int) -> Json:
-    """H∞ norm of one closed loop by forward difference with N lumped states, against collocation."""
+    """One closed loop by forward difference with N lumped states: H∞ norm against collocation, and the observer alone.
+
+    alone: |z_e| over |z| along the rightmost motion of the plant, which is exact, by an observer with N lumped states.
+    """
     system = delay_system(**plant)
     gains = observer_gains(_certificate(system, level, degree, epsilon))
     exact = hinf_norm(error_system(system, gains, reference)).upper
     norms = [hinf_norm(error_system(system, gains, count, Scheme.LUMPED)).upper for count in states]
-    return {"states": states, "norms": norms, "collocation": exact, "relative": [norm / exact - 1.0 for norm in norms]}
+    return {
+        "states": states,
+        "norms": norms,
+        "collocation": exact,
+        "relative": [norm / exact - 1.0 for norm in norms],
+        "alone": [_lumped_alone(system, gains, count) for count in states],
+    }
+
+
+def _lumped_alone(system: DelayPlant, gains: ObserverGains, count: int) -> float:
+    """|z_e| over |z| along x(t) = v e^{rt}, r the rightmost root: an observer of `count` lumped states, exact plant."""
+    net = grid(count, Scheme.LUMPED)
+    values = evaluate(gains, net.points)
+    lumped, model = assembled(system, values, net), assembled(system, _without(values), net)
+    root = rightmost_roots(system, 1)[0]
+    late = np.exp(-root * np.array(system.delays))
+    matrix = system.a0 + sum(a * factor for a, factor in zip(system.a, late, strict=True))
+    v = np.linalg.svd(root * np.eye(system.states) - matrix)[2][-1].conj()
+    factors = [1.0, *np.exp(root * np.outer(system.delays, net.points[1:])).ravel()]
+    motion = np.kron(factors, v)
+    # The observer follows its lumped model, corrected by C(x̂ - x): r e = A_lumped e + (A_model - r) x.
+    size = len(motion)
+    error = np.linalg.solve(root * np.eye(size) - lumped.a, (model.a - root * np.eye(size)) @ motion)
+    return float(np.linalg.norm(lumped.c @ error) / np.linalg.norm(model.c @ motion))
+
+
+def _without(values: GainValues) -> GainValues:
+    """All gains zero."""
+    return replace(values, **{each.name: np.zeros_like(getattr(values, each.name)) for each in fields(values)})
 
 
 def without_histories(plant: Json, level: float, degree: int, epsilon: float, order: int) -> Json:
@@ -180,14 +211,13 @@ def no_gains(plant: Json, level: float, degree: int, epsilon: float, order: int)
     """
     system, net = delay_system(**plant), grid(order, Scheme.CHEBYSHEV)
     values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), net.points)
-    none = replace(values, **{each.name: np.zeros_like(getattr(values, each.name)) for each in fields(values)})
     root = rightmost_roots(system, 1)[0]
 
     def gap(gains: GainValues) -> float:
         roots = np.linalg.eigvals(assembled(system, gains, net).a)
         return float(np.min(np.abs(roots[np.argmax(roots.real)] - [root, root.conjugate()])) / (1.0 + abs(root)))
 
-    return {"gap": gap(none), "with_gains": gap(values)}
+    return {"gap": gap(_without(values)), "with_gains": gap(values)}
 
 
 def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:

@@ -108,6 +108,13 @@ def self_adjoint() -> dict[str, float]:
     }
 
 
+def value_over_norm(widths: list[float]) -> dict[str, float]:
+    """By width d: the value at -τ over the norm in L₂ of the history that falls linearly from 1 to 0 within d of it."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    squares = ((1.0 - nodes) / 2.0) ** 2
+    return {f"{width:g}": float(1.0 / np.sqrt(width / 2.0 * weights @ squares)) for width in widths}
+
+
 def _drawn(rng: np.random.Generator) -> tuple[dict[str, Array], Array]:
     """A plant, and a gain that makes its error dynamics stable."""
     stable = rng.standard_normal((N, N))

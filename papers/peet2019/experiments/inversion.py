@@ -18,6 +18,8 @@ Z = [np.kron(np.vander(points, DEGREE + 1, increasing=True)[:, :, None], np.eye(
 """Z(s) = (1, s, ..)⊗I at the Gauss points of each history."""
 COERCIVE = 0.1
 """Least eigenvalue of the operators that are drawn."""
+ALONE = {"factor alone": (True, False), "square alone": (False, True)}
+"""Of the two corrections of Theorem 4 one."""
 PART = [slice(i * WIDTH, (i + 1) * WIDTH) for i in EACH]
 """Rows of H_i and Γ_ij in H and Γ."""
 
@@ -25,7 +27,8 @@ PART = [slice(i * WIDTH, (i + 1) * WIDTH) for i in EACH]
 def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     """Largest and median residuals over random operators, as corrected, and with misprints.
 
-    theorem_4: ‖P̂P - I‖∞; its `right` is that of PP̂, its `squared` of P̂P̂, the product that is printed. lemma_5:
+    theorem_4: ‖P̂P - I‖∞, with one of its two corrections alone too; its `right` is that of PP̂, its `squared` of P̂P̂,
+    the product that is printed. lemma_5:
     ‖ℒy - 𝒫⁻¹𝒵y‖∞, its `x-index` with X_j of another delay for the X(s) that is printed without an index. printed:
     without the factors of τ_K. quadrature: of K_i, against twice the points. present_only: with Q_i = 0 and
     Z_3i = Z_4i = Z_5ij = Z_6i = Z_7ij = 0, all gains of Lemma 5 but L_0 and L_2i, and L_0 - P⁻¹Z_0; `injected` with
@@ -33,7 +36,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     """
     rng = np.random.default_rng(seed)
     found: dict[str, dict[str, list[float]]] = {
-        "theorem_4": {"printed": [], "corrected": [], "right": [], "squared": []},
+        "theorem_4": {"printed": [], "corrected": [], **{name: [] for name in (*ALONE, "right", "squared")}},
         "lemma_5": {"printed": [], "corrected": [], "x-index": []},
         "present_only": {"corrected": [], "l0": [], "injected": []},
         "quadrature": {"corrected": []},
@@ -49,10 +52,12 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
         least.append(case["least"])
         eye = np.eye(case["operator"].shape[0])
         for reading in ("printed", "corrected"):
-            inverse = _inverse(case, reading == "corrected")
+            inverse = _inverse(case, *(reading == "corrected",) * 2)
             put("theorem_4", reading, inverse["operator"] @ case["operator"] - eye)
             state = rng.bit_generator.state
             put("lemma_5", reading, _lemma_5(case, inverse, rng, reading == "corrected"))
+        for name, factors in ALONE.items():
+            put("theorem_4", name, _inverse(case, *factors)["operator"] @ case["operator"] - eye)
         put("theorem_4", "right", case["operator"] @ inverse["operator"] - eye)
         put("theorem_4", "squared", inverse["operator"] @ inverse["operator"] - eye)
         rng.bit_generator.state = state
@@ -60,7 +65,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
         put("quadrature", "corrected", inverse["moment"] - _moment(case["slope"], 2 * POINTS))
         z0, z2 = rng.standard_normal((N, 1)), rng.standard_normal((K, N, 1))
         put("present_only", "injected", _history_gains(inverse, z0, z2))
-        alone = _inverse({**case, "h": np.zeros_like(case["h"])}, True)
+        alone = _inverse({**case, "h": np.zeros_like(case["h"])}, True, True)
         put("present_only", "corrected", _history_gains(alone, z0, z2))
         put("present_only", "l0", alone["p"] @ z0 - np.linalg.solve(case["p"], z0))
     return {"trials": trials, "points": POINTS, "least": min(least)} | {
@@ -139,18 +144,18 @@ def _matrix(p: Array, h: Array, s: list[Array], gamma: Array, right: list[Array]
     return out
 
 
-def _inverse(case: dict[str, Any], corrected: bool) -> dict[str, Any]:
-    """Theorem 4: as printed, or with Γ/τ_K in its formulas and Ŝ/τ_K² in its result."""
+def _inverse(case: dict[str, Any], divided: bool, squared: bool) -> dict[str, Any]:
+    """Theorem 4, as printed or corrected; divided: Γ/τ_K in its formulas; squared: Ŝ/τ_K² in its result."""
     s_hat = [np.linalg.inv(value) for value in case["s"]]
     moment = np.zeros((K * WIDTH, K * WIDTH))
     for i in EACH:
         moment[PART[i], PART[i]] = np.einsum("t,twi,tij,tvj->wv", NODES[i][1], Z[i], s_hat[i], Z[i])
-    gamma = case["gamma"] / LAST if corrected else case["gamma"]
+    gamma = case["gamma"] / LAST if divided else case["gamma"]
     h, eye, p_inv = case["h"], np.eye(K * WIDTH), np.linalg.inv(case["p"])
     h_hat = p_inv @ h @ np.linalg.inv(moment @ h.T @ p_inv @ h - eye - moment @ gamma)
     gamma_hat = -(h_hat.T @ h + gamma) @ np.linalg.inv(eye + moment @ gamma)
     p_hat = (np.eye(N) - h_hat @ moment @ h.T) @ p_inv
-    scale = LAST**2 if corrected else LAST
+    scale = LAST**2 if squared else LAST
     operator = _matrix(p_hat, h_hat / LAST, [value / scale for value in s_hat], gamma_hat / LAST, s_hat)
     return {"p": p_hat, "h": h_hat, "gamma": gamma_hat, "s": s_hat, "moment": moment, "operator": operator}
 

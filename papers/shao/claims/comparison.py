@@ -76,8 +76,7 @@ def stable_interpolation(results: Results) -> Evidence:
         cross_check=POLYNOMIAL,
         quantities={f"radius, {LABELS[observer]}": radius[observer] for observer in INTERPOLATIONS.values()},
         note=(
-            "With u frozen over M T DRC-PMI is unstable; the text plots and tabulates it, and leaves out SRC because "
-            "that is unstable."
+            "With u frozen over M T DRC-PMI is unstable; below (2) the text says that u is updated at each instant k T."
         ),
     )
 

@@ -26,7 +26,7 @@ from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
 from replication.verify.predicate import Predicate
 
-CONCLUDED = Part("What is concluded from Table I", reading=LITERAL)
+CONCLUDED = Part("Order of the printed numbers of Table I", reading=LITERAL)
 
 
 @CONCLUDED.order(
@@ -69,12 +69,12 @@ def smaller_error(results: Results) -> Evidence:
             f"DRC-APO at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][APO],
         },
         note=(
-            "It depends on DRC-PMI and on the timing of the reference, which the text leaves open. "
+            "It depends on DRC-PMI, which the text leaves open. "
             f"{where_larger(printed_forms(results['orderings']))}{against_one_correction(results)} The outcomes "
-            "listed are with the reference held. The steady state is our choice of window: from the printed start a "
-            "maximum over the whole time is half the amplitude at least. This is also the better static tracking of "
-            "Sec. V; how much better is not judged. The pairs counted take each feedforward and timing of the "
-            "reference; (6) to (8) and L in continuous time as printed."
+            "listed are with the printed feedforward. The steady state is our choice of window: from the printed "
+            "start a maximum over the whole time is half the amplitude at least. This is also the better static "
+            "tracking of Sec. V; how much better is not judged. The pairs counted take each feedforward, with "
+            "the reference held; (6) to (8) and L in continuous time as printed."
         ),
     )
 
@@ -109,10 +109,11 @@ def growing(column: str, results: Results) -> Evidence:
             "searched, stable loops in which it fails": len(every) - among,
         },
         note=(
-            f"It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"
-            f"{_excluded(len(open_loops) - holds, len(every) - among)}{_timings(printed, may_be_meant)}. L as a "
-            "discrete gain, the current form of the observer and predictors other than (6) are no readings: (3) has "
-            "the gain in continuous time, (7) and (8) the form, (6) the predictor."
+            f"The text does not say it. It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"
+            f"{_excluded(len(open_loops) - holds, len(every) - among)}. L as a discrete gain, the current form of the "
+            "observer, predictors other than (6), and a reference that is previewed or changes between instants are "
+            "no readings: (3) has the gain in continuous time, (7) and (8) the form, (6) the predictor, and Sec. II "
+            "an input that is held over T."
         ),
     )
 
@@ -120,16 +121,6 @@ def growing(column: str, results: Results) -> Evidence:
 def _excluded(fails: int, among: int) -> str:
     """That the growth fails only in loops of the search that the text excludes, if so."""
     return " and fails only for forms that the text excludes" if among and not fails else ""
-
-
-def _timings(structures: Sequence[Mapping[str, Any]], observers: Sequence[str]) -> str:
-    """With which timings of the reference some loop fails, if any."""
-    failing = {
-        entry["structure"][1]
-        for entry in structures
-        if any(least_growth(found) <= TIED for found in stable_columns([entry], observers))
-    }
-    return f"; it fails only with the reference {' or '.join(sorted(failing))}" if failing else ""
 
 
 def least_growth(column: Sequence[float]) -> float:
@@ -143,7 +134,7 @@ for column in COLUMNS:
         place="Table I",
         statement=f"The error of DRC-{column.upper()} increases from each frequency of Table I to the next.",
         uses=("table", "orderings"),
-        pinned="consistent" if COLUMNS[column] == APO else "undetermined",
+        ours=True,
         says=in_order(column),
     )(partial(growing, column))
 
@@ -165,13 +156,13 @@ def ordering_counts(structures: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 
 def where_larger(structures: Sequence[Mapping[str, Any]]) -> str:
-    """With which DRC-PMI and timing of the reference the error of DRC-APO is the larger, at every frequency or some."""
+    """With which DRC-PMI the error of DRC-APO is the larger, at every frequency or some."""
     told: dict[str, list[str]] = {"every frequency": [], "some frequencies": []}
     for entry in structures:
         for name, apo in product(PMI_READINGS, stable_columns([entry], (APO,))):
             for pmi in stable_columns([entry], (name,)):
                 larger = [own / other - 1 > TIED for other, own in zip(pmi, apo, strict=True)]
-                case = f"{LABELS[name]}, with the reference {entry['structure'][1]}"
+                case = LABELS[name]
                 cases = told["every frequency" if all(larger) else "some frequencies"]
                 if any(larger) and case not in cases:
                     cases.append(case)

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from papers.shao.experiments.tracking import SEARCH, merged
+from papers.shao.method.motor import ReferenceTiming
 from papers.shao.method.search import Near, chance, reading_of
 from papers.shao.printed import COLUMNS, DATA, FREQUENCIES, LABELS, READINGS, SINGLE, SRC, table_1
 from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
@@ -39,8 +40,12 @@ def against_one_correction(results: Results) -> str:
 
 
 def printed_forms(structures: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Those with L in continuous time and the observer in the form of (7) and (8), whatever the command."""
-    return [entry for entry in structures if not any(entry["structure"][2:])]
+    """Those with L in continuous time, the observer in the form of (7) and (8), and a held reference, as in Sec. II."""
+    return [
+        entry
+        for entry in structures
+        if entry["structure"][1] == ReferenceTiming.HELD and not any(entry["structure"][2:])
+    ]
 
 
 def radius_of(observer: str) -> Term:

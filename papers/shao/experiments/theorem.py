@@ -37,9 +37,10 @@ POINTS = 40
 def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
     """Condition (18) for the motor, both sides of (15) at small T, the counter-example, and the slow rates.
 
-    periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap: (15) at the printed T.
-    restarted_gap: (15) with the restarted predictor. increment_order: `increment_order` of (6) and of that predictor,
-    from either start. increment_rate_gap: `rate_gap` at the largest T, from either start.
+    periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap, scalar_gap: (15)
+    at the T of the loop. restarted_gap: (15) with the restarted predictor. increment_order: `increment_order` of (6)
+    and of that predictor, from either start. increment_rate_gap: `rate_gap` at the largest T,
+    from either start, and with the model's state.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
 
@@ -56,11 +57,9 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
         },
         "factor_gap": _factor_gap(),
         "periods": list(periods),
-        "gap": {
-            name: [prediction_gap(replace(design, period=T)) for T in periods]
-            for name, design in (("motor", DESIGN), ("scalar", COUNTEREXAMPLE))
-        },
+        "gap": {"motor": [prediction_gap(replace(DESIGN, period=T)) for T in periods]},
         "printed_gap": prediction_gap(DESIGN),
+        "scalar_gap": prediction_gap(COUNTEREXAMPLE),
         "restarted_gap": [prediction_gap(replace(DESIGN, period=T), restarted=True) for T in periods],
         "increment_order": {
             name: {
@@ -70,8 +69,9 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
             for name, restarted in ((APO, False), (RESTARTED, True))
         },
         "increment_rate_gap": {
-            start: rate_gap(replace(DESIGN, period=periods[0]), measured=measured)
-            for start, measured in (("measurement", True), ("estimate", False))
+            "measurement": rate_gap(replace(DESIGN, period=periods[0]), measured=True),
+            "estimate": rate_gap(replace(DESIGN, period=periods[0])),
+            "estimate, by the model": rate_gap(replace(DESIGN, period=periods[0]), predicted=True),
         },
         "radius": {name: radius(COUNTEREXAMPLE, name) for name in COMPARED},
         "rate_gap": {

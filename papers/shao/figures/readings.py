@@ -84,7 +84,7 @@ def describe_reading_scores(drawn: FigureData) -> str:
         "number of a column. "
         f"{'; '.join(parts)}. "
         f"The nearest setting searched of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
-        f"up to {apo:.2f}; rounding allows {math.exp(rounding()):.4f}."
+        f"up to {apo:.2f}, {'more' if min(pmi, apo) > math.exp(rounding()) else 'not more'} than rounding allows."
     )
 
 

@@ -84,19 +84,23 @@ def increment_order(design: DualRateDesign, periods: tuple[float, float], *, mea
     return float(np.log(departures[0] / departures[1]) / np.log(periods[0] / periods[1]))
 
 
-def rate_gap(design: DualRateDesign, *, measured: bool) -> float:
-    """By how much (6) departs from the integral of C A ζ + C B u over a period, over T, counted as above."""
-    return _increment_gap(design, measured, False) / design.period
+def rate_gap(design: DualRateDesign, *, measured: bool = False, predicted: bool = False) -> float:
+    """By how much (6) departs from the integral of C A ζ + C B u over a period, over T, counted as above.
+
+    predicted: with the state ζ_p of (6) in the place of ζ.
+    """
+    return _increment_gap(design, measured, False, predicted) / design.period
 
 
-def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool) -> float:
+def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool, predicted: bool = False) -> float:
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     (n, m), p, T = B.shape, len(C), design.period
     # Over one period: ζ by (3), the model's ζ_p by (6), and the integral of C A ζ + C B u, from held u and ȳ.
     flow = np.zeros((2 * n + p + m + p,) * 2)
     flow[:n, :n], flow[:n, 2 * n + p :] = A - L @ C, np.hstack([B, L])
     flow[n : 2 * n, n : 2 * n], flow[n : 2 * n, 2 * n + p : 2 * n + p + m] = A, B
-    flow[2 * n : 2 * n + p, :n], flow[2 * n : 2 * n + p, 2 * n + p : 2 * n + p + m] = C @ A, C @ B
+    state = slice(n, 2 * n) if predicted else slice(0, n)
+    flow[2 * n : 2 * n + p, state], flow[2 * n : 2 * n + p, 2 * n + p : 2 * n + p + m] = C @ A, C @ B
     starts = np.zeros((len(flow), n + m + p))
     starts[:n, :n] = starts[n : 2 * n, :n] = np.eye(n)
     starts[2 * n + p :, n:] = np.eye(m + p)

@@ -12,10 +12,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, Structure, error_ratios
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array
+
+Whole = npt.NDArray[np.int64]
+LARGEST = 2**62
+"""Numbers up to this are counted exactly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,12 +171,25 @@ def _search_column(space: ReadingSpace, column: Column, index: int) -> _ColumnSe
 
 
 def _distinct(rows: Array) -> int:
-    """Number of different rows, by numbering the rows' beginnings one entry longer each time."""
-    labels = np.zeros(len(rows), dtype=np.int64)
-    for column in rows.T:
-        entries = np.unique(column, return_inverse=True)[1]
-        labels = np.unique(labels * (len(rows) + 1) + entries, return_inverse=True)[1]
+    """Number of different rows of whole numbers: digits of one number, counted anew where it would get too large."""
+    labels: Whole = np.zeros(len(rows), dtype=np.int64)
+    count = 1
+    for column in rows.T if len(rows) else ():
+        digits, base = _counted(column)
+        if count * base > LARGEST:
+            labels, count = _counted(labels, LARGEST // base)
+        labels, count = labels * base + digits, count * base
     return len(np.unique(labels))
+
+
+def _counted(numbers: Array | Whole, most: int = 2**31) -> tuple[Whole, int]:
+    """Whole numbers from 0 on that differ where these do, and how many they are at most: by their distance from the
+    least, by their rank if there would be more than `most`."""
+    base = int(np.ptp(numbers)) + 1
+    if base <= most:
+        return (numbers - numbers.min()).astype(np.int64), base
+    distinct, ranks = np.unique(numbers, return_inverse=True)
+    return ranks.astype(np.int64), len(distinct)
 
 
 def _distances(logs: Array, targets: Array) -> Array:

@@ -154,7 +154,10 @@ def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
 
 def faults(folder: Path, paper: Paper) -> list[str]:
     """All `problems` of the list in the folder of a paper; errors as for `read_coverage` and `read_printed`."""
-    return list(problems(read_coverage(folder / "coverage.toml"), paper, read_printed(folder / "printed.toml")))
+    printed = folder / "printed.toml"
+    return list(
+        problems(read_coverage(folder / "coverage.toml"), paper, read_printed(printed) if printed.is_file() else {})
+    )
 
 
 def _incomplete(text: Text) -> Iterator[str]:

@@ -201,13 +201,11 @@ def notes(
         yield f"no claim, erratum, figure or finding uses {listed(unused)}"
     if results.run.unlocked:
         yield f"not as locked: {listed(results.run.unlocked)}"
-    bare = [
-        claim.id
-        for claim in results.claims
-        if claim.evidence.value is not None and not (claim.claim.uses or claim.judgement.proved)
-    ]
-    if bare:
-        yield f"a number that rests on no experiment: {listed(bare)}"
+    bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
+    if numbers := [claim.id for claim in bare if claim.evidence.value is not None]:
+        yield f"a number that rests on no experiment: {listed(numbers)}"
+    if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
+        yield f"a statement that rests on no experiment: {listed(statements)}"
     unchecked = [
         claim.id
         for claim in results.claims
@@ -231,8 +229,7 @@ def notes(
 
 def _uncovered(folder: Path, paper: Paper) -> Iterator[str]:
     """That the list of what the text prints does not fit the paper, as the first fault says."""
-    there = all((folder / name).is_file() for name in ("coverage.toml", "printed.toml"))
-    if there and (found := faults(folder, paper)):
+    if (folder / "coverage.toml").is_file() and (found := faults(folder, paper)):
         count = f"{len(found)} fault{'s' if len(found) > 1 else ''}"
         yield f"coverage.toml of {paper.key} has {count}, see `replication coverage {paper.key}`; the first: {found[0]}"
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from replication.audit.judge import numerals
 from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
+from replication.audit.judge.uncertainty import reach, said, weighed, widest
 from replication.audit.model import Evidence, Judgement, Verdict
 from replication.audit.store.records import StatedClaim
 from replication.errors import AuditError
@@ -66,7 +67,7 @@ class Target:
 
     @classmethod
     def of(cls, claim: StatedClaim) -> Target:
-        """Each printed number ± half a unit of its last place, its printed uncertainty, or the tolerance of the claim.
+        """Each printed number ± half a unit of its last place, what its uncertainty allows, or the claim's tolerance.
 
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
@@ -74,10 +75,14 @@ class Target:
         if tolerance is not None and tolerance <= 0:
             raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
         printed = parse(claim.printed)
-        if tolerance is not None and any(entry.spread for entry in printed.entries):
+        spread = any(entry.spread for entry in printed.entries)
+        if tolerance is not None and spread:
             raise AuditError(f"the print {claim.printed!r} states its own uncertainty; leave the tolerance out")
-        halves = [(entry, tolerance or entry.spread or entry.unit / 2) for entry in printed.entries]
-        intervals = (Interval(entry.value - half, entry.value + half) for entry, half in halves)
+        if claim.uncertainty and not spread:
+            raise AuditError(f"the print {claim.printed!r} states no uncertainty; leave out {claim.uncertainty!r}")
+        meaning = said(claim.uncertainty, claim.printed) if spread else ""
+        ends = [(e, reach(e, meaning) if e.spread else (tolerance or e.unit / 2,) * 2) for e in printed.entries]
+        intervals = (Interval(entry.value - below, entry.value + above) for entry, (below, above) in ends)
         return cls(printed, () if printed.relation else tuple(intervals))
 
     @classmethod
@@ -161,6 +166,20 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
         reason=_sentence(reason),
         deviation_ulp=numerals.nearest(worst.deviation),
     )
+
+
+def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Judgement:
+    """Compare a number that is printed with its uncertainty: by its digits, and else by what the uncertainty is."""
+    (entry,) = target.printed.entries
+    half, (below, above) = entry.unit / 2, widest(entry)
+    digits, beyond = (
+        judge_value(replace(target, intervals=(Interval(entry.value - low, entry.value + high),)), evidence)
+        for low, high in ((half, half), (below, above))
+    )
+    if digits.verdict is Verdict.REPRODUCED:
+        return digits
+    (number,) = measure(target, evidence)
+    return weighed(entry, number.value, said(uncertainty, target.printed.text), judge_value(target, evidence), beyond)
 
 
 def judge_bound(target: Target, evidence: Evidence) -> Judgement:

@@ -6,7 +6,7 @@ either side. All arithmetic is exact (`Fraction`), so no rounding of ours decide
 - numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `1.2×10⁻³`, with a hyphen or the minus sign, and outside lists thousands,
   `66,033` or `66 033`, and a decimal comma that is none of these, `1,33` or `0,333`;
 - a number of per cent, `4.72 %`, which is computed in per cent;
-- a number with the uncertainty that the text states, `1.23(4)` or `1.23 ± 0.04`, which stands for all within that;
+- a number with the uncertainty that the text states, `1.23(4)` or `1.23 ± 0.04`, and the like of `forms`;
 - an interval as the list of its ends, `1.2–1.4` or `1.2 to 1.4`;
 - complex numbers `1.0+0.2i`, and conjugate pairs `1.085±0.240i`, of which the imaginary part is compared in size;
 - lists in parentheses, `(1.031, 1.085±0.240i)`, and matrices in square brackets, `[0.228 0.294; -0.125 0.267]`,
@@ -23,16 +23,15 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
+from replication.audit.judge.forms import ADVICE, REAL, UNSIGNED, simplified, with_spread
 from replication.audit.model import Numbers
 from replication.audit.parts import Sensitivity
 from replication.errors import AuditError, ReplicationError
 
 RELATIONS = {"<": "<", "≤": "≤", "<=": "≤", ">": ">", "≥": "≥", ">=": "≥"}
 
-# Two digits of exponent keep a typing slip such as 1e99999999 from filling the memory.
-_UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?"
-_REAL = re.compile(rf"[+-]?{_UNSIGNED}")
-_COMPLEX = re.compile(rf"([+-]?{_UNSIGNED})\s*([+±-])\s*({_UNSIGNED})\s*[ij]")
+_REAL = re.compile(REAL)
+_COMPLEX = re.compile(rf"([+-]?{UNSIGNED})\s*([+±-])\s*({UNSIGNED})\s*[ij]")
 _GROUPED = r"[1-9][0-9]{0,2}(?:,[0-9]{3})+"
 _THOUSANDS = re.compile(rf"([+-]?)({_GROUPED})(\.[0-9]*)?")
 _SPACED = re.compile(r"([+-]?)([1-9][0-9]{0,2}(?:[ \u00a0\u2009\u202f'’][0-9]{3})+)(\.[0-9]*)?")
@@ -43,25 +42,6 @@ _RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
 _COMMA = re.compile(r"([+-]?[0-9]+),([0-9]+(?:e[+-]?[0-9]{1,2})?)")
 _PER_CENT = re.compile(r"(?<=[0-9.)])\s*(?:%|per ?cent)$")
 _RANGE = re.compile(rf"({_REAL.pattern})\s*(?:–|—|…|\.\.\.|\bto\b)\s*({_REAL.pattern})")
-_SPREAD = re.compile(rf"({_REAL.pattern})\s*(?:±|\+/-)\s*({_UNSIGNED})")
-_LAST = re.compile(r"([+-]?[0-9]+(?:\.[0-9]*)?|[+-]?\.[0-9]+)\(([0-9]{1,3})\)((?:[eE][+-]?[0-9]{1,2})?)")
-_UNCERTAINTY = re.compile(r"[0-9]\([0-9]+\)|(?:±|\+/-)\s*[0-9.]+(?:e-?[0-9]+)?$")
-"""What only a print with an uncertainty holds."""
-_TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
-_ADVICE = (
-    (
-        r"[0-9.]+,[0-9]+",
-        "a decimal comma, or thousands? write 1.33 for 1,33; thousands have three digits after a comma",
-    ),
-    (r"\([0-9]+\)|±|\+/-", f"an uncertainty: {_TOLERANCE}"),
-    (r"[%‰]|per ?cent", "a percentage: write the number alone, compute it in per cent, and give the unit as unit"),
-    (r"[0-9](\.\.|…|–|—|-)|\bto\b", "an interval: make a claim of each end, with the relations ≥ and ≤"),
-    (r"\b10(\^|[⁻⁰-⁹¹²³])", "a power of ten without digits: write 1e-3 for 10^-3 if its one digit is meant"),
-    (r"[~≈≃≅]|about|approx|ca\.", f"an approximate number: {_TOLERANCE}"),
-    (r"[0-9.]\s*/", "a fraction: write it as a decimal number, and what is allowed as its tolerance"),
-    (r"[0-9.]\s*[^\W\d_]", "a number with a unit? write the number alone, and the unit as unit"),
-)
-"""What may be meant by a text that is no number, and what to write for it."""
 _AMBIGUOUS = re.compile(rf"(?<![0-9.,]){_GROUPED}(?![0-9])")
 
 
@@ -70,14 +50,14 @@ class Entry:
     """One printed real number: its text, exact value and unit of the last place.
 
     absolute: it is the imaginary part of a conjugate pair, so only its size is compared.
-    spread: the uncertainty that is printed with it.
+    spread: the uncertainty that is printed with it, below and above.
     """
 
     text: str
     value: Fraction
     unit: Fraction
     absolute: bool = False
-    spread: Fraction | None = None
+    spread: tuple[Fraction, Fraction] | None = None
 
 
 @dataclass(frozen=True)
@@ -163,7 +143,8 @@ class Printed:
 
 def parse(text: str) -> Printed:
     """Parse a printed value; raises AuditError with the offending text if it is not one of the forms above."""
-    body = _POWER.sub(_exponent, text.replace("−", "-").strip())
+    plain = _REAL.fullmatch(text) is not None
+    body = text if plain else _POWER.sub(_exponent, simplified(text))
     if not body:
         raise AuditError("the printed value is empty; give the string that stands in the paper")
     relation = ""
@@ -173,7 +154,12 @@ def parse(text: str) -> Printed:
     body = _PER_CENT.sub("", body)
     if (ends := _RANGE.fullmatch(body)) is not None:
         body = f"({ends[1]}, {ends[2]})"
-    if body.startswith(("(", "[")):
+    entry = None if plain else _with_spread(text, body)
+    cells: tuple[tuple[Entry, ...], ...]
+    shape: tuple[int, ...] = ()
+    if entry is not None:
+        cells, body = ((entry,),), entry.text
+    elif body.startswith(("(", "[")):
         closing = ")" if body[0] == "(" else "]"
         if not body.endswith(closing):
             raise AuditError(f"printed value {text!r} opens with {body[0]!r} and does not end with {closing!r}")
@@ -181,11 +167,9 @@ def parse(text: str) -> Printed:
         cells, shape = _list(text, body[1:-1]) if closing == ")" else _matrix(text, body[1:-1])
     else:
         body = _without_commas(body)
-        entry = _with_spread(text, body)
-        cells, shape = ((entry,) if entry else _cell(text, body),), ()
-        body = entry.text if entry else body
-    if relation and (shape != () or len(cells[0]) != 1):
-        raise AuditError(f"printed value {text!r}: a relation stands before one real number only")
+        cells = (_cell(text, body),)
+    if relation and (shape != () or len(cells[0]) != 1 or entry):
+        raise AuditError(f"printed value {text!r}: a relation stands before one real number only, without uncertainty")
     return Printed(text, relation, cells, shape, f"{relation}{body}")
 
 
@@ -212,7 +196,7 @@ def number(printed: Any) -> Any:
 
 def has_uncertainty(text: str) -> bool:
     """Whether an uncertainty is printed with the number."""
-    return _UNCERTAINTY.search(text) is not None
+    return not _REAL.fullmatch(text) and with_spread(_POWER.sub(_exponent, simplified(text))) is not None
 
 
 def decimal_fraction(text: str) -> Fraction:
@@ -249,7 +233,7 @@ def _cell(text: str, part: str) -> tuple[Entry, ...]:
 
 def _entry(text: str, part: str) -> Entry:
     if not _REAL.fullmatch(part):
-        meant = next((f"; it may be {advice}" for form, advice in _ADVICE if re.search(form, part)), "")
+        meant = next((f"; it may be {advice}" for form, advice in ADVICE if re.search(form, part)), "")
         raise AuditError(
             f"printed value {text!r}: {part!r} is not a number as printed, such as 1.33, .580 or 1.2e-3{meant}"
         )
@@ -260,18 +244,15 @@ def _entry(text: str, part: str) -> Entry:
 
 
 def _with_spread(text: str, body: str) -> Entry | None:
-    """A number with its uncertainty in units of its last place, or behind ±; None for any other print."""
-    last, beside = _LAST.fullmatch(body), _SPREAD.fullmatch(body)
-    if last is not None:
-        entry = _entry(text, last[1] + last[3])
-        spread = int(last[2]) * entry.unit
-    elif beside is not None:
-        entry, spread = _entry(text, beside[1]), Fraction(Decimal(beside[2]))
-    else:
+    """A number with its uncertainty; None for any other print."""
+    found = with_spread(body)
+    if found is None:
         return None
-    if spread == 0:
-        raise AuditError(f"printed value {text!r} states an uncertainty of zero; leave it out")
-    return Entry(entry.text, entry.value, entry.unit, spread=spread)
+    entry, *ends = _entry(text, found[0]), Fraction(found[1]), Fraction(found[2])
+    if min(ends) <= 0:
+        what = "limits that do not hold it; look again" if min(ends) < 0 else "an uncertainty of zero; leave it out"
+        raise AuditError(f"printed value {text!r} states {what}")
+    return Entry(entry.text, entry.value, entry.unit, spread=(ends[0], ends[1]))
 
 
 def _without_commas(body: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.agreement import Target, judge_bound, judge_value
+from replication.audit.judge.agreement import Target, judge_bound, judge_uncertain, judge_value
 from replication.audit.judge.numerals import apart, digits, short
 from replication.audit.judge.policies import (
     once_corrected,
@@ -22,6 +22,7 @@ from replication.audit.judge.policies import (
     with_own,
 )
 from replication.audit.judge.proofs import NUMERIC, Standing, with_proofs
+from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
     NO_READING,
     Claim,
@@ -37,8 +38,6 @@ from replication.audit.model import (
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
 from replication.errors import AuditError
 
-SMALLEST_PROBABILITY = 0.01
-"""A printed draw is compatible if a draw at least as extreme is at least this probable."""
 SMALLEST_PROBABILITY_REASON = (
     "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
 )
@@ -253,6 +252,8 @@ def _compare(case: Case) -> Judgement:
         raise AuditError(f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none")
     if claim.tolerance is not None and claim.kind not in (Kind.VALUE, Kind.MATRIX):
         raise AuditError(f"a claim of kind {claim.kind} has no tolerance, got {claim.tolerance}; leave it out")
+    if claim.uncertainty and claim.kind not in (Kind.VALUE, Kind.MATRIX):
+        raise AuditError(f"a claim of kind {claim.kind} has no uncertainty, got {claim.uncertainty!r}; leave it out")
     _require_reasoned_threshold(case)
     if claim.kind not in NUMERIC:
         if claim.optimum or case.evidence.over_inputs is not None:
@@ -262,7 +263,10 @@ def _compare(case: Case) -> Judgement:
         raise AuditError(f"a claim of kind {claim.kind} needs its printed value")
     if isinstance(case.target, AuditError):
         raise case.target
-    judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
+    if claim.kind is not Kind.BOUND and any(entry.spread for entry in case.target.printed.entries):
+        judgement = judge_uncertain(case.target, case.evidence, claim.uncertainty)
+    else:
+        judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
     if claim.tolerance is not None:
         reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
         judgement = msgspec.structs.replace(judgement, reason=reason)
@@ -437,7 +441,7 @@ def _with_untraced(judgement: Judgement, evidence: Evidence) -> Judgement:
 def plain(evidence: Evidence | None) -> Evidence:
     """The evidence with plain finite numbers; raises AuditError naming the field that is not."""
     if not isinstance(evidence, Evidence):
-        raise AuditError(f"there is no evidence: the claim answered {evidence!r}")
+        raise AuditError(f"there is no evidence: it answered {evidence!r:.80}; return Evidence(method=..., value=...)")
     try:
         fields = msgspec.to_builtins(evidence, enc_hook=_from_numpy)
         plain = msgspec.convert(fields, Evidence)

@@ -13,6 +13,7 @@ from replication.audit.judge.agreement import last_place
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem
+from replication.audit.judge.typed import require_found
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Reading, Verdict
@@ -203,8 +204,21 @@ def _claim(
 
 def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
     """What answers the claim. Asked again with its own print moved, it must not follow."""
+    looked: set[str] = set()
+
+    def ask(results: Available) -> Evidence:
+        try:
+            return claim.answer(results)
+        finally:
+            looked.update(results.read)
+
     with watched(claim.printed, claim.place) as watch:
-        evidence, error = state.attempt(claim.uses, claim.answer)
+        evidence, error = state.attempt(claim.uses, ask)
+    if claim.uses and not (looked or error or getattr(evidence, "not_checkable", "")):
+        return None, (
+            f"claim {claim.id} looks at none of the experiments that it uses, {', '.join(claim.uses)}; answer it from "
+            "their results, or take uses away"
+        )
     if not watch.met or evidence is None:
         return evidence, error
     moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
@@ -241,7 +255,7 @@ def _untraced(done: Computed) -> tuple[str, ...]:
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
     """The record of a paper, and by name of what could not be computed the error, empty if there is none."""
     names = [experiment.name for experiment in paper.experiments]
-    findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
+    findings, error = state.attempt(names, lambda results: _sentences(paper, results))
     moves, unmoved = state.attempt(names, paper.sensitivity)
     levels, unshared = state.attempt(names, paper.common)
     record = PaperRecord(
@@ -262,7 +276,12 @@ def _checked(proof: object) -> Proof:
     return Proof(holds=bool(proof.holds), text=proof.text, quantities=quantities)
 
 
-def _sentences(findings: object) -> tuple[str, ...]:
+def _sentences(paper: Paper, results: Available) -> tuple[str, ...]:
+    """The findings, short and with no number that is only typed."""
+    findings: object = paper.findings(results)
     if not isinstance(findings, tuple) or not all(isinstance(sentence, str) for sentence in findings):
         raise AuditError(f"findings must be a tuple of sentences, got {findings!r}")
+    stated = [text for claim in paper.claims for text in (claim.printed, claim.meant, claim.statement, claim.place)]
+    stated += [text for erratum in paper.errata for text in (erratum.printed, erratum.meant)]
+    require_found("finding", paper.findings, dict(results), [*stated, *map(repr, paper.experiments), paper.title])
     return tuple(map(require_short, findings))

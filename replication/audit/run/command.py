@@ -68,9 +68,30 @@ def execute(
         _require_declared(_checksums(folder).keys() - before.keys(), writes)
         note(files={name: _keep(folder / name, Path(store), command) for name in writes})
         if answer == OUTPUT:
-            return _json(output, "its output", command) if output.strip() or not writes else {"files": list(writes)}
-        text = (folder / answer).read_text(encoding="utf-8")
-        return _csv(text, answer) if answer.endswith(".csv") else _json(text, answer, command)
+            told = not writes or output.lstrip()[:1] in (b"{", b"[")  # else it only says what it does
+            return _json(output, f"`{' '.join(command)}`: its output") if told else {"files": list(writes)}
+        text = (folder / answer).read_text(encoding="utf-8-sig")
+        return _csv(text, answer) if answer.endswith(".csv") else _json(text, f"`{' '.join(command)}`: {answer}")
+
+
+def held(file: str, sha256: str, root: str, store: str, needed: Mapping[str, str]) -> Any:
+    """What a JSON file holds, or a CSV file by columns, that a command made or that lies in the project.
+
+    sha256: what its checksum must be, or empty. store, needed: as for `execute`. Raises AuditError for a file that is
+    not there, is another one, or is none of these.
+    """
+    path = Path(store) / needed[file] if file in needed else Path(root) / file
+    if not path.is_file() or not path.resolve().is_relative_to(Path(store if file in needed else root).resolve()):
+        raise AuditError(
+            f"{file!r} is not in {root}, and no [[command]] of claims.toml writes it; make it, or name it in `writes`"
+        )
+    if sha256 and _sha256(path) != sha256:
+        raise AuditError(f"{file} has the SHA-256 {_sha256(path)}, not {sha256}; it is another file than was declared")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise AuditError(f"{file} is no text in UTF-8; write it as CSV or JSON in UTF-8") from None
+    return _json(text, file) if file.endswith(".json") else _csv(text, file)
 
 
 def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
@@ -154,18 +175,18 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
-def _json(text: str | bytes, where: str, command: Sequence[str]) -> Any:
+def _json(text: str | bytes, where: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise AuditError(
-            f"`{' '.join(command)}`: {where} is no JSON: {error}; print the answer and nothing else"
-        ) from None
+        raise AuditError(f"{where} is no JSON: {error}; write the answer and nothing else") from None
 
 
 def _csv(text: str, where: str) -> dict[str, list[float | str]]:
     """The columns by name; what reads as a number is one."""
-    head, *rows = [row for row in csv.reader(io.StringIO(text)) if row] or [[]]
+    head, *rows = [row for row in csv.reader(io.StringIO(text), skipinitialspace=True) if row] or [[]]
+    if len(head) == 1 and (mark := next((mark for mark in ";\t" if mark in head[0]), "")):
+        raise AuditError(f"{where} is parted by {mark!r}; write a table with commas between its cells")
     if not rows or len(set(head)) != len(head) or any(len(row) != len(head) for row in rows):
         raise AuditError(f"{where} is no table with a line of names, each once, and as many cells in every line")
     return {name: [_number(row[i]) for row in rows] for i, name in enumerate(head)}

@@ -19,6 +19,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.numerals import require_title
+from replication.audit.judge.typed import require_found
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
 from replication.audit.run.tracing import labels, state, traced, untraced
@@ -282,6 +283,12 @@ def _described(figure: Figure, data: FigureData) -> str:
     text = figure.alt(data)
     if not any(character.isdigit() for character in text):
         raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
+
+    def again(columns: Any) -> tuple[str]:
+        return (figure.alt(FigureData(columns=columns)),)
+
+    stated = [figure.title if isinstance(figure.title, str) else "", figure.caption, figure.place]
+    require_found("alternative text", again, data.columns, stated)
     return text
 
 

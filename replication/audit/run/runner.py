@@ -20,7 +20,7 @@ from replication.audit.model import Experiment
 from replication.audit.parts import Paper
 from replication.audit.project import read_settings
 from replication.audit.run.assemble import Computed, assemble
-from replication.audit.run.command import execute
+from replication.audit.run.command import execute, held
 from replication.audit.run.pool import Action, Executor, Processes, Silent, Step
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
@@ -205,11 +205,11 @@ def _plan(
     """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
     verifier = f"{prove.__module__}:{prove.__name__}"
     root, store = map(str, places)
-    runs = f"{execute.__module__}:{execute.__name__}"
+    stored = [f"{function.__module__}:{function.__name__}" for function in (execute, held)]
     asked: list[tuple[str, str, dict[str, Any], dict[str, Any], dict[str, str], float | None]] = []
     for experiment, needed in experiments:
         function = function_name(experiment)
-        place = {"root": root, "store": store, "needed": needed} if function == runs else {}
+        place = {"root": root, "store": store, "needed": needed} if function in stored else {}
         asked.append((experiment.name, function, dict(experiment.inputs), place, needed, experiment.timeout))
     for one in certificates:
         asked.append((one.task, verifier, {"path": one.path, "subject": dict(one.subject)}, {"root": root}, {}, None))

@@ -28,13 +28,14 @@ import msgspec
 
 import replication
 from replication.audit.project import CONFIGURATION
+from replication.audit.run.chance import CLOCK, draws, listen
 from replication.audit.store.provenance import OWN, installed, kernel, listing, owners, run_record
 from replication.audit.store.sources import KEPT, SourceTree, default_packages
 from replication.files import write_atomically
 
 ABSENT = "absent"
-FIXED = {"LC_ALL": "C.UTF-8", "TZ": "UTC"}
-"""Language and time zone of every experiment, so that no result depends on those of the user."""
+FIXED = {"LC_ALL": "C.UTF-8", "TZ": "UTC", "PYTHONHASHSEED": "0"}
+"""Language, time zone and order of sets of every experiment, so that no result depends on those of the user."""
 PROGRAMS = ("subprocess.Popen", "os.exec", "os.posix_spawn", "os.spawn", "os.system", "pty.spawn")
 NETWORK = ("socket.connect", "socket.getaddrinfo", "socket.gethostbyname")
 LISTS = ("os.listdir", "os.scandir")
@@ -192,7 +193,9 @@ def _counts(path: str, root: str) -> bool:
 @functools.cache
 def _listen() -> None:
     """Python keeps such a listener as long as the process lives."""
+    tempfile.gettempdir()  # found once, under a lock, by writing: not while something is heard
     sys.addaudithook(_hear)
+    listen(_chance)
     value_of = os._Environ.__getitem__
 
     def asked(self: Any, key: Any) -> Any:
@@ -201,6 +204,23 @@ def _listen() -> None:
         return value_of(self, key)
 
     os._Environ.__getitem__ = asked  # type: ignore[method-assign]
+
+
+def _chance(words: str, frame: FrameType) -> None:
+    """Note what is another one each time, if a module of the project or a package that it calls asks for it."""
+    if _active is None:
+        return
+    place = draws(frame)
+    by = place.f_code.co_filename if place is not None else ""
+    ours = by.startswith(_active.root) and _counts(by, _active.root)
+    if ours or (words != CLOCK and _library(by) and place is not None and not _importing(place)):
+        _owner(frame).untraced[words] = None
+
+
+def unseeded(words: str) -> None:
+    """Note what was found when a computation ended."""
+    if _active is not None:
+        _active.untraced[words] = None
 
 
 def _hear(event: str, arguments: tuple[Any, ...]) -> None:
@@ -228,6 +248,8 @@ def _hear(event: str, arguments: tuple[Any, ...]) -> None:
             _owner(frame).untraced[f"program {_program(arguments)}"] = None
     elif event in NETWORK:
         _owner(frame).untraced["network"] = None
+    elif event == "socket.gethostname" and not _library(_asking(frame)):
+        _owner(frame).untraced["the name of the machine"] = None
 
 
 def _program(arguments: tuple[Any, ...]) -> str:
@@ -242,6 +264,10 @@ def _open(path: str, flags: int, frame: FrameType, *, library: bool) -> None:
     if flags & (os.O_WRONLY | os.O_RDWR):
         if path not in owner.read:
             owner.written.add(path)
+        assert _active is not None
+        kept = not path.startswith(tempfile.gettempdir()) or path.startswith(_active.root)
+        if kept and _counts(path, _active.root) and not _asking(frame).startswith(_HOME):
+            owner.untraced[f"writes {path.removeprefix(_active.root)}"] = None
     elif path and path not in owner.written:
         owner.read[path] = None
 

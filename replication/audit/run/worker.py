@@ -17,7 +17,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.tracing import labels, others, traced, untraced
+from replication.audit.run.chance import shared_generators
+from replication.audit.run.tracing import labels, others, traced, unseeded, untraced
 from replication.audit.store.cache import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
@@ -96,7 +97,7 @@ def compute(task: Task) -> Answer:
             function = _find(task.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout):
+            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(unseeded):
                 text = _encoded(task.name, function(**json.loads(task.inputs)))
         files = trace.files
         more = others(tree, task.sources, task.loaded) if task.alone else set()

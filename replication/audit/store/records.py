@@ -58,6 +58,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     meant: str = ""
     unit: str = ""
     remark: str = ""
+    uncertainty: str = ""
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

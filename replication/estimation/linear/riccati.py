@@ -213,11 +213,14 @@ def _dying(period: RiccatiMap) -> Array | None:
 def circle_angles(stages: RiccatiMap, tolerance: float) -> Array:
     """Angles in [0, pi] of the eigenvalues of the period's symplectic pencil within `tolerance` of the unit circle.
 
-    For the maps of a gain at level g they are the (lifted) frequencies at which a singular value equals g.
+    For the maps of a gain at level g they are the (lifted) frequencies at which a singular value equals g. Raises
+    LinAlgError if the pencil overflows, as at the level of a gain that is zero up to rounding.
     """
     A, G, H = period_map(stages)
     identity, zero = np.eye(len(A)), np.zeros_like(A)
     pencil = np.block([[A.T, zero], [-H, identity]]), np.block([[identity, G], [zero, A]])
+    if not np.all(np.isfinite(pencil)):
+        raise np.linalg.LinAlgError("the pencil overflows")
     alpha, beta = scipy.linalg.eig(*pencil, right=False, homogeneous_eigvals=True)
     # |alpha| = |beta| is the circle; comparing them so needs no division by a beta that may vanish.
     close = np.abs(np.abs(alpha) - np.abs(beta)) <= tolerance * np.maximum(np.abs(alpha), np.abs(beta))

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from replication.estimation.multirate.extended import ExtendedFilter
     from replication.estimation.multirate.facade import analyse, design, simulate
     from replication.estimation.multirate.latency import ContinuousPlant
     from replication.estimation.multirate.optimum import search_timing
@@ -14,6 +15,7 @@ else:
     __getattr__ = lazy(
         __name__,
         {
+            "extended": "ExtendedFilter",
             "facade": "analyse design simulate",
             "latency": "ContinuousPlant",
             "plant": "MultiratePlant",
@@ -23,6 +25,6 @@ else:
     )
 
 __all__ = [
-    "ContinuousPlant", "KalmanResult", "MultiratePlant", "MultirateResult", "analyse", "design", "search_timing",
-    "simulate",
+    "ContinuousPlant", "ExtendedFilter", "KalmanResult", "MultiratePlant", "MultirateResult", "analyse", "design",
+    "search_timing", "simulate",
 ]  # fmt: skip

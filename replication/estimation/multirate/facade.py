@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Solution
 from replication.estimation.api.plants import ADDED, PlantReader, Signals, numbered, parts_of
 from replication.estimation.api.results import Evidence
@@ -21,7 +21,14 @@ from replication.estimation.api.shown import Goal, Simulation
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
-from replication.estimation.multirate.optimum import Optimum, least_error_offsets, optimum, search_timing
+from replication.estimation.multirate.optimum import (
+    DESIGN_MARGIN,
+    MISSED,
+    Optimum,
+    least_error_offsets,
+    optimum,
+    search_timing,
+)
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.result import KalmanResult, MultirateResult, facts
@@ -154,7 +161,7 @@ def design(
     InfeasibleError
         No observer reaches the level; the message names the least one.
     SolverError
-        Rounding hides the limit of the Riccati recursion.
+        Rounding hides the limit of the Riccati recursion, or spoils the gains.
 
     Notes
     -----
@@ -180,16 +187,25 @@ def design(
     if P0 is not None and problem.plant.under_way:
         raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
     start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    best = optimum(problem)
-    if goal is Goal.H2:
-        return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
     wanted = None if level is None else positive_scalar("level", level)
-    solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
     try:
-        return _analysed(MultirateResult, problem, signals, best, solution)
-    except InfeasibleError:  # of gains of our own: lost in rounding
-        require_noise_near(problem)
+        best = optimum(problem)
+        if goal is Goal.H2:
+            return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
+        solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
+        found = _analysed(MultirateResult, problem, signals, best, solution)
+    except (InfeasibleError, SolverError):  # unless more than the least was asked for: lost in rounding
+        if wanted is None:
+            require_noise_near(problem)
         raise
+    aim = best.upper * (1 + DESIGN_MARGIN) if wanted is None else wanted
+    if goal is Goal.HINF and found.bracket.lower > aim * (1 + MISSED):
+        require_noise_near(problem)
+        raise SolverError(
+            f"gains for the level {aim:.6g} have the gain {found.bracket.lower:.6g}: they were lost in rounding; "
+            "measure more often, or ask for a larger level"
+        )
+    return found
 
 
 def analyse(

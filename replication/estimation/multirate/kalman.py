@@ -282,24 +282,52 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
 
 
 def steady_state(problem: MultirateProblem) -> SteadyState | None:
-    """Covariances and gains for white noise of unit intensity, or None where the recursion from zero does not do."""
+    """Covariances and gains for white noise of unit intensity, or None where the recursion from zero does not do.
+
+    From one instant that measures to the next is one step of the recursion; what lies between is predicted.
+    """
     plant, mask = problem.plant, problem.schedule.mask
     Q = plant.drive @ plant.drive.T
+    instants = np.flatnonzero(mask.any(axis=1))
     found: dict[bytes, int] = {}
-    which = [found.setdefault(due.tobytes(), len(found)) for due in mask]
-    first = [which.index(kind) for kind in range(len(found))]
-    different = sensing(problem, mask[first])
+    which = [found.setdefault(due.tobytes(), len(found)) for due in mask[instants]]
+    different = sensing(problem, mask[instants[[which.index(kind) for kind in range(len(found))]]])
     if _nearly_dependent(different.R):
         return None
-    P = from_zero(RiccatiMap(*(part[which] for part in _maps(plant.A, Q, different))))
+    ahead = np.diff(instants, append=instants[0] + len(mask))
+    powers, sums = _predictions(plant.A, Q, int(ahead.max()))
+    maps = RiccatiMap(*(part[which] for part in _maps(plant.A, Q, different)))
+    if len(powers) > 1:
+        move = powers[ahead - 1]
+        maps = RiccatiMap(move @ maps.A, maps.G, move @ maps.H @ move.mT + sums[ahead - 1])
+    P = from_zero(maps)
     if P is None:
         return None
     step = corrected(plant.A, Q, different.at(which), P)
-    following = symmetric(np.roll(step.following, 1, axis=0))
-    deviation = np.sqrt(np.maximum(np.diagonal(following, axis1=1, axis2=2), 0.0))
-    if np.any(np.abs(following - P) > REPEATS * deviation[:, :, None] * deviation[:, None, :]):
+    if len(powers) == 1:
+        following, L = np.roll(step.following, 1, axis=0), step.L
+    else:
+        # Of each instant the last one before it that measures, and how long ago that one's prediction was made.
+        last = np.searchsorted(instants, np.arange(len(mask))) - 1
+        ago = (np.arange(len(mask)) - instants[last]) % len(mask) - 1
+        following = powers[ago] @ step.following[last] @ powers[ago].mT + sums[ago]
+        L = np.zeros((len(mask), *step.L.shape[1:]))
+        L[instants] = step.L
+    following = symmetric(following)
+    again = following[instants]
+    deviation = np.sqrt(np.maximum(np.diagonal(again, axis1=1, axis2=2), 0.0))
+    if np.any(np.abs(again - P) > REPEATS * deviation[:, :, None] * deviation[:, None, :]):
         return None
-    return SteadyState(following, step.L)
+    return SteadyState(following, L)
+
+
+def _predictions(A: Array, Q: Array, count: int) -> tuple[Array, Array]:
+    """A^j, and the covariance that j steps without a measurement add, for j = 0 ... count - 1, in stacks."""
+    powers, sums = [np.eye(len(A))], [np.zeros_like(Q)]
+    for _ in range(count - 1):
+        powers.append(np.dot(A, powers[-1]))
+        sums.append(np.dot(np.dot(A, sums[-1]), A.T) + Q)
+    return np.array(powers), np.array(sums)
 
 
 def _nearly_dependent(R: Array) -> bool:

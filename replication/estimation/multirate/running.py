@@ -63,7 +63,7 @@ class RunningKalman(RunningObserver):
 
     def __init__(self, problem: MultirateProblem, lag: int, gate: float | None) -> None:
         plant = problem.plant
-        self._gate = gate_of(gate)
+        self.gate = gate_of(gate)
         self.problem, self.lag = problem, lag
         self._A, self._B, self._C, self._mask = plant.A, plant.B_u, plant.C, problem.schedule.mask
         self._direct = plant.D_u if np.any(plant.D_u) else None
@@ -101,8 +101,8 @@ class RunningKalman(RunningObserver):
         due, there = self._mask[phase], innovation == innovation  # NaN is not itself
         came, gated = (there if self.takes_any else due & there), 0
         missed, extra = self._due[phase] - int(np.count_nonzero(due & there)), int(np.count_nonzero(there & ~due))
-        if self._gate:
-            passed = came & (innovation**2 <= self._gate**2 * self._variances(phase))
+        if self.gate:
+            passed = came & (innovation**2 <= self.gate**2 * self._variances(phase))
             gated, came = int(np.count_nonzero(came & ~passed)), passed
         if extra and not self.takes_any:
             warn_unscheduled(self.unscheduled)
@@ -191,7 +191,7 @@ class KalmanFilter(RunningKalman):
             transition[:n, :n] += self._A
             known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
-        limits = self._gate * np.sqrt(np.diagonal(self.gains.innovation, axis1=1, axis2=2)) if self._gate else None
+        limits = self.gate * np.sqrt(np.diagonal(self.gains.innovation, axis1=1, axis2=2)) if self.gate else None
         return Recursion(phases, n, [output] * len(phases), direct, limits)
 
 

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
     from replication.estimation.nonuniform.result import NonuniformResult
     from replication.estimation.nonuniform.stamped.design import StampedPlant
+    from replication.estimation.nonuniform.stamped.extended import ExtendedKalman, NonlinearPlant
     from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
     from replication.estimation.nonuniform.stamped.result import StampedResult
     from replication.estimation.nonuniform.stamped.running import StampedKalman
@@ -22,6 +23,7 @@ else:
             "filters": "Filter",
             "plant": "PeriodRange SampledPlant",
             "result": "NonuniformResult",
+            "stamped.extended": "ExtendedKalman NonlinearPlant",
             "stamped.kalman": "NoisyPlant",
             "stamped.result": "StampedResult",
             "stamped.running": "StampedKalman",
@@ -30,6 +32,6 @@ else:
     )
 
 __all__ = [
-    "Filter", "NoisyPlant", "NonuniformResult", "PeriodRange", "SampledPlant", "StampedKalman", "StampedPlant",
-    "StampedResult", "analyse", "design", "design_stamped", "simulate",
+    "ExtendedKalman", "Filter", "NoisyPlant", "NonlinearPlant", "NonuniformResult", "PeriodRange", "SampledPlant",
+    "StampedKalman", "StampedPlant", "StampedResult", "analyse", "design", "design_stamped", "simulate",
 ]  # fmt: skip

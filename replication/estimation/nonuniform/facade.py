@@ -23,9 +23,10 @@ from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import NonuniformResult, result_of
 from replication.estimation.nonuniform.robust import LmiSolution, robust_design
+from replication.estimation.nonuniform.sequences import sequence_gain
 from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant, proved_design
 from replication.estimation.nonuniform.stamped.result import StampedResult, stamped_result
-from replication.estimation.nonuniform.worst_case import error_ratio, sequence_gain, simulate_error
+from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
 from replication.estimation.validation import as_matrix
 
 if TYPE_CHECKING:

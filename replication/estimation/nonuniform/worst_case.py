@@ -1,34 +1,26 @@
 """The gain over every sampling sequence: from below by one bad sequence, and with the proved level from both sides.
 
-The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to
-e_1 ... e_K, found by Lanczos on a banded triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it
-is attained. Sequences are searched by their run lengths: how many samples at h_u, at h_l, at h_u, and so on make the
-worst repeated pattern. Two lengths are searched from several starts; then runs are interrupted by one sample of the
-other kind and all lengths are searched again, as long as that pays.
+The bound is ||e|| / ||w|| of the worst disturbance of one sequence, so it is attained. Sequences are searched by their
+run lengths: how many samples at h_u, at h_l, at h_u, and so on make the worst repeated pattern. Two lengths are
+searched from several starts; then runs are interrupted by one sample of the other kind and all lengths are searched
+again, as long as that pays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
+from replication.estimation.nonuniform.sequences import sequence_gain, sequence_gains
 from replication.estimation.validation import Array, as_array, positive_integer
 
-SEARCH_TOLERANCE = 1e-4
-FINAL_TOLERANCE = 1e-10
-"""Of Lanczos; the error of the singular value is about its square."""
-DENSE, RESTARTS = 2000, 200
-"""Disturbances of at most so many numbers come from a singular value decomposition if Lanczos restarts more often."""
 Runs = tuple[int, ...]
-Value = Callable[[Runs], float]
 
 IMPROVEMENT = 1e-6
 """Relative gain below which a change of one length does not count."""
@@ -62,71 +54,6 @@ def simulate_error(plant: SampledPlant, filter_: Estimator, periods: Array, w: A
     return filter_.errors(plant, periods, w)
 
 
-def sequence_gain(
-    plant: SampledPlant,
-    filter_: Estimator,
-    periods: Array,
-    *,
-    per_duration: bool = False,
-    tolerance: float = FINAL_TOLERANCE,
-) -> tuple[float, Array]:
-    """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
-
-    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period). Raises InvalidInputError
-    for fewer than two periods, periods that are not positive, or a filter that does not fit.
-    """
-    periods = as_periods("periods", periods)
-    if len(periods) < 2:
-        raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
-    filter_.error_output(plant)
-    steps, drives = filter_.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
-    output = filter_.error_output(plant)
-    count, size, inputs = drives.shape
-    root = np.sqrt(periods)[:, None] if per_duration else np.ones((count, 1))
-    e_root = np.vstack([root[1:], root[-1:]])
-    drives = drives / root[:, :, None]
-    band, squares, weights = _banded(steps), output.T @ output, e_root**2
-
-    def solved(right: Array, trans: str = "N") -> Array:
-        x, _ = scipy.linalg.lapack.dtbtrs(band, right.reshape(-1, 1), uplo="L", trans=trans, diag="U")
-        return np.asarray(x).reshape(count, size)
-
-    def states(w: Array) -> Array:
-        return solved(np.einsum("kij,kj->ki", drives, w.reshape(count, inputs)))
-
-    def forward(w: Array) -> Array:
-        return np.asarray(states(w) @ output.T * e_root)
-
-    def normal(w: Array) -> Array:
-        costate = solved(states(w) @ squares * weights, "T")
-        return np.asarray(np.einsum("kij,ki->kj", drives, costate).ravel())
-
-    operator = scipy.sparse.linalg.LinearOperator((count * inputs, count * inputs), matvec=normal, dtype=float)
-    # A fixed first guess, and fixed ones after a restart, make the result reproducible.
-    rng = np.random.default_rng(0)
-    guess = rng.standard_normal(count * inputs)
-    small = count * inputs <= DENSE
-    try:
-        most = RESTARTS if small else None
-        found = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[1]
-    except scipy.sparse.linalg.ArpackNoConvergence:
-        # The largest values lie too close together for Lanczos.
-        if not small:
-            raise
-        found = np.linalg.svd(np.array([forward(unit).ravel() for unit in np.eye(count * inputs)])).U
-    w = found[:, 0] / np.linalg.norm(found[:, 0])
-    return float(np.linalg.norm(forward(w))), np.asarray(w.reshape(count, inputs) / root)
-
-
-def _banded(steps: Array) -> Array:
-    """The matrix that takes x_1 ... x_K to x_{k+1} - A_k x_k, whose diagonal is one: its lower band, for LAPACK."""
-    count, size, _ = steps.shape
-    band = np.zeros((2 * size, count, size))
-    row, column = np.indices((size, size))
-    band[size + row - column, :-1, column] = -np.moveaxis(steps[1:], 0, -1)
-    return band.reshape(2 * size, count * size)
-
-
 def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
     """`horizon` periods that repeat: runs[0] samples at h_u, runs[1] at h_l, runs[2] at h_u, and so on."""
     if positive_integer("horizon", horizon) < 2 or not runs or min(runs) < 0 or sum(runs) < 1:
@@ -152,17 +79,13 @@ def worst_sequence(
     """
     filter_.require_settling(plant)
 
-    def gain_over(samples: int) -> Callable[[Runs], float]:
-        def gain(runs: Runs) -> float:
-            sequence = repeated(periods, runs, samples)
-            return sequence_gain(plant, filter_, sequence, per_duration=per_duration, tolerance=SEARCH_TOLERANCE)[0]
-
-        return gain
+    def gains(sequences: Sequence[Array]) -> list[float]:
+        return sequence_gains(plant, filter_, sequences, per_duration=per_duration)
 
     last = positive_integer("final_horizon", horizon if final_horizon is None else final_horizon)
-    best = best_runs(gain_over(horizon), horizon)
+    best = best_runs(Search(gains, periods, horizon))
     if last != horizon:
-        best = adjusted(best, gain_over(last))
+        best = adjusted(best, Search(gains, periods, last))
     sequence = repeated(periods, best, last)
     _, w = sequence_gain(plant, filter_, sequence, per_duration=per_duration)
     e = simulate_error(plant, filter_, sequence, w)
@@ -177,33 +100,54 @@ def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = Fals
     return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))
 
 
-def best_runs(value: Value, horizon: int) -> Runs:
-    """The runs of largest `value` that the search finds; `horizon` samples is as long as a run may usefully be.
+class Search:
+    """The gains of runs that are repeated over `horizon` samples, found once, and together where several are tried."""
+
+    def __init__(self, gains: Callable[[Sequence[Array]], list[float]], periods: PeriodRange, horizon: int) -> None:
+        """gains: what those of sequences are."""
+        self._gains, self._periods, self.horizon = gains, periods, horizon
+        self._known: dict[bytes, float] = {}
+
+    def best(self, tried: Iterable[Runs]) -> tuple[float, Runs]:
+        """The largest gain, and the first runs that have it."""
+        sequences = {runs: repeated(self._periods, runs, self.horizon) for runs in tried}
+        new = {one.tobytes(): one for one in sequences.values() if one.tobytes() not in self._known}
+        if new:
+            self._known |= dict(zip(new, self._gains(list(new.values())), strict=True))
+        values = {runs: self._known[one.tobytes()] for runs, one in sequences.items()}
+        best = max(values, key=values.__getitem__)
+        return values[best], best
+
+
+def best_runs(search: Search) -> Runs:
+    """The runs of the largest gain that the search finds; its horizon is as long as a run may usefully be.
 
     Constant sequences, short, medium and endless runs of h_l are among the starts.
     """
-    value = cache(value)
+    horizon = search.horizon
     families: list[list[Runs]] = [[(0, 1)], [(1, 0)]]
     families += [[(burst, rest) for burst in (1, 4, 16)] for rest in (1, horizon // 16, horizon)]
-    best = max((adjusted(max(family, key=value), value) for family in families), key=value)
+    search.best(runs for family in families for runs in family)
+    value, best = search.best([adjusted(search.best(family)[1], search) for family in families])
     while len(best) < MAX_RUNS:
-        finer = adjusted(max(_interrupted(best), key=value), value)
-        if value(finer) <= value(best) * (1 + WORTH):
+        finer = adjusted(search.best(_interrupted(best))[1], search)
+        more, _ = search.best([finer])
+        if more <= value * (1 + WORTH):
             return best
-        best = finer
+        value, best = more, finer
     return best
 
 
-def adjusted(runs: Runs, value: Value) -> Runs:
+def adjusted(runs: Runs, search: Search) -> Runs:
     """Steepest ascent over the run lengths with steps of one and of a quarter of the length."""
-    value = cache(value)
+    value, _ = search.best([runs])
     while True:
         steps = [(i, sign * size) for i, n in enumerate(runs) for sign in (-1, 1) for size in {1, max(1, n // 4)}]
         moves = {(*runs[:i], max(0, runs[i] + step), *runs[i + 1 :]) for i, step in steps}
-        best = max(sorted(move for move in moves if any(move)), key=value)
-        if value(best) <= value(runs) * (1 + IMPROVEMENT):
+        more, best = search.best(sorted(move for move in moves if any(move)))
+        if more <= value * (1 + IMPROVEMENT):
             return runs
-        runs = best
+        value, runs = more, best
 
 
 def _interrupted(runs: Runs) -> list[Runs]:

@@ -5,13 +5,14 @@ from replication.audit.declare import Part, experiment, number, paper
 from replication.audit.numbers import numbers
 from replication.audit.project import about
 
+NUMBERS = numbers(__file__)
 R, DAYS = (number(printed.DATA[name]) for name in ("reproduction", "days"))
 
 PAPER = paper(
     **about(__file__),
     parts=(
         Part("Sec. 2", reason="Parameters."),
-        *numbers(printed.__file__),
+        *NUMBERS.parts,
         Part("The course", figures="course"),
     ),
     experiments=(

@@ -18,17 +18,17 @@ from sampled_cases import (
 )
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.nonuniform import guarantee
+from replication.estimation.nonuniform import guarantee, sequences
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.guarantee import certify, guaranteed_level
 from replication.estimation.nonuniform.path_lyapunov import Cells, ContextTree, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
+from replication.estimation.nonuniform.sequences import sequence_gain, sequence_gains
 from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 from replication.estimation.nonuniform.worst_case import (
     error_ratio,
     repeated,
-    sequence_gain,
     simulate_error,
     worst_sequence,
 )
@@ -61,6 +61,19 @@ def test_gain_of_a_sequence_is_the_largest_singular_value():
         assert gain == pytest.approx(np.linalg.norm(whole, 2), rel=1e-10)
         e = simulate_error(OSCILLATOR, subject, periods, w)
         assert error_ratio(periods, w, e, per_duration=per_duration) == pytest.approx(gain, rel=1e-9)
+
+
+@pytest.mark.parametrize("looks", [sequences.LOOKS, (2,)], ids=["all settle", "one by one"])
+@pytest.mark.parametrize("per_duration", [False, True])
+@pytest.mark.parametrize("length", [2, 31, 32, 70])
+def test_sequences_together_have_the_gains_that_they_have_alone(length, per_duration, looks, monkeypatch):
+    monkeypatch.setattr(sequences, "LOOKS", looks)
+    monkeypatch.setattr(sequences, "TOGETHER", 3 * length)
+    rng = np.random.default_rng(length)
+    tried = list(rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, (7, length)))
+    alone = [sequence_gain(OSCILLATOR, oscillator_filter(), one, per_duration=per_duration)[0] for one in tried]
+    found = sequence_gains(OSCILLATOR, oscillator_filter(), tried, per_duration=per_duration)
+    assert found == pytest.approx(alone, rel=1e-6)
 
 
 def test_a_single_period_gives_the_textbook_norm():

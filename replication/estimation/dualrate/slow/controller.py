@@ -325,6 +325,15 @@ def _under_loads(problem: SlowProblem) -> Controller | None:
     return Controller(*observer.observing(sigma, np.inf), K @ inner + np.hstack([held, np.zeros((m, m))]))
 
 
+def covariances(problem: SlowProblem) -> Array:
+    """Of the error of the Kalman filter before each reading (N, n, n); raises SolverError if rounding spoils it."""
+    units = (equations := Equations(problem))._scaled[1]
+    sigma = equations.covariance(np.inf)
+    if sigma is None:
+        raise SolverError(problem.lost())
+    return sigma * np.outer(units, units)
+
+
 def measures(problem: SlowProblem, level: float) -> Measures:
     """Exact gain and root mean square of `central`."""
     loop = closed(problem, central(problem, level))

@@ -62,6 +62,7 @@ class RunningController(PeriodicObserver):
     """
 
     def __init__(self, problem: SlowProblem, controller: Controller) -> None:
+        self.problem, self.controller = problem, controller
         n, m = problem.plant.B_u.shape
         phases = []
         mask = _due(problem)

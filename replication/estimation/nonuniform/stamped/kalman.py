@@ -188,20 +188,24 @@ class Recursion:
         white = np.zeros((n, n)) if plant.S is not None else plant.Q
         return cls(plant, Transition.of(plant.A, np.hstack([plant.B_u, np.eye(n)]), white), gate)
 
+    def output(self, x: Array) -> tuple[Array, Array]:
+        """What the sensors are expected to measure at x (q,), and by how much it changes with x (q, n)."""
+        return self.plant.C @ x, self.plant.C
+
     def update(self, prior: Estimate, y: Array, u: Array) -> Instant:
         """Take the entries of y (q,) that are numbers within the gate; with held noise all must be."""
         plant, n = self.plant, self.plant.order
-        seen = ~np.isnan(y)
+        seen, (expected, C) = ~np.isnan(y), self.output(prior.x)
         if self.gate and np.any(seen):
-            variances = np.einsum("qa,ab,qb->q", plant.C, prior.P, plant.C) + np.diag(plant.R)
-            seen &= np.abs(np.where(seen, y - plant.C @ prior.x, 0.0)) <= self.gate * np.sqrt(variances)
-        C, R = plant.C[seen], plant.R[np.ix_(seen, seen)]
+            variances = np.einsum("qa,ab,qb->q", C, prior.P, C) + np.diag(plant.R)
+            seen &= np.abs(np.where(seen, y - expected, 0.0)) <= self.gate * np.sqrt(variances)
+        C, R = C[seen], plant.R[np.ix_(seen, seen)]
         mean, covariance = prior.x, prior.P
         output, crossed = C, np.zeros((n, len(C)))
         if plant.S is not None:
             mean, covariance = np.concatenate([mean, np.zeros(n)]), scipy.linalg.block_diag(covariance, plant.Q)
             output, crossed = np.hstack([C, np.zeros_like(C)]), np.vstack([crossed, plant.S[:, seen]])
-        innovation = y[seen] - C @ prior.x
+        innovation = y[seen] - expected[seen]
         spread = symmetric(C @ prior.P @ C.T + R)
         if len(C):
             gain = np.linalg.solve(spread, (covariance @ output.T + crossed).T).T

@@ -87,7 +87,7 @@ class StampedKalman(StampedEstimator):
         start = Estimate(np.nan if t is None else as_time("t", t), np.array(x), np.array(P))
         self._start = start
         if t is not None:
-            self._instants = (self._run.update(start, np.full(len(self.plant.C), np.nan), np.zeros(self.inputs)),)
+            self._instants = (self._run.update(start, np.full(len(self.sensors), np.nan), np.zeros(self.inputs)),)
 
     def _sample(self, y: Any) -> Array:
         return as_sample(y, self.sensors, complete=self.plant.S is not None)

@@ -54,14 +54,20 @@ class Transition:
 
     def at(self, h: float) -> tuple[Array, Array, Array]:
         """Phi (n, n), Gamma (n, m) and Q (n, n) over h >= 0, s."""
+        Phi, Gamma, Q = self.over(np.array([h]))
+        return Phi[0], Gamma[0], Q[0]
+
+    def over(self, h: Array) -> tuple[Array, Array, Array]:
+        """The same over each of several times (U,): Phi (U, n, n), Gamma (U, n, m) and Q (U, n, n)."""
         n, m = self.order, self.inputs
-        doublings = 0
-        while self.rate * h > SHORT:
-            h, doublings = h / 2, doublings + 1
-        whole = (h ** np.arange(DEGREE + 1) @ self.table.reshape(DEGREE + 1, -1)).reshape(n, -1)
-        Phi, Gamma, Q = whole[:, :n], whole[:, n : n + m], whole[:, n + m :]
-        for _ in range(doublings):
-            Q, Gamma, Phi = Q + Phi @ Q @ Phi.T, Gamma + Phi @ Gamma, Phi @ Phi
+        doublings = np.ceil(np.log2(np.maximum(self.rate * h / SHORT, 1.0)))
+        powers = (h / 2.0**doublings)[:, None] ** np.arange(DEGREE + 1)
+        whole = (powers @ self.table.reshape(DEGREE + 1, -1)).reshape(len(h), n, -1)
+        Phi, Gamma, Q = whole[..., :n], whole[..., n : n + m], whole[..., n + m :]
+        for left in range(int(doublings.max(initial=0.0)), 0, -1):
+            on = (doublings >= left)[:, None, None]
+            Q = np.where(on, Q + Phi @ Q @ Phi.mT, Q)
+            Gamma, Phi = np.where(on, Gamma + Phi @ Gamma, Gamma), np.where(on, Phi @ Phi, Phi)
         return Phi, Gamma, symmetric(Q)
 
 
@@ -72,24 +78,7 @@ obs_init(&s, NULL) or, with a start of OBS_ESTIMATES numbers, obs_init(&s, start
    measure; NULL: there is no sample, only the input changes), and estimate receives the estimate of the OBS_ESTIMATES
    states at t. obs_predict(&s, t, estimate) gives that at a later time. Both return 0, or 1 and change nothing if a
    number is not finite, t is not later than the sample before, or it is before the newest input."""
-BODY = """\
-typedef struct {
-    double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, sampled, covariance[OBS_SPREAD];
-    unsigned long samples, gated;
-    int started;
-} obs_t;
-typedef struct {
-    double Phi[OBS_ESTIMATES * OBS_ESTIMATES], Gamma[OBS_ESTIMATES * OBS_DRIVES + 1], Q[OBS_ESTIMATES * OBS_ESTIMATES];
-} obs_move;
-
-static void obs_series(double *out, const double *table, int count, double h)
-{
-    int i, k;
-    for (i = 0; i < count; i++)
-        for (out[i] = 0.0, k = OBS_DEGREE; k >= 0; k--)
-            out[i] = out[i] * h + table[k * count + i];
-}
-
+TURN = """\
 /* out (estimates, estimates) += left right left', symmetric: what rounding makes unequal would grow. */
 static void obs_turn(double *out, const double *left, const double *right)
 {
@@ -103,77 +92,51 @@ static void obs_turn(double *out, const double *left, const double *right)
             out[j * OBS_ESTIMATES + i] = out[i * OBS_ESTIMATES + j];
         }
 }
+"""
+STATE = """\
+typedef struct {
+    double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, sampled, covariance[OBS_SPREAD];
+    unsigned long samples, gated;
+    int started;
+} obs_t;
 
-/* Over h: a power series over h / 2^j, doubled j times. */
-static void obs_transition(double h, obs_move *move)
-{
-    obs_move half;
-    int doublings;
-    for (doublings = 0; obs_rate[0] * h > obs_rate[1]; doublings++)
-        h /= 2.0;
-    obs_series(move->Phi, obs_phi, OBS_ESTIMATES * OBS_ESTIMATES, h);
-    obs_series(move->Gamma, obs_gamma, OBS_ESTIMATES * OBS_DRIVES, h);
-    obs_series(move->Q, obs_q, OBS_ESTIMATES * OBS_ESTIMATES, h);
-    for (; doublings > 0; doublings--) {
-        half = *move;
-        memset(move->Phi, 0, sizeof move->Phi);
-        obs_add(move->Phi, half.Phi, half.Phi, OBS_ESTIMATES, OBS_ESTIMATES, OBS_ESTIMATES);
-        obs_add(move->Gamma, half.Phi, half.Gamma, OBS_ESTIMATES, OBS_ESTIMATES, OBS_DRIVES);
-        obs_turn(move->Q, half.Phi, half.Q);
-    }
-}
-
-static void obs_moved(const obs_t *s, const obs_move *move, double *x)
-{
-    double drive[OBS_DRIVES + 1] = {0};
-    memcpy(drive, s->input, OBS_INPUTS * sizeof *drive);
-    memcpy(drive + OBS_INPUTS, s->mean + OBS_ESTIMATES, OBS_HELD * sizeof *drive);
-    memset(x, 0, OBS_ESTIMATES * sizeof *x);
-    obs_add(x, move->Phi, s->mean, OBS_ESTIMATES, OBS_ESTIMATES, 1);
-    obs_add(x, move->Gamma, drive, OBS_ESTIMATES, OBS_DRIVES, 1);
-}
-
+"""
+STEPPED = """
 void obs_init(obs_t *s, const double *start)
 {
     memset(s, 0, sizeof *s);
-    if (start != NULL)
-        memcpy(s->mean, start, OBS_ESTIMATES * sizeof *start);
+    memcpy(s->mean, start == NULL ? obs_origin : start, OBS_ESTIMATES * sizeof *s->mean);
     memcpy(s->covariance, obs_start, sizeof s->covariance);
 }
 
 int obs_predict(const obs_t *s, double t, double *estimate)
 {
-    obs_move move;
+    double covariance[OBS_SPREAD];
     if (!isfinite(t) || !s->started || t < s->time)
         return 1;
-    obs_transition(t - s->time, &move);
-    obs_moved(s, &move, estimate);
-    return 0;
+    memcpy(estimate, s->mean, OBS_ESTIMATES * sizeof *estimate);
+    return obs_ahead(s, t - s->time, estimate, covariance);
 }
 
-$corrected
 int obs_step(obs_t *s, double t, const double *u, const double *y, double *estimate)
 {
-    double x[OBS_ESTIMATES];
-    obs_move move;
+    double x[OBS_ESTIMATES], covariance[OBS_SPREAD];
     if (!isfinite(t) || (s->started && t < s->time) || (s->samples > 0 && y != NULL && t <= s->sampled))
         return 1;
     if ((u != NULL && obs_bad(u, OBS_INPUTS, 0)) || (y == NULL ? u == NULL : obs_bad(y, OBS_MEASUREMENTS, OBS_GAPS)))
         return 1;
     memcpy(x, s->mean, sizeof x);
-    if (s->started) {
-        obs_transition(t - s->time, &move);
-        obs_moved(s, &move, x);
-        if (OBS_GAPS)
-            obs_turn(move.Q, move.Phi, s->covariance);
-        memcpy(s->covariance, move.Q, sizeof s->covariance);
-    }
-    if (y == NULL)
-        memcpy(s->mean, x, sizeof x);
-    else {
-        obs_correct(s, t, x, y);
+    memcpy(covariance, s->covariance, sizeof covariance);
+    if (s->started && obs_ahead(s, t - s->time, x, covariance))
+        return 1;
+    if (y != NULL) {
+        if (obs_correct(s, t, x, covariance, y))
+            return 1;
         s->sampled = t;
         s->samples++;
+    } else {
+        memcpy(s->mean, x, sizeof x);
+        memcpy(s->covariance, covariance, sizeof covariance);
     }
     if (u != NULL)
         memcpy(s->input, u, OBS_INPUTS * sizeof *u);
@@ -186,9 +149,53 @@ int obs_step(obs_t *s, double t, const double *u, const double *y, double *estim
     return 0;
 }
 """
+"""Around `obs_ahead`, which moves x and covariance by a time, and `obs_correct`, which takes a sample; 1: refused."""
+AHEAD = """
+typedef struct {
+    double Phi[OBS_ESTIMATES * OBS_ESTIMATES], Gamma[OBS_ESTIMATES * OBS_DRIVES + 1], Q[OBS_ESTIMATES * OBS_ESTIMATES];
+} obs_move;
+
+static void obs_series(double *out, const double *table, int count, double h)
+{
+    int i, k;
+    for (i = 0; i < count; i++)
+        for (out[i] = 0.0, k = OBS_DEGREE; k >= 0; k--)
+            out[i] = out[i] * h + table[k * count + i];
+}
+
+/* Over h: a power series over h / 2^j, doubled j times. */
+static int obs_ahead(const obs_t *s, double h, double *x, double *covariance)
+{
+    double drive[OBS_DRIVES + 1] = {0};
+    obs_move move, half;
+    int doublings;
+    for (doublings = 0; obs_rate[0] * h > obs_rate[1]; doublings++)
+        h /= 2.0;
+    obs_series(move.Phi, obs_phi, OBS_ESTIMATES * OBS_ESTIMATES, h);
+    obs_series(move.Gamma, obs_gamma, OBS_ESTIMATES * OBS_DRIVES, h);
+    obs_series(move.Q, obs_q, OBS_ESTIMATES * OBS_ESTIMATES, h);
+    for (; doublings > 0; doublings--) {
+        half = move;
+        memset(move.Phi, 0, sizeof move.Phi);
+        obs_add(move.Phi, half.Phi, half.Phi, OBS_ESTIMATES, OBS_ESTIMATES, OBS_ESTIMATES);
+        obs_add(move.Gamma, half.Phi, half.Gamma, OBS_ESTIMATES, OBS_ESTIMATES, OBS_DRIVES);
+        obs_turn(move.Q, half.Phi, half.Q);
+    }
+    memcpy(drive, s->input, OBS_INPUTS * sizeof *drive);
+    memcpy(drive + OBS_INPUTS, s->mean + OBS_ESTIMATES, OBS_HELD * sizeof *drive);
+    memset(x, 0, OBS_ESTIMATES * sizeof *x);
+    obs_add(x, move.Phi, s->mean, OBS_ESTIMATES, OBS_ESTIMATES, 1);
+    obs_add(x, move.Gamma, drive, OBS_ESTIMATES, OBS_DRIVES, 1);
+    if (OBS_GAPS) {
+        obs_turn(move.Q, move.Phi, s->covariance);
+        memcpy(covariance, move.Q, OBS_SPREAD * sizeof *covariance);
+    }
+    return 0;
+}
+"""
 FIXED = """\
 /* By the gain of the period before, which also estimates the held disturbance. */
-static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
 {
     double innovation[OBS_MEASUREMENTS] = {0};
     int cell = 0, i;
@@ -200,36 +207,37 @@ static void obs_correct(obs_t *s, double t, const double *x, const double *y)
     memset(s->mean, 0, sizeof s->mean);
     memcpy(s->mean, x, OBS_ESTIMATES * sizeof *x);
     obs_add(s->mean, obs_gain + cell * OBS_MEAN * OBS_MEASUREMENTS, innovation, OBS_MEAN, OBS_MEASUREMENTS, 1);
+    memcpy(s->covariance, covariance, sizeof s->covariance);
+    return 0;
 }
 """
-RUNNING = """\
+WEIGHED = """\
 /* By the gain that follows from the covariance, through a Cholesky factor of that of the innovations. */
-static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+static void obs_weigh(obs_t *s, const double *x, const double *covariance, const double *y, const double *expected,
+    const double *output)
 {
     double crossed[OBS_MEASUREMENTS][OBS_ESTIMATES] = {{0}}, root[OBS_MEASUREMENTS][OBS_MEASUREMENTS];
     double innovation[OBS_MEASUREMENTS] = {0};
     int seen[OBS_MEASUREMENTS], count = 0, i, j, k;
-    (void)t;
     for (i = 0; i < OBS_MEASUREMENTS; i++) {
-        const double *row = obs_output + i * OBS_ESTIMATES;
-        double expected = 0.0, variance = obs_noise[i * OBS_MEASUREMENTS + i];
+        const double *row = output + i * OBS_ESTIMATES;
+        double variance = obs_noise[i * OBS_MEASUREMENTS + i];
         if (isnan(y[i]))
             continue;
         memset(crossed[count], 0, sizeof crossed[count]);
-        obs_add(&expected, row, x, 1, OBS_ESTIMATES, 1);
-        obs_add(crossed[count], row, s->covariance, 1, OBS_ESTIMATES, OBS_ESTIMATES);
+        obs_add(crossed[count], row, covariance, 1, OBS_ESTIMATES, OBS_ESTIMATES);
         obs_add(&variance, crossed[count], row, 1, OBS_ESTIMATES, 1);
-        if (obs_gate[0] > 0.0 && fabs(y[i] - expected) > obs_gate[0] * sqrt(variance)) {
+        if (obs_gate[0] > 0.0 && fabs(y[i] - expected[i]) > obs_gate[0] * sqrt(variance)) {
             s->gated++;
             continue;
         }
-        innovation[count] = y[i] - expected;
+        innovation[count] = y[i] - expected[i];
         seen[count++] = i;
     }
     for (i = 0; i < count; i++) {
         for (j = 0; j <= i; j++) {
             root[i][j] = obs_noise[seen[i] * OBS_MEASUREMENTS + seen[j]];
-            obs_add(&root[i][j], crossed[i], obs_output + seen[j] * OBS_ESTIMATES, 1, OBS_ESTIMATES, 1);
+            obs_add(&root[i][j], crossed[i], output + seen[j] * OBS_ESTIMATES, 1, OBS_ESTIMATES, 1);
         }
     }
     for (i = 0; i < count; i++) {
@@ -245,12 +253,23 @@ static void obs_correct(obs_t *s, double t, const double *x, const double *y)
         }
     }
     memcpy(s->mean, x, OBS_ESTIMATES * sizeof *x);
+    memcpy(s->covariance, covariance, sizeof s->covariance);
     for (k = 0; k < count; k++)
         for (i = 0; i < OBS_ESTIMATES; i++) {
             s->mean[i] += crossed[k][i] * innovation[k];
             for (j = 0; j < OBS_ESTIMATES; j++)
                 s->covariance[i * OBS_ESTIMATES + j] -= crossed[k][i] * crossed[k][j];
         }
+}
+"""
+RUNNING = """
+static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
+{
+    double expected[OBS_MEASUREMENTS] = {0};
+    (void)t;
+    obs_add(expected, obs_output, x, OBS_MEASUREMENTS, OBS_ESTIMATES, 1);
+    obs_weigh(s, x, covariance, y, expected, obs_output);
+    return 0;
 }
 """
 
@@ -267,9 +286,15 @@ def c_form(
     n, drives, fixed = transition.order, transition.inputs, "gain" in own
     phi, gamma, q = np.split(transition.table, [n, n + drives], axis=2)
     tables = {"phi": phi, "gamma": gamma, "q": q, "rate": np.array([transition.rate, SHORT]), "output": output}
-    tables |= {"start": np.zeros(1), **own}
+    tables |= {"start": np.zeros(1), "origin": np.zeros(n), **own}
     sizes = {"estimates": n, "inputs": inputs, "held": drives - inputs, "drives": drives, "mean": n + drives - inputs}
     sizes |= {"measurements": len(output), "degree": DEGREE, "gaps": int(not fixed)}
     # A filter of fixed gains keeps no covariance.
     sizes |= {"cells": len(own["gain"]) if fixed else 1, "spread": 1 if fixed else n * n}
-    return c_file(name, comment, USAGE, BODY.replace("$corrected", FIXED if fixed else RUNNING), sizes, tables)
+    body = stepped(TURN + AHEAD, FIXED if fixed else WEIGHED + RUNNING)
+    return c_file(name, comment, USAGE, body, sizes, tables)
+
+
+def stepped(ahead: str, correct: str) -> str:
+    """The whole body in C of an estimator with time stamps, from how it moves and how it takes a sample."""
+    return STATE + ahead + correct + STEPPED

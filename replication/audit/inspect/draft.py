@@ -1,0 +1,291 @@
+"""A draft of printed.toml and coverage.toml from a text or its LaTeX source, for a person to read and accept.
+
+Each numeral is listed with its section or table and its line. Numbers that state a fact (a cell of a table, a decimal,
+a percentage, a number with its uncertainty) are proposed as printed data; whole numbers of the prose are left open;
+what only numbers, cites or furnishes the text is excused. Nothing of it counts before it is moved into place.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+from replication.audit.inspect.coverage import NUMERAL
+from replication.audit.judge.printed import parse
+from replication.errors import AuditError, InvalidInputError
+from replication.files import write_atomically
+
+FILES = ("printed.draft.toml", "coverage.draft.toml")
+_NUMBER = r"(?:[0-9]+(?:,[0-9]{3})*(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+)"
+_SIGNED = rf"(?:(?<![\w)\]}}])[-−+])?{_NUMBER}"
+_POWER = r"(?:[eE][+-]?[0-9]{1,2}|\s*(?:×|\\times|\\cdot)\s*10\s*\^\s*\{?\s*[-−+]?[0-9]{1,2}\s*\}?)"
+_TAIL = (
+    rf"(?:\([0-9]{{1,3}}\)|\s*(?:±|\\pm|\+/-)\s*{_NUMBER}"
+    rf"|\s*\^\s*\{{\s*\+{_NUMBER}\s*\}}\s*_\s*\{{\s*[-−]{_NUMBER}\s*\}}"
+    rf"|\s*_\s*\{{\s*[-−]{_NUMBER}\s*\}}\s*\^\s*\{{\s*\+{_NUMBER}\s*\}}"
+    rf"|\s*[\[(]\s*(?:[0-9.]+\s*\\?%\s*CI[:,]?\s*)?[-−]?{_NUMBER}\s*(?:,|;|–|to)\s*[-−]?{_NUMBER}\s*[\])])"
+)
+_PRINTS = tuple(
+    re.compile(rf"(?<![0-9.]){form}(?![0-9]|\.[0-9])")
+    for form in (rf"(?:[<>≤≥]\s*)?{_SIGNED}{_POWER}?{_TAIL}?(?:\s*\\?%)?(?:\*{{1,3}})?", _SIGNED)
+)
+"""A number with all that may belong to it; the number alone, where the whole cannot be read."""
+_FACT = re.compile(r"[.,%±<>≤≥]|\\pm|[eE][-+]|\^")
+_NAMES = (
+    "Sec(?:tion)?|§|Table|Tab|Fig(?:ure)?|Eq(?:uation)?|Theorem|Lemma|Corollary|Algorithm|Example|Appendix|Step|Case"
+)
+_BEFORE = (
+    ("citation", re.compile(r"\\cite\w*\s*(?:\[[^\]]*\])?\{[^}]*$")),
+    ("label", re.compile(rf"(?:{_NAMES})s?\.?[~\s]*[(\\ref{{]*$", re.IGNORECASE)),
+    ("symbol", re.compile(r"(?:[_^]\s*\{?\s*[-+−]?|[_^]\{[^{}]*)$")),
+    ("name", re.compile(r"[A-Za-z]$")),
+    ("furniture", re.compile(r"\\(?:[vh]space|label|includegraphics|rule|setlength|setcounter|cline|cmidrule|multi\w+|"
+                             r"hskip|vskip|usepackage|documentclass|url|href)\b\*?[^&]{0,60}$")),
+)  # fmt: skip
+"""Why a number states no fact, by what stands before it."""
+_CITED = re.compile(r"(?<![0-9.])\[[0-9]+(?:\s*[,–-]\s*[0-9]+)*\]|\((?:19|20)[0-9]{2}[a-z]?\)")
+"""[12], [3, 5-7] and (1998); a pair of whole numbers in brackets may be an interval, which a reader will see."""
+_HEADING = re.compile(r"\s*(?:([0-9]+(?:\.[0-9]+)*)\.?|([IVX]+)\.)\s+[A-Z][^.]{2,70}$")
+_CAPTION = re.compile(r"\s*(Table|TABLE|Fig(?:ure)?\.?|FIG(?:URE)?\.?)\s+([0-9]+)\b")
+_BIBLIOGRAPHY = re.compile(
+    r"\s*(?:references|bibliography|literature cited)\s*$|\\begin\{thebibliography\}|\\bibitem", re.I
+)
+
+
+@dataclass
+class _Unit:
+    """A section, table or figure: its place, and what is listed of it."""
+
+    place: str
+    first: int
+    last: int = 0
+    rows: list[tuple[str, str]] = field(default_factory=list)
+    items: list[str] = field(default_factory=list)
+
+
+@dataclass
+class _Draft:
+    """What has been read so far. values: the printed data by name, with their place."""
+
+    tex: bool
+    units: list[_Unit] = field(default_factory=list)
+    values: dict[str, tuple[str, str]] = field(default_factory=dict)
+    counted: Counter[str] = field(default_factory=Counter)
+    section: str = "Title"
+    excused: str = ""
+    header: Sequence[str] = ()
+    row: int = 0
+
+    def enter(self, place: str, line: int, item: str = "") -> None:
+        self.units.append(_Unit(place, line, items=[item] if item else []))
+
+    def value(self, name: str, place: str, text: str) -> str:
+        """The name under which a print is proposed; another one where it is taken."""
+        self.counted[name] += 1
+        name = name if self.counted[name] == 1 else f"{name}-{self.counted[name]}"
+        self.values[name] = (place, text)
+        return name
+
+
+def draft(text: str, *, tex: bool) -> tuple[str, str]:
+    """The texts of printed.toml and coverage.toml that are proposed for a text; tex: whether it is LaTeX."""
+    found = _Draft(tex, excused="furniture" if tex and r"\begin{document}" in text else "")
+    found.enter("Title", 1)
+    for number, line in enumerate(text.split("\n"), 1):
+        (_tex if tex else _plain)(found, line, number)
+        unit = found.units[-1]
+        unit.rows.extend(_rows(found, unit, line, number))
+        unit.last = number
+        if tex and r"\begin{document}" in line:
+            found.excused = ""
+        if tex and re.search(r"\\end\{(?:table|figure|equation|align)\*?\}", line):
+            found.header = ()
+            found.enter(found.section, number + 1)
+    return _printed(found), _coverage(found, len(NUMERAL.findall(text)))
+
+
+def _plain(found: _Draft, line: str, number: int) -> None:
+    """Enter the section or table that begins at this line of a text."""
+    if _BIBLIOGRAPHY.match(line):
+        found.excused = "bibliography"
+        found.enter("References", number)
+    elif (caption := _CAPTION.match(line)) is not None:
+        kind = "table" if caption[1][0:1].upper() == "T" else "figure"
+        item = f"{kind} {caption[2]}"
+        found.counted[item] += 1
+        found.enter(item.capitalize(), number, item if found.counted[item] == 1 else "")
+    elif (heading := _HEADING.match(line)) is not None:
+        found.section = f"Sec. {heading[1] or heading[2]}"
+        found.enter(found.section, number)
+    elif not line.strip() and found.units[-1].place.startswith(("Table", "Figure")):
+        found.enter(found.section, number)
+
+
+def _tex(found: _Draft, line: str, number: int) -> None:
+    """The same of LaTeX, which numbers by itself."""
+    if _BIBLIOGRAPHY.search(line):
+        found.excused = "bibliography"
+        found.enter("References", number)
+    elif (section := re.search(r"\\(sub)*section\s*\{", line)) is not None:
+        depth = section[0].count("sub")
+        found.counted[f"depth {depth}"] += 1
+        for deeper in range(depth + 1, 4):
+            found.counted[f"depth {deeper}"] = 0
+        found.section = "Sec. " + ".".join(str(found.counted[f"depth {k}"]) for k in range(depth + 1))
+        found.enter(found.section, number)
+    elif (block := re.search(r"\\begin\{(table|figure|equation|align)\*?\}", line)) is not None:
+        kind = {"align": "equation"}.get(block[1], block[1])
+        found.counted[kind] += 1
+        place = f"Eq. ({found.counted[kind]})" if kind == "equation" else f"{kind.capitalize()} {found.counted[kind]}"
+        found.header, found.row = (), 0
+        found.enter(place, number, f"{kind} {found.counted[kind]}")
+
+
+def _rows(found: _Draft, unit: _Unit, line: str, number: int) -> Iterator[tuple[str, str]]:
+    """What is listed of a line: each print, and what it is bound to."""
+    comment = re.search(r"(?<!\\)%", line) if found.tex else None
+    ends = comment.start() if comment else len(line)
+    cells = _cells(found, unit, line)
+    done = 0
+    for numeral in NUMERAL.finditer(line):
+        if numeral.start() < done:
+            continue
+        span = _print(line, numeral)
+        reason = "furniture" if numeral.start() >= ends else found.excused or _reason(found, line, numeral)
+        name = next((name for start, end, name in cells if start <= numeral.start() < end), "")
+        if reason:
+            yield numeral[0], f"excused:{reason}"
+            continue
+        text = line[slice(*span)]
+        if name or _FACT.search(text):
+            done = span[1]
+            where = f"{unit.place}, {name.replace('.', ', ')}" if name else f"{unit.place}, line {number}"
+            key = re.sub(r"[^a-z0-9]+", "-", unit.place.lower()).strip("-")
+            yield text, f"data:{found.value(f'{key}.{name}' if name else f'{key}-line-{number}', where, text)}"
+        else:
+            yield numeral[0], f"open: line {number}"
+
+
+def _print(line: str, numeral: re.Match[str]) -> tuple[int, int]:
+    """Where the print lies to which a numeral belongs: the longest that can be read and begins with it."""
+    for form in _PRINTS:
+        for start in range(max(0, numeral.start() - 3), numeral.start() + 1):
+            span = form.match(line, start)
+            if span is not None and NUMERAL.search(line, start, span.end()) and _readable(line, numeral, span):
+                return span.span()
+    return numeral.span()
+
+
+def _readable(line: str, numeral: re.Match[str], span: re.Match[str]) -> bool:
+    """Whether a print begins with the numeral, cuts none in two, and is one that the judge reads."""
+    inside = [one.span() for one in NUMERAL.finditer(line) if one.end() > span.start() and one.start() < span.end()]
+    if (
+        inside[0] != numeral.span()
+        or inside[-1][1] > span.end()
+        or NUMERAL.findall(span[0]) != [line[slice(*one)] for one in inside]
+    ):
+        return False
+    try:
+        return bool(parse(span[0]))
+    except AuditError:
+        return False
+
+
+def _reason(found: _Draft, line: str, numeral: re.Match[str]) -> str:
+    """Why a number states no fact; empty if it may state one."""
+    before = line[: numeral.start()]
+    if not found.tex and (_HEADING.match(line) or _CAPTION.match(line)) and not NUMERAL.search(before):
+        return "label"
+    if any(cited.start() < numeral.start() < cited.end() for cited in _CITED.finditer(line)):
+        return "citation"
+    return next((reason for reason, form in _BEFORE if form.search(before)), "")
+
+
+def _cells(found: _Draft, unit: _Unit, line: str) -> list[tuple[int, int, str]]:
+    """The cells of a line of a LaTeX table, each with `row.column` by its first cell and the first line."""
+    if not (found.tex and unit.place.startswith("Table") and "&" in line):
+        return []
+    bounds = [-1, *(mark.start() for mark in re.finditer(r"(?<!\\)&", line)), len(line)]
+    spans = [(start + 1, end) for start, end in pairwise(bounds)]
+    texts = [_slug(line[slice(*span)]) for span in spans]
+    if not found.header:
+        found.header = texts
+        return []
+    found.row += 1
+    columns = [*found.header, *(f"column-{k}" for k in range(len(found.header), len(spans)))]
+    row = texts[0] if re.search("[a-z]", texts[0]) else f"row-{found.row}"
+    return [
+        (*span, f"{row}.{columns[k] or f'column-{k}'}") for k, span in enumerate(spans) if k or row.startswith("row-")
+    ]
+
+
+def _slug(text: str) -> str:
+    words = re.sub(r"\\[a-z]+", " ", re.sub(r"\\\\.*$", "", text))
+    return "-".join(re.findall("[a-z0-9]+", words.lower()))
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _printed(found: _Draft) -> str:
+    lines = ["# A draft: read each entry against the text, name it, and move what holds into printed.toml."]
+    groups: dict[str, list[tuple[str, str, str]]] = {}
+    for name, (place, text) in found.values.items():
+        group, _, rest = name.partition(".")
+        groups.setdefault(group, []).append((rest, place, text))
+    for group, values in groups.items():
+        place = values[0][1] if not values[0][0] else f"{values[0][1].partition(',')[0]}, {{key}}"
+        lines += ["", f"[{group}]", f"place = {_quoted(place)}"]
+        if not values[0][0]:
+            lines.append(f"value = {_quoted(values[0][2])}")
+            continue
+        lines.append(f"[{group}.value]")
+        lines += [f"{rest} = {_quoted(text)}" for rest, _, text in values]
+    return "\n".join(lines) + "\n"
+
+
+def _coverage(found: _Draft, runs: int) -> str:
+    numbers: dict[str, list[str]] = {}
+    for unit in found.units:
+        for item in unit.items:
+            numbers.setdefault(item.split()[0], []).append(item.split()[1])
+    numbered = ", ".join(f"{kind} = {_quoted(', '.join(given))}" for kind, given in numbers.items())
+    lines = ["# A draft: bind what is open, and look at each guess; `replication coverage` says what does not fit."]
+    lines += ["", "[paper]", f"runs = {runs}", *([f"numbered = {{{numbered}}}"] if numbered else [])]
+    for unit in found.units:
+        if not (unit.rows or unit.items):
+            continue
+        lines += ["", "[[paper.places]]", f"place = {_quoted(f'{unit.place}, lines {unit.first}-{unit.last}')}"]
+        if unit.rows:
+            lines += ["numerals = [", *(f"  [{_quoted(a)}, {_quoted(b)}]," for a, b in unit.rows), "]"]
+        if unit.items:
+            lines += ["items = [", *(f'  [{_quoted(item)}, "open: what is claimed?"],' for item in unit.items), "]"]
+    return "\n".join(lines) + "\n"
+
+
+def write_draft(path: Path, folder: Path) -> tuple[Path, Path]:
+    """Write the drafts for a text into the folder of a paper; raises InvalidInputError where one lies already."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidInputError(
+            f"{path} is no text in UTF-8: {error.reason} at byte {error.start}; convert it"
+        ) from None
+    except OSError as error:
+        raise InvalidInputError(f"{path} cannot be read: {error.strerror}") from None
+    if not NUMERAL.search(text):
+        raise InvalidInputError(f"{path} holds no number, and so nothing to list; is it the text of the paper?")
+    paths = (folder / FILES[0], folder / FILES[1])
+    for there in paths:
+        if there.exists():
+            raise InvalidInputError(f"{there} exists; move what you take from it into place, and remove it first")
+    texts = draft(text, tex=path.suffix == ".tex" or r"\begin{document}" in text)
+    for there, content in zip(paths, texts, strict=True):
+        write_atomically(there, content.encode())
+    return paths

@@ -1,0 +1,111 @@
+r"""Forms in which fields write a number, brought to the few that `printed` reads, and what to write for any other.
+
+LaTeX (`$0.75$`, `1.2\times10^{-3}`, `66\,033`), a name before it (`p = 0.75`, `t(24) < 2.1`) and marks behind it
+(`0.75***`, `0.75^{\dagger}`) are taken away. What stands for an uncertainty is read:
+
+- `1.23(4)`, `1.23 ± 0.04`, `(1.23 ± 0.04)×10^3`, and with a blank and a point the error, `0.75 (0.03)`;
+- `0.75^{+0.10}_{-0.20}`, `0.75 +0.10/-0.20`, other below than above;
+- `0.75 [0.70, 0.80]`, `0.75 (95 % CI 0.70 to 0.80)`, the number between its limits.
+"""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+
+UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?"
+"""Two digits of exponent keep a typing slip such as 1e99999999 from filling the memory."""
+REAL = rf"[+-]?{UNSIGNED}"
+
+_PLAINER = tuple(
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (r"−", "-"),
+        (r"\\(?:math\w\w|text(?:bf|it|rm)?|boldsymbol|bm)\s*\{([^{}]*)\}", r"\1"),
+        (r"\\pm(?![A-Za-z])", "±"),
+        (r"\\(?:times|cdot)(?![A-Za-z])\s*", "×"),
+        (r"\\leq?(?:slant)?(?![A-Za-z])", "≤"),
+        (r"\\geq?(?:slant)?(?![A-Za-z])", "≥"),
+        (r"\\(?:sim|approx)(?![A-Za-z])", "~"),
+        (r"\\(?:left|right)(?![A-Za-z])|^\\\(|\\\)$|\\!", ""),
+        (r"\\([%&#$])", r"\1"),
+        (r"\\[,;: ]|(?<=[0-9}])~(?=[0-9±(\[])", " "),
+        (r"\{([-+,])\}", r"\1"),
+        # A name before a relation: p = 0.75, R² = 0.9, t(24) < 2.1.
+        (r"^\s*[^\W\d][\w^{}\\]*\s*(?:\([^()]*\))?\s*(?:=\s*|(?=[<>≤≥]))", ""),
+        # Marks behind a number: stars of significance, signs and letters of notes.
+        (r"(?<=[0-9)\]}%])\s*(?:\^\s*\{?\s*(?:\*+|\\(?:ast|dagger)\b|[†‡a-d])\s*\}?|\*{1,4}|[†‡§¶]+)\s*$", ""),
+        (r"\s*(?:%|per ?cent)(?=\s*(?:±|\+/-|\[|\())", ""),
+    )
+)
+_LAST = re.compile(r"([+-]?[0-9]+(?:\.[0-9]*)?|[+-]?\.[0-9]+)\(([0-9]{1,3})\)((?:[eE][+-]?[0-9]{1,2})?)")
+_SPREAD = re.compile(rf"({REAL})\s*(?:±|\+/-)\s*({UNSIGNED})")
+_ERROR = re.compile(rf"({REAL})\s+\(([0-9]*\.[0-9]+)\)")
+_TIMES = re.compile(r"\(([^()]*)\)([eE][+-]?[0-9]{1,2})")
+_APART = tuple(
+    re.compile(rf"({REAL})\s*{apart}")
+    for apart in (
+        rf"\^\s*\{{?\s*\+\s*(?P<above>{UNSIGNED})\s*\}}?\s*_\s*\{{?\s*-\s*(?P<below>{UNSIGNED})\s*\}}?",
+        rf"_\s*\{{?\s*-\s*(?P<below>{UNSIGNED})\s*\}}?\s*\^\s*\{{?\s*\+\s*(?P<above>{UNSIGNED})\s*\}}?",
+        rf"\(?\s*\+\s*(?P<above>{UNSIGNED})\s*[/,;]?\s*-\s*(?P<below>{UNSIGNED})\s*\)?",
+    )
+)
+_LEVEL = r"(?:([0-9.]+)\s*%\s*)?(?:(?:CI|CrI|HDI|confidence interval)\b)?\s*[:,]?\s*"
+_LIMITS = re.compile(rf"({REAL})\s*[\[(]\s*{_LEVEL}({REAL})\s*(?:,|;|–|—|-|\bto\b)\s*({REAL})\s*[\])]")
+
+_COMMA, _THOUSANDS = re.compile(r"(?<=[0-9]),(?=[0-9])"), re.compile(r"[1-9][0-9]{0,2},[0-9]{3}(?![0-9])")
+
+_TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
+ADVICE = (
+    (r"^[^0-9]+$", "no number: make a statement of it, a claim of kind order"),
+    (r"[,;]\s*[^\W\d]\w*\s*[=<>≤≥]", "several prints: make a claim of each"),
+    (r"[0-9]:[0-9]", "a time or a ratio: write it as one number, 12.5 for 12:30, and the unit as unit"),
+    (
+        r"[0-9.]+,[0-9]+",
+        "a decimal comma, or thousands? write 1.33 for 1,33; thousands have three digits after a comma",
+    ),
+    (r"\([0-9]+\)|±|\+/-", f"an uncertainty: {_TOLERANCE}"),
+    (r"[%‰]|per ?cent", "a percentage: write the number alone, compute it in per cent, and give the unit as unit"),
+    (r"[0-9](\.\.|…|–|—|-)|\bto\b", "an interval: make a claim of each end, with the relations ≥ and ≤"),
+    (r"\b10(\^|[⁻⁰-⁹¹²³])", "a power of ten without digits: write 1e-3 for 10^-3 if its one digit is meant"),
+    (r"[~≈≃≅]|about|approx|ca\.", f"an approximate number: {_TOLERANCE}"),
+    (r"[0-9.]\s*/|[½⅓¼¾⅔]", "a fraction: write it as a decimal number, and what is allowed as its tolerance"),
+    (r"[0-9.]\s*[^\W\d_]|[$€£¥°]", "a number with a unit? write the number alone, and the unit as unit"),
+)
+"""What may be meant by a text that is no number, and what to write for it."""
+
+
+def simplified(text: str) -> str:
+    """The text without LaTeX, names and marks, with hyphens for minus signs."""
+    plain = text.replace("$", "") if text.count("$") % 2 == 0 else text
+    for pattern, instead in _PLAINER:
+        plain = pattern.sub(instead, plain)
+    return plain.strip()
+
+
+def with_spread(body: str) -> tuple[str, Decimal, Decimal] | None:
+    """The number of a simplified print, and how far its uncertainty reaches down and up; None where there is none."""
+    scaled = _TIMES.fullmatch(body)
+    if scaled is not None and (inner := with_spread(scaled[1])) is not None:
+        times = Decimal(f"1{scaled[2]}")
+        return f"{inner[0]}{scaled[2]}", inner[1] * times, inner[2] * times
+    if (last := _LAST.fullmatch(body)) is not None:
+        number = last[1] + last[3]
+        both = int(last[2]) * Decimal(1).scaleb(int(Decimal(number).as_tuple().exponent))
+        return number, both, both
+    if (beside := _SPREAD.fullmatch(body) or _ERROR.fullmatch(body)) is not None:
+        return beside[1], Decimal(beside[2]), Decimal(beside[2])
+    for form in _APART:
+        if (apart := form.fullmatch(body)) is not None:
+            return apart[1], Decimal(apart["below"]), Decimal(apart["above"])
+    if (limits := _LIMITS.fullmatch(body)) is not None:
+        return limits[1], Decimal(limits[1]) - Decimal(limits[3]), Decimal(limits[4]) - Decimal(limits[1])
+    if "." not in body and _COMMA.search(body) and not _THOUSANDS.search(body):
+        return with_spread(_COMMA.sub(".", body))
+    return None
+
+
+def level_of(text: str) -> str:
+    """The level of the limits that a print names itself, such as `95 %`; empty if it names none."""
+    limits = _LIMITS.fullmatch(simplified(text))
+    return f"{limits[2]} %" if limits is not None and limits[2] else ""

@@ -1,0 +1,94 @@
+"""What an uncertainty that a text prints says of a recomputed number: in standard deviations, not as a wall.
+
+A claim says what its uncertainty is (`uncertainty="95 %"`). A number that agrees in its printed digits is reproduced,
+whatever is printed beside them. Any other is compared in standard deviations of a normal error, and is compatible if
+one as far off has at least the probability `SMALLEST_PROBABILITY`. A bound is a bound: inside reproduced, outside not.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from statistics import NormalDist
+
+import msgspec
+
+from replication.audit.judge.forms import level_of
+from replication.audit.judge.numerals import short
+from replication.audit.judge.printed import Entry
+from replication.audit.model import Judgement, Verdict
+from replication.errors import AuditError
+
+SMALLEST_PROBABILITY = 0.01
+"""A printed draw is compatible if a draw at least as extreme is at least this probable."""
+BOUND, PROBABLE = "bound", "probable"
+_NORMAL = NormalDist()
+_FORM = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(sigma|σ|SD|SE|%)")
+KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND)
+"""Examples of what a claim may say; any number of sigma or per cent will do."""
+
+
+def sigmas(uncertainty: str) -> Fraction | None:
+    """How many standard deviations an uncertainty is; None for a bound. Raises AuditError for what it cannot be."""
+    found = _FORM.fullmatch("50 %" if uncertainty == PROBABLE else uncertainty)
+    number = Fraction(found[1]) if found else Fraction(0)
+    if uncertainty == BOUND:
+        return None
+    if found is None or not 0 < number < (100 if found[2] == "%" else 1000):
+        known = ", ".join(f'"{kind}"' for kind in KINDS)
+        raise AuditError(
+            f"uncertainty is {uncertainty!r}; write one of {known}, or another number of sigma or per cent"
+        )
+    return _rounded(_NORMAL.inv_cdf(0.5 + float(number) / 200)) if found[2] == "%" else number
+
+
+def _rounded(number: float) -> Fraction:
+    """Six decimals, which are the same on every machine."""
+    return Fraction(f"{number:.6f}")
+
+
+LIMIT = _rounded(_NORMAL.inv_cdf(1 - SMALLEST_PROBABILITY / 2))
+"""Standard deviations beyond which a number is too improbable."""
+
+
+def said(uncertainty: str, printed: str) -> str:
+    """What the uncertainty is: as the claim says, or the print itself; empty if neither does."""
+    return uncertainty or level_of(printed)
+
+
+def reach(entry: Entry, uncertainty: str) -> tuple[Fraction, Fraction]:
+    """How far from the print, down and up, a number agrees with it."""
+    assert entry.spread is not None
+    times = sigmas(uncertainty) if uncertainty else None
+    below, above = entry.spread
+    return (below, above) if times is None else (below * LIMIT / times, above * LIMIT / times)
+
+
+def widest(entry: Entry) -> tuple[Fraction, Fraction]:
+    """The same for the widest that an uncertainty usually is, where the text does not say; the narrowest is a bound."""
+    return reach(entry, PROBABLE)
+
+
+def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgement, beyond: Judgement) -> Judgement:
+    """The judgement on a number that does not come out in its digits, by the uncertainty beside them.
+
+    judgement: for the interval of `reach`; beyond: for that of `widest`.
+    """
+    verdict, inside = judgement.verdict, judgement.verdict is Verdict.REPRODUCED
+    assert entry.spread is not None
+    if uncertainty == BOUND:
+        words = "The text gives its uncertainty as a bound."
+    elif uncertainty:
+        verdict = Verdict.COMPATIBLE if inside else verdict
+        times, off = sigmas(uncertainty) or Fraction(1), value - entry.value
+        z = short(float(abs(off) * times / entry.spread[off > 0]), 3)
+        of_print = "" if times == 1 else f", of which the printed {uncertainty} is {short(float(times), 3)}"
+        words = f"It is off by z = {z} standard deviations{of_print}; {short(float(LIMIT), 3)} are allowed."
+    elif beyond.verdict is Verdict.DIFFERS:
+        words = "What its uncertainty is goes unsaid; it differs even by a probable error, the widest that is usual."
+    else:
+        verdict = Verdict.COMPATIBLE if inside else Verdict.UNDETERMINED
+        words = "What its uncertainty is goes unsaid; it agrees with each that is usual."
+        if not inside:
+            words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
+    return msgspec.structs.replace(judgement, verdict=verdict, reason=f"{judgement.reason} {words}")

@@ -1,0 +1,96 @@
+"""What makes a result another one each time: random numbers without a seed, the clock, the name of the machine.
+
+None of these is read from a file, so they are noted where Python asks for them. Generators with a seed of their own are
+let alone; those that all modules share count as without one unless the computation itself seeds them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib
+import os
+import random
+import sys
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+SEEDLESS, CLOCK = "random numbers without a seed", "the clock"
+_RANDOM = ("/random.py", "/secrets.py")
+
+_seeded = False
+Told = Callable[[str, FrameType], None]
+
+
+@functools.cache
+def listen(told: Told) -> None:
+    """Tell from now on who draws without a seed or asks for the time; for as long as the process lives."""
+
+    def asked(words: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(function)
+        def ask(*arguments: Any) -> Any:
+            told(words, sys._getframe(1))
+            return function(*arguments)
+
+        return ask
+
+    seed = random.Random.seed
+
+    def seeded(self: random.Random, a: Any = None, version: int = 2) -> None:
+        global _seeded
+        _seeded = _seeded or self is _shared()
+        if a is None:
+            told(SEEDLESS, sys._getframe(1))
+        seed(self, a, version)
+
+    random.Random.seed = seeded  # type: ignore[method-assign]
+    random.seed = _shared().seed
+    # What SystemRandom, secrets and NumPy's generators without a seed draw from.
+    random._urandom = asked(SEEDLESS, os.urandom)  # type: ignore[attr-defined]
+    os.urandom = random._urandom  # type: ignore[attr-defined]
+    time.time, time.time_ns = asked(CLOCK, time.time), asked(CLOCK, time.time_ns)
+
+
+def _shared() -> random.Random:
+    return random._inst
+
+
+@contextlib.contextmanager
+def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
+    """Tell if what runs meanwhile draws from the generators that all modules share, without seeding them."""
+    global _seeded
+    numpy = importlib.import_module("numpy.random") if "numpy" in sys.modules else None
+    own: Any = numpy.seed if numpy is not None else None
+
+    def seeded(*arguments: Any) -> None:
+        global _seeded
+        _seeded = True
+        own(*arguments)
+
+    _seeded, before = False, _states(numpy)
+    if numpy is not None:
+        numpy.seed = seeded  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        if numpy is not None:
+            numpy.seed = own  # type: ignore[attr-defined]
+        if not _seeded and _states(numpy) != before:
+            told(SEEDLESS)
+
+
+def _states(numpy: Any) -> tuple[Any, ...]:
+    shared = numpy.get_state() if numpy is not None else ()
+    return (random.getstate(), *(part.tobytes() if hasattr(part, "tobytes") else part for part in shared))
+
+
+def draws(frame: FrameType) -> FrameType | None:
+    """Who asks for random numbers, beyond the modules that make them."""
+    place: FrameType | None = frame
+    while place is not None and (
+        place.f_code.co_filename.endswith(_RANDOM) or "/numpy/random/" in place.f_code.co_filename
+    ):
+        place = place.f_back
+    return place

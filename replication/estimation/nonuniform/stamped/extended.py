@@ -1,0 +1,288 @@
+"""The extended Kalman filter of a nonlinear plant with slow sensors: late, lost, asynchronous samples, a gate, C99.
+
+It linearises about its estimate, and guarantees nothing: neither that the error stays bounded, nor that the covariance
+is that of the error. Source: A. H. Jazwinski, Stochastic Processes and Filtering Theory (1970), ch. 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.export import c_file
+from replication.estimation.api.plants import numbered
+from replication.estimation.api.running import gate_of
+from replication.estimation.linear.riccati import symmetric
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
+from replication.estimation.nonuniform.stamped.running import StampedKalman
+from replication.estimation.nonuniform.stamped.transition import TURN, USAGE, WEIGHED, stepped
+from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
+
+STEP, ALIKE = 1e-6, 1e-3
+"""Share of a state by which it is moved to compare a Jacobian, and of the largest entry by which it may differ."""
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearPlant:
+    """x(t + d) = f(x, u, d) + noise of covariance Q(d), y = h(x) + noise of covariance R; u is held.
+
+    Parameters
+    ----------
+    f : function (x (n,), u (m,), d) -> array (n,)
+        The state d seconds later: the solution of x' = .. by one Runge-Kutta step, say.
+    F : function (x, u, d) -> array (n, n)
+        Its Jacobian by x.
+    h : function (x) -> array (q,)
+        What the sensors measure.
+    H : function (x) -> array (q, n)
+        Its Jacobian.
+    Q : array (n, n), or function (d) -> array (n, n)
+        Intensity of white process noise, of which F (P + Q d/2) F' + Q d/2 is taken; or its covariance over d seconds.
+    R : array (q, q) or (q,)
+        Covariance of the sensors' noise, positive definite; a vector holds variances.
+    x0 : array (n,)
+        The start, at which the Jacobians are compared with f and h.
+    P0 : array (n, n), optional
+        Covariance of its error; the identity unless given.
+    inputs : int
+        m, number of known inputs.
+    sensors : sequence of str, optional
+        Names of the q sensors; y[0], y[1] and so on unless given.
+    dt : float
+        A usual time between samples, s, for that comparison; the base period of a multi-rate filter.
+
+    Raises
+    ------
+    InvalidInputError
+        A function returns another shape, or numbers that are not finite, at x0; a Jacobian is not that of its function;
+        Q, R or P0 is no covariance.
+
+    Examples
+    --------
+    >>> pendulum = NonlinearPlant(
+    ...     f=lambda x, u, d: np.array([x[0] + d * x[1], x[1] - d * np.sin(x[0])]),
+    ...     F=lambda x, u, d: np.array([[1, d], [-d * np.cos(x[0]), 1]]),
+    ...     h=lambda x: np.array([np.sin(x[0])]),
+    ...     H=lambda x: np.array([[np.cos(x[0]), 0.0]]),
+    ...     Q=np.diag([0, 0.01]), R=[0.04], x0=[0.3, 0.0],
+    ... )
+    >>> ExtendedKalman(pendulum, gate=5).step([0.3], t=0.0).shape
+    (2,)
+    """
+
+    f: Callable[[Array, Array, float], Any]
+    F: Callable[[Array, Array, float], Any]
+    h: Callable[[Array], Any]
+    H: Callable[[Array], Any]
+    Q: Any
+    R: Any
+    x0: Any
+    P0: Any = None
+    inputs: int = 0
+    sensors: Any = None
+    dt: float = 0.1
+
+    S: ClassVar[None] = None
+    """Its noise is white."""
+
+    def __post_init__(self) -> None:
+        if not all(callable(function) for function in (self.f, self.F, self.h, self.H)):
+            raise InvalidInputError(
+                "f, F, h and H must be functions: state, its Jacobian, measurements, their Jacobian"
+            )
+        x0 = as_array("x0", self.x0, (np.size(self.x0),))
+        n, dt, rest = len(x0), positive_scalar("dt", self.dt, unit="s"), np.zeros(self.inputs)
+        y = _returned("h", self.h(x0), (np.size(self.h(x0)),))
+        q = len(y)
+        noise_factors(np.zeros((n, n)), self.R, None, disturbances=n, sensors=q)  # refuses what is no covariance
+        P0 = np.eye(n) if self.P0 is None else self.P0
+        names = numbered("y", q) if self.sensors is None else tuple(self.sensors)
+        if len(names) != q or len(set(names)) < q:
+            raise InvalidInputError(
+                f"sensors must be {q} different names, one for each entry of h, got {self.sensors!r}"
+            )
+        checked = {"x0": x0, "R": covariance("R", self.R, q), "P0": covariance("P0", P0, n), "sensors": names, "dt": dt}
+        if not callable(self.Q):
+            checked["Q"] = covariance("Q", self.Q, n)
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        covariance("Q(d)", self.spread(np.eye(n), dt), n)
+        _compare("F", self.F(x0, rest, dt), lambda x: _returned("f", self.f(x, rest, dt), (n,)), x0)
+        _compare("H", self.H(x0), lambda x: _returned("h", self.h(x), (q,)), x0)
+
+    @property
+    def order(self) -> int:
+        """n, the number of states."""
+        return len(self.x0)
+
+    def spread(self, F: Array, d: float) -> Array:
+        """Covariance of the process noise over d seconds with the Jacobian F."""
+        if callable(self.Q):
+            return np.asarray(self.Q(d), dtype=float)
+        return symmetric(F @ self.Q @ F.T + self.Q) * (d / 2)
+
+
+def _returned(name: str, value: Any, shape: tuple[int, ...]) -> Array:
+    return as_array(f"what {name} returns", value, shape)
+
+
+def _compare(name: str, jacobian: Any, function: Callable[[Array], Array], x: Array) -> None:
+    """Refuse a Jacobian of another shape, or one that is not that of the function at x."""
+    given = _returned(name, jacobian, (len(function(x)), len(x)))
+    steps = STEP * np.maximum(np.abs(x), 1.0)
+    columns = [(function(x + d) - function(x - d)) / (2 * d.sum()) for d in np.diag(steps)]
+    apart = np.abs(given - np.column_stack(columns))
+    if np.any(apart > ALIKE * np.maximum(1.0, np.abs(given).max())):
+        i, j = (int(k) for k in np.unravel_index(np.argmax(apart), apart.shape))
+        raise InvalidInputError(
+            f"{name} is not the Jacobian of {name.lower()} at x0: entry ({i}, {j}) is {given[i, j]:.6g}, the "
+            f"difference quotient {columns[j][i]:.6g}"
+        )
+
+
+def _finite(name: str, value: Any, x: Array) -> Array:
+    """What a function returned at x; raises InvalidInputError unless it is finite."""
+    array = np.asarray(value, dtype=float)
+    if not np.all(np.isfinite(array)):
+        raise InvalidInputError(
+            f"{name} is not finite at x = {x.tolist()}: the filter is lost; reset it nearer the truth"
+        )
+    return array
+
+
+class ExtendedRecursion(Recursion):
+    """The same recursion, about the estimate."""
+
+    plant: Any
+
+    def output(self, x: Array) -> tuple[Array, Array]:
+        """h and H at x."""
+        return _finite("h", self.plant.h(x), x), _finite("H", self.plant.H(x), x)
+
+    def predict(self, known: Instant, t: float) -> Estimate:
+        """f at the estimate; at its own time the estimate itself."""
+        d, plant = t - known.t, self.plant
+        if d == 0:
+            return Estimate(t, known.mean, known.covariance)
+        x = _finite("f", plant.f(known.mean, known.u, d), known.mean)
+        F = _finite("F", plant.F(known.mean, known.u, d), known.mean)
+        return Estimate(t, x, symmetric(F @ known.covariance @ F.T) + plant.spread(F, d))
+
+    def smooth(self, instants: Sequence[Instant]) -> list[Estimate]:
+        """There is none."""
+        raise InvalidInputError(
+            "an extended filter has no smoother here; late samples change its estimates all the same"
+        )
+
+
+class ExtendedKalman(StampedKalman):
+    """An extended Kalman filter on time stamps; it guarantees nothing.
+
+    It takes samples as `StampedKalman` does: of some or all sensors, at any distances, late by at most `horizon`
+    seconds. It is right to first order about its estimate; a start far from the truth, or samples so rare that f bends
+    between them, may lead it astray for ever, without a sign in its covariance. `replay` tells on a log.
+
+    Parameters
+    ----------
+    plant : NonlinearPlant
+        Functions and noise.
+    horizon : float
+        How late a sample may come, s; 0 keeps nothing.
+    gate : float, optional
+        As in `StampedKalman`.
+
+    Raises
+    ------
+    InvalidInputError
+        The plant is of another kind, the horizon is negative, or the gate is none.
+    """
+
+    plant: Any
+
+    def __init__(self, plant: NonlinearPlant, *, horizon: float = 0.0, gate: float | None = None) -> None:
+        if not isinstance(plant, NonlinearPlant):
+            raise InvalidInputError(f"plant must be a NonlinearPlant, got {type(plant).__name__}")
+        self.plant, self.sensors, self.inputs = plant, tuple(plant.sensors), plant.inputs
+        self.horizon = positive_scalar("horizon", horizon, unit="s") if horizon else 0.0
+        self.gate = gate_of(gate)
+        self._run = extended(plant, self.gate)
+        self.reset()
+
+    def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
+        """Forget all samples; the start is that of the plant unless given."""
+        super().reset(self.plant.x0 if estimate is None else estimate, P0, t=t)
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The filter as one C99 file that calls two functions of yours, `NAME_f` and `NAME_h`, declared at its top.
+
+        `NAME_init`, `NAME_step` and `NAME_predict` do what `reset`, `step` and `predict` do, for samples in order. Q
+        must be a matrix.
+        """
+        return extended_c(self.plant, self.gate, name, comment)
+
+
+def extended(plant: NonlinearPlant, gate: float) -> ExtendedRecursion:
+    """Its recursion, which has no table of transitions."""
+    return ExtendedRecursion(plant, None, gate)  # type: ignore[arg-type]
+
+
+def extended_c(plant: NonlinearPlant, gate: float, name: str, comment: str) -> str:
+    """The C form, with a gate in standard deviations; raises InvalidInputError where Q is a function."""
+    if callable(plant.Q):
+        raise InvalidInputError("the C form needs Q as a matrix, the intensity of white noise")
+    n = plant.order
+    sizes = {
+        "estimates": n,
+        "inputs": plant.inputs,
+        "measurements": len(plant.R),
+        "mean": n,
+        "gaps": 1,
+        "spread": n * n,
+    }
+    tables = {"q": plant.Q, "noise": plant.R, "origin": plant.x0, "start": plant.P0, "gate": np.array([gate])}
+    return c_file(name, comment, YOURS + USAGE, stepped(TURN + AHEAD, WEIGHED + CORRECTED), sizes, tables)
+
+
+YOURS = """\
+It is an extended Kalman filter, and guarantees nothing. You write OBS_f(x, u, d, next, jacobian): the state d seconds
+   after x under the input u that is held, and its Jacobian by x, OBS_ESTIMATES rows; and OBS_h(x, y, jacobian): what
+   the sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
+   """
+AHEAD = """
+void obs_f(const double *x, const double *u, double d, double *next, double *jacobian);
+void obs_h(const double *x, double *y, double *jacobian);
+
+/* f at the estimate, and F (P + Q d/2) F' + Q d/2. */
+static int obs_ahead(const obs_t *s, double d, double *x, double *covariance)
+{
+    double jacobian[OBS_ESTIMATES * OBS_ESTIMATES], spread[OBS_ESTIMATES * OBS_ESTIMATES];
+    int i;
+    if (d <= 0.0)
+        return 0;
+    obs_f(s->mean, s->input, d, x, jacobian);
+    if (obs_bad(x, OBS_ESTIMATES, 0) || obs_bad(jacobian, OBS_ESTIMATES * OBS_ESTIMATES, 0))
+        return 1;
+    for (i = 0; i < OBS_ESTIMATES * OBS_ESTIMATES; i++) {
+        covariance[i] = obs_q[i] * d / 2.0;
+        spread[i] = s->covariance[i] + covariance[i];
+    }
+    obs_turn(covariance, jacobian, spread);
+    return 0;
+}
+"""
+CORRECTED = """
+static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
+{
+    double expected[OBS_MEASUREMENTS], jacobian[OBS_MEASUREMENTS * OBS_ESTIMATES];
+    (void)t;
+    obs_h(x, expected, jacobian);
+    if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ESTIMATES, 0))
+        return 1;
+    obs_weigh(s, x, covariance, y, expected, jacobian);
+    return 0;
+}
+"""
