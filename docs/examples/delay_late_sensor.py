@@ -3,7 +3,7 @@
 from replication.estimation import delay
 
 tank = delay.DelayPlant(
-    [[-0.2]], [0.8], b=[[1, 0]], c10=[[1]], c2=[[0]], c2_delayed=[[[1]]], d21=[[0, 0.5]], b_known_delayed=[[[1]]]
+    [[-0.2]], [0.8], b=[[1, 0]], c10=[[1]], c2=[[0]], c2_delayed=[[[1]]], d21=[[0, 0.5]], b_u_delayed=[[[1]]]
 )
 print(delay.limit(tank))  # what no observer can do better
 best = delay.design(tank, margin=0.02)

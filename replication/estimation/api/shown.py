@@ -292,7 +292,7 @@ def tradeoff(method: str, what: str, points: Any, least: float, measures: Callab
     return TradeOff(method, what, levels, gain, rms)
 
 
-def balanced(least: float, least_gain: float, measures: Callable[[float], Measures]) -> float:
+def balanced(least: float, least_gain: float, measures: Callable[[float], Measures], width: float = BALANCE) -> float:
     """The level whose design has a gain and a mean that exceed the least ones by the same share."""
     from scipy.optimize import brentq  # slow to load
 
@@ -307,4 +307,4 @@ def balanced(least: float, least_gain: float, measures: Callable[[float], Measur
         return between(least, 0.0)
     if excess(1.0) >= 0:
         return np.inf
-    return between(least, brentq(excess, 0.0, 1.0, xtol=BALANCE))
+    return between(least, brentq(excess, 0.0, 1.0, xtol=width))

@@ -6,6 +6,7 @@ x'(t) = A_0 x(t) + sum_i A_i x(t - tau_i) + B w(t); z is to be estimated from y 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from replication.estimation.api.plants import PlantReader, Signals, measured_out
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
-from replication.estimation.delay.general.design import design_general, mean_design
+from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, signals_of
 from replication.estimation.delay.result import DelayAnalysis, DelayDesign, DelayResult, result_of
@@ -55,7 +56,7 @@ class DelayPlantReader(PlantReader[DelayPlant]):
             )
         seen, others, signals = measured_outputs(system, given["measured"])
         plant = delay_system(system.A, given["delayed"], given["delays"], system.B, system.C[others], system.C[seen])
-        return plant, signals
+        return plant, replace(signals, disturbances=tuple(system.input_labels))
 
 
 read_plant = DelayPlantReader()
@@ -93,8 +94,8 @@ def design(
     margin : float
         Relative distance from the least level, whose gains have no bound; of the goal hinf.
     level : float, optional
-        Level to prove, in place of the margin. With "mixed" the level of the design, that at which gain and mean error
-        exceed the least ones by the same share unless given.
+        Level to prove, in place of the margin. With "mixed" the level of the design; unless given that at which gain
+        and mean error exceed the least ones by the same share, the mean by 15 % and half of what sensors win at most.
     order : int
         How finely `to_statespace` resolves each delay: order + 1 points, or so many moments for a plant with noise.
     delayed : sequence of array (n, n)
@@ -170,6 +171,7 @@ def design(
     return result_of(system, signals, certificate_at(system, target, degree, rule), facts, order)
 
 
+@decided
 def analyse(
     plant: DelayPlant | control.StateSpace,
     *,
@@ -193,7 +195,8 @@ def analyse(
     Returns
     -------
     DelayAnalysis
-        The rightmost root (1/s), and how much w moves z if the plant is stable.
+        The rightmost root (1/s), or for a plant with noise the number of unstable roots; and how much w moves z if the
+        plant is stable, with noise also what is known of the least level of any observer.
 
     Raises
     ------
@@ -204,9 +207,7 @@ def analyse(
     """
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     if not system.noiseless:
-        raise InvalidInputError(
-            "analyse takes the plant of a delay_system; ask `limit` what any observer of a plant with noise can do"
-        )
+        return DelayAnalysis(plant=system, evidence=left_alone(system))
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
     if root.real < 0:
@@ -245,7 +246,7 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
     signals = {
         "error of z": (found.output, names.called(names.outputs)),
         "error of x": (found.state, names.called(names.states)),
-        "disturbance": (found.disturbance, numbered("w", found.disturbance.shape[1])),
+        "disturbance": (found.disturbance, names.disturbances or numbered("w", found.disturbance.shape[1])),
     }
     return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
 

@@ -16,13 +16,13 @@ from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.api.shown import Shown
-from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.loop import error_response, no_injection, plant_terms
 from replication.estimation.delay.exact.smoothing import worth
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.observer import ErrorSystem, Trajectory, assembled, error_system, hinf_norm, simulate
 from replication.estimation.delay.operators import GainValues, ObserverGains, check, evaluate, observer_gains
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.spectrum import Grid, frequency_response, grid
+from replication.estimation.delay.spectrum import Grid, grid
 from replication.estimation.validation import Array, frozen, positive_scalar
 
 if TYPE_CHECKING:
@@ -294,7 +294,8 @@ class DelayAnalysis(Shown):
     def panels(self) -> tuple[Panel, ...]:
         """The exact gain from w to z over the frequency."""
         omega = _frequencies(1 / self.plant.delays[-1])
-        gains = np.linalg.norm(frequency_response(self.plant, omega), 2, axis=(1, 2))
+        terms = plant_terms(self.plant)
+        gains = error_response(terms, no_injection(terms)).gains(omega)
         return (Panel(np.log10(omega), "frequency, log10 of rad/s", "gain from w to z", {"gain": gains}, {}),)
 
     def to_dict(self) -> dict[str, Any]:

@@ -304,8 +304,8 @@ class InnovationsObserver(RunningObserver):
 
         Parameters
         ----------
-        omega : array (M,)
-            Increasing frequencies below that of Nyquist, pi / dt, rad/s.
+        omega : float or array (M,)
+            A frequency, or increasing ones, below that of Nyquist, pi / dt, rad/s.
 
         Returns
         -------
@@ -317,7 +317,7 @@ class InnovationsObserver(RunningObserver):
         InvalidInputError
             Frequencies that are not positive, increasing and below pi / dt.
         """
-        grid = increasing_grid("omega", omega)
+        grid = increasing_grid("omega", omega, least=1)
         if grid[-1] >= np.pi / self.dt:
             raise InvalidInputError(f"omega must be below pi / dt = {np.pi / self.dt:.6g} rad/s, got {grid[-1]:.6g}")
         exact = exact_response(self._plant, self._injection, grid)

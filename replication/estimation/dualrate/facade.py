@@ -16,8 +16,15 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import LITTLE, Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
-from replication.estimation.dualrate.loop import MARGINAL, close_loop, noise_gain, require_stable, stability_radius
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.loop import (
+    MARGINAL,
+    DualRateLoop,
+    close_loop,
+    noise_gain,
+    require_stable,
+    stability_radius,
+)
+from replication.estimation.dualrate.observers import OBSERVERS, Builder, Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
@@ -30,6 +37,7 @@ from replication.estimation.dualrate.slow.result import (
     simulate_slow,
     slow_design,
 )
+from replication.estimation.dualrate.steady import Steady, steady_error, steady_of, wanted
 from replication.estimation.validation import one_of
 
 if TYPE_CHECKING:
@@ -65,6 +73,7 @@ def design(
     input_weight: Any = None,
     process_noise: Any = None,
     sensor_noise: Any = None,
+    tracked: int | Sequence[int] | None = None,
 ) -> DualRateResult | SlowRateResult:
     """A loop with gains for the continuous-time plant, as in the paper, or with a controller for the slow rate.
 
@@ -92,15 +101,19 @@ def design(
         At the slow rate: an input changes every so many T and is held between. One number, or one for each input.
     observer : str
         What fills the instants between, one of `OBSERVERS`; of the continuous gains.
-    state_weight : array (n, n), optional
-        Q in the integral of x'Qx + u'Ru that K minimises; C'C unless given.
-    input_weight : array (m, m), optional
+    state_weight : array (n, n) or (n,), optional
+        Q in the integral of x'Qx + u'Ru that K minimises; C'C unless given. A vector is a diagonal, here and below.
+    input_weight : array (m, m) or (m,), optional
         R of that integral; the identity unless given.
-    process_noise : array (n, n), optional
+    process_noise : array (n, n) or (n,), optional
         Intensity W of the process noise; BB' unless given.
-    sensor_noise : array (p, p), optional
+    sensor_noise : array (p, p) or (p,), optional
         Intensity of the sensor noise in continuous time, at the slow rate the covariance of one reading; the identity
         unless given.
+    tracked : int or sequence of int, optional
+        Outputs, from 0, that follow set-points r, at most as many as inputs: u = K x^ + N r. A state that no input
+        moves and that is constant but for its process noise is a load; under loads these outputs, or all unless
+        `tracked` is given, come to rest without error.
 
     Returns
     -------
@@ -137,21 +150,29 @@ def design(
     kept = require_level(aim, level)
     _builder(observer)
     if where is At.SLOW:
-        problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights)
+        problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights, tracked=tracked)
         return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=kept, observer=observer)
     if np.ndim(ratio) > 0 or np.any(np.asarray(hold) != 1) or aim is not Goal.H2:
         raise InvalidInputError(
             'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'
         )
-    gains = DualRateResult.solve(model, weights).gains
-    result = analyse(plant, feedback=gains["K"], injection=gains["L"], period=period, ratio=ratio, observer=observer)  # type: ignore[arg-type]
+    gains = DualRateResult.solve(model, weights, steady_of(model, tracked)).gains
+    result = analyse(
+        plant,
+        feedback=gains["K"],
+        injection=gains["L"],
+        period=period,
+        ratio=ratio,  # type: ignore[arg-type]
+        observer=observer,
+        tracked=tracked,
+    )
     return replace(result, evidence=(*result.evidence, *_levels(result, weights)))
 
 
 def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     """What the continuous gains are worth beside a design at the slow rate, for the same noise and weights."""
     loop = result.loop.design
-    if loop.ratio > LONGEST:
+    if loop.ratio > LONGEST or (result.steady is not None and result.steady.loads):
         return ()
     given = weights._replace(sensor=weights.sensor / loop.slow_period)
     try:
@@ -177,6 +198,7 @@ def analyse(
     ratio: int,
     observer: str = DEFAULT_OBSERVER,
     discrete_gain: bool = False,
+    tracked: int | Sequence[int] | None = None,
 ) -> DualRateResult:
     """The closed loop with given gains.
 
@@ -194,6 +216,8 @@ def analyse(
         As in `design`.
     discrete_gain : bool
         Whether L corrects by steps instead of in the observer's differential equation.
+    tracked : see there
+        As in `design`; K (m, n) has columns for the loads.
 
     Returns
     -------
@@ -207,24 +231,34 @@ def analyse(
     InfeasibleError
         The loop is unstable; the message names observers with which it would be stable.
     """
-    problem = dual_rate_design(plant, feedback=feedback, injection=injection, period=period, ratio=ratio)
-    loop = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
+    steady = steady_of(as_plant(plant), tracked)
+    moved = None if steady is None else steady.inner
+    problem = dual_rate_design(plant, feedback=feedback, injection=injection, period=period, ratio=ratio, moved=moved)
+    loop = _closed(problem, _builder(observer), discrete_gain, steady)
     if stability_radius(loop) >= 1.0 - MARGINAL:
-        require_stable(loop, _advice(problem, discrete_gain))
-    evidence = (
+        require_stable(loop, _advice(problem, discrete_gain, steady))
+    evidence: tuple[Evidence, ...] = (
         Evidence("monodromy radius", stability_radius(loop), "largest eigenvalue over one slow period; stable below 1"),
         Evidence("noise to output", noise_gain(loop), "standard deviations, white noise, periodic Lyapunov equation"),
         Evidence("observer", observer, "discrete gain" if discrete_gain else "gain in the differential equation"),
         Evidence("fast period T", problem.period, "as given", "s"),
         Evidence("ratio M", problem.ratio, "as given"),
     )
+    gains = {"K": problem.feedback, "L": problem.injection}
+    if steady is not None:
+        whole = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
+        ahead = steady.ahead(problem.feedback)
+        drives = [step.command @ ahead for step in whole.steps]
+        evidence += (steady_error(steady, problem.model, [step.state for step in whole.steps], drives),)
+        gains |= {"N": ahead} if steady.asked else {}
     return DualRateResult.analysed(
         signals_of(plant, problem.period),
-        {"K": problem.feedback, "L": problem.injection},
+        gains,
         facts=lambda *_: evidence,
         loop=loop,
         observer_name=observer,
         discrete_gain=discrete_gain,
+        steady=steady,
     )
 
 
@@ -247,11 +281,17 @@ def compare(result: DualRateResult) -> dict[str, float]:
         `result` is something else.
     """
     DualRateResult.require(result)
-    return _radii(result.loop.design, result.discrete_gain)
+    return _radii(result.loop.design, result.discrete_gain, result.steady)
 
 
 def simulate(
-    result: DualRateResult | SlowRateResult, start: Any, *, slow_periods: int, estimate: Any = None, output: int = 0
+    result: DualRateResult | SlowRateResult,
+    start: Any,
+    *,
+    slow_periods: int,
+    estimate: Any = None,
+    output: int = 0,
+    setpoint: Any = None,
 ) -> Simulation:
     """The loop from given starts, without noise, between the instants too.
 
@@ -260,13 +300,15 @@ def simulate(
     result : DualRateResult or SlowRateResult
         What `design` or `analyse` gave.
     start : array (n,)
-        x(0).
+        x(0), loads included.
     slow_periods : int
         How many slow periods M T, or periods of all rates together.
     estimate : array (n,), optional
         x^(0); zero unless given.
     output : int
         Which output is shown, from 0.
+    setpoint : array (t,), optional
+        r of the tracked outputs, from the start on; zero unless given.
 
     Returns
     -------
@@ -280,24 +322,43 @@ def simulate(
     """
     if isinstance(result, SlowRateResult):
         rest = np.zeros(result.problem.plant.order) if estimate is None else estimate
-        return simulate_slow(result, start, periods=slow_periods, estimate=rest, output=output, substeps=SUBSTEPS)
+        return simulate_slow(result, start, rest, setpoint, periods=slow_periods, output=output, substeps=SUBSTEPS)
     DualRateResult.require(result)
+    ahead = result.gains.get("N", np.zeros((result.loop.design.model.B_u.shape[1], 0)))
+    step = ahead @ wanted(setpoint, ahead.shape[1])
+    # A constant is a sinusoid of frequency zero, of which the response takes the imaginary part.
+    loop = close_loop(
+        result.loop.design,
+        _builder(result.observer_name),
+        harmonic=Harmonic(0.0, np.asarray(1j * step, dtype=complex)),
+        discrete_gain=result.discrete_gain,
+    )
     first = np.zeros(result.loop.design.model.order) if estimate is None else estimate
-    response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
+    response = time_response(loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
     error = (response.state - response.estimate)[held]
     signals = closed_loop_signals(result.signals, output, response.output[:, None], response.input[held], error)
     return simulated(result.method, response.time, signals, ratio=None, steps=False)
 
 
-def _radii(problem: DualRateDesign, discrete_gain: bool) -> dict[str, float]:
-    loops = {name: close_loop(problem, builder, discrete_gain=discrete_gain) for name, builder in OBSERVERS.items()}
+def _closed(problem: DualRateDesign, builder: Builder, discrete_gain: bool, steady: Steady | None) -> DualRateLoop:
+    """The loop of the plant without its loads, which stand still."""
+    if steady is None or not steady.loads:
+        return close_loop(problem, builder, discrete_gain=discrete_gain)
+    if builder is OBSERVERS["state_feedback"]:
+        K, L = problem.feedback @ steady.back, steady.kept @ problem.injection
+        return close_loop(DualRateDesign(steady.inner, K, L, problem.period, problem.ratio), builder)
+    return close_loop(problem, builder, plant=steady.inner, discrete_gain=discrete_gain)
+
+
+def _radii(problem: DualRateDesign, discrete_gain: bool, steady: Steady | None) -> dict[str, float]:
+    loops = {name: _closed(problem, builder, discrete_gain, steady) for name, builder in OBSERVERS.items()}
     return {name: stability_radius(loop) for name, loop in loops.items()}
 
 
-def _advice(problem: DualRateDesign, discrete_gain: bool) -> str:
+def _advice(problem: DualRateDesign, discrete_gain: bool, steady: Steady | None) -> str:
     """Which observers would do with the same gains, and what else can be changed."""
-    stable = [name for name, radius in _radii(problem, discrete_gain).items() if radius < 1.0 - MARGINAL]
+    stable = [name for name, radius in _radii(problem, discrete_gain, steady).items() if radius < 1.0 - MARGINAL]
     if "state_feedback" not in stable:
         return f"so it is with the full state at every instant; choose a shorter period, a weaker feedback K, or {SLOW}"
     others = ", ".join(name for name in stable if name not in ("state_feedback", "fast_sensor"))

@@ -157,21 +157,29 @@ def row_of_output(plant: Plant, output: int) -> int:
 
 
 def dual_rate_design(
-    plant: control.StateSpace | Plant, *, feedback: Any, injection: Any, period: float, ratio: int
+    plant: control.StateSpace | Plant,
+    *,
+    feedback: Any,
+    injection: Any,
+    period: float,
+    ratio: int,
+    moved: Plant | None = None,
 ) -> DualRateDesign:
     """Check and assemble a dual-rate problem; u = K ζ, so that A + B K is the state-feedback loop.
 
+    moved: the plant without constant loads, which no input has to move.
     Raises InvalidInputError: as `DualRateDesign`; a pair that is not stabilisable or not detectable; an unstable mode
     that the input loses by holding over T, or the sensor by sampling at M T.
     """
     design = DualRateDesign(as_plant(plant), feedback, injection, period, ratio)
-    A, B, C = design.model.A, design.model.B_u, design.model.C
-    if (mode := undetectable_mode(A.T, B.T, discrete=False)) is not None:
+    A, C = design.model.A, design.model.C
+    driven = design.model if moved is None else moved
+    if (mode := undetectable_mode(driven.A.T, driven.B_u.T, discrete=False)) is not None:
         raise InvalidInputError(f"(A, B) is not stabilisable: no input moves the unstable mode {mode:.6g}")
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:
         raise InvalidInputError(f"(A, C) is not detectable: the output does not see the unstable mode {mode:.6g}")
     advice = "choose another period T or ratio M"
-    if (mode := folded_mode(A.T, B.T, design.period)) is not None:
+    if (mode := folded_mode(driven.A.T, driven.B_u.T, design.period)) is not None:
         raise InvalidInputError(
             f"an input held over T = {design.period:g} s loses the unstable mode {mode:.6g} of A; {advice}"
         )

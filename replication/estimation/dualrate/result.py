@@ -16,6 +16,7 @@ from replication.estimation.api.plants import each_instant
 from replication.estimation.dualrate.loop import DualRateLoop, lifted_system, noise_system
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
+from replication.estimation.dualrate.steady import Steady
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.validation import Array, as_matrix
 
@@ -47,21 +48,29 @@ def checked_weights(plant: Plant, *, state: Any, input: Any, process: Any, senso
     )
 
 
-def continuous_gains(plant: Plant, weights: Weights) -> tuple[Array, Array]:
-    """The linear-quadratic K (m, n) and the stationary Kalman gain L (n, p); raises InfeasibleError."""
-    A, B, C = plant.A, plant.B_u, plant.C
+def continuous_gains(plant: Plant, weights: Weights, steady: Steady | None = None) -> tuple[Array, Array]:
+    """The linear-quadratic K (m, n) and the stationary Kalman gain L (n, p); raises InfeasibleError.
+
+    steady: the loads, which K takes to rest.
+    """
+    A, C = plant.A, plant.C
     Q, R, W, V = weights
-    K = -np.linalg.solve(R, B.T @ _riccati(A, B, Q, R, "state_weight, input_weight"))
+    moved, to = (plant, np.eye(len(A))) if steady is None else (steady.inner, steady.back)
+    K = -np.linalg.solve(R, moved.B_u.T @ _riccati(moved.A, moved.B_u, to.T @ Q @ to, R, "state_weight, input_weight"))
+    K = K if steady is None else steady.feedback(K)
     L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
     return K, L
 
 
 def _weight(name: str, value: Any, default: Array, *, definite: bool = False) -> Array:
-    """The symmetric weight or `default`; InvalidInputError unless it is positive semidefinite, or definite if asked."""
+    """The symmetric weight, or `default`; a vector is its diagonal.
+
+    Raises InvalidInputError unless it is positive semidefinite, or definite if asked.
+    """
     if value is None:
         return default
     size = len(default)
-    matrix = as_matrix(name, value, rows=size, columns=size)
+    matrix = as_matrix(name, np.diag(value) if np.ndim(value) == 1 else value, rows=size, columns=size)
     least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
     good = least > 0 if definite else least >= -SEMIDEFINITE * max(largest, 0.0)
     if not np.array_equal(matrix, matrix.T) or not good:
@@ -92,23 +101,28 @@ class DualRateResult(Design):
         Which of `OBSERVERS` fills the instants between the measurements.
     discrete_gain : bool
         Whether L corrects by steps instead of in the observer's differential equation.
+    steady : Steady or None
+        Loads and set-points; the loop is then that of the plant without loads.
     """
 
     method: str = "dualrate"
     quantity: str = (
         "root-mean-square gain of the closed loop from sensor noise to the plant output at the fast instants"
     )
-    axes: Mapping[str, str] = field(default_factory=lambda: {"K": "(input, state)", "L": "(state, output)"})
+    axes: Mapping[str, str] = field(
+        default_factory=lambda: {"K": "(input, state)", "L": "(state, output)", "N": "(input, set-point)"}
+    )
     repeats: ClassVar[str] = "the slow period"
     target: ClassVar[str] = "the output"
     loop: DualRateLoop
     observer_name: str
     discrete_gain: bool
+    steady: Steady | None = None
 
     @classmethod
-    def solve(cls, model: Plant, weights: Weights) -> Solution:
+    def solve(cls, model: Plant, weights: Weights, steady: Steady | None = None) -> Solution:
         """The linear-quadratic K and the stationary Kalman gain L, in continuous time."""
-        K, L = continuous_gains(model, weights)
+        K, L = continuous_gains(model, weights, steady)
         return Solution({"K": K, "L": L})
 
     def error_system(self) -> PeriodicSystem:

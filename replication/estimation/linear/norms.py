@@ -34,6 +34,8 @@ CIRCLE_TOLERANCE = 1e-7
 """Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
 ON_CIRCLE = 1e-12
 """Multipliers nearer than this to the unit circle are on it, for all that their digits tell: of an undamped mode."""
+NONE = 1e-150
+"""A gain whose square has no inverse is none."""
 MAX_ROUNDS = 60
 ANGLES = 200
 """Points of a gain over the frequency."""
@@ -161,7 +163,7 @@ def peak_on_circle(value: Callable[[float], float], maps: Callable[[float], Ricc
     """
     value = cache(value)
     angle = max(0.0, np.pi, hint, key=value)
-    if not any(value(t) > 0.0 for t in (angle, *SAMPLES)):
+    if not any(value(t) > NONE for t in (angle, *SAMPLES)):
         return GainBracket(0.0, 0.0, 0.0)
     margin = UPPER_MARGIN
     for _ in range(MAX_ROUNDS):

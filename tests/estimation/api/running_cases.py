@@ -30,7 +30,7 @@ def innovations() -> Any:
         [[1, 0]],
         a=[[[0, 0], [0.5, 0.2]]],
         d21=[[0, 0, 0.1]],
-        b_known=[[1], [0]],
+        b_u=[[1], [0]],
     )
     return delay.design(plant)
 

@@ -24,7 +24,7 @@ WANTED = {
     },
     "nonuniform": {"error": ("velocity (m/s)",), "disturbance": ("push", "noise")},
     "dualrate": {"output": ("camera (px)",), "input": ("volt (V)",), "estimation error": ("angle (rad)", "rate")},
-    "delay": {"error of z": ("deep (mm)",), "error of x": ("upper", "lower"), "disturbance": ("w[0]", "w[1]")},
+    "delay": {"error of z": ("deep (mm)",), "error of x": ("upper", "lower"), "disturbance": ("rain", "leak")},
 }
 
 

@@ -39,8 +39,8 @@ def averaged() -> DelayPlant:
         "c2_spread": [[[[0.5, 0.2]], [[0.1, -0.4]]]],
         "d11": [[0.1, 0, 0.2]],
         "d21": [[0, 0, 0.3]],
-        "b_known": [[0], [1]],
-        "b_known_delayed": [[[1], [0]]],
+        "b_u": [[0], [1]],
+        "b_u_delayed": [[[1], [0]]],
     }
     b = np.eye(2, 3)
     return DelayPlant([[-0.6, 1], [-1, -0.8]], [0.6], b, [[1, 0]], [[0, 0.0]], **more)  # type: ignore[arg-type]

@@ -57,7 +57,8 @@ def test_a_slow_mode_tends_to_an_integrator(sensor: dict[str, Any]) -> None:
 @pytest.mark.parametrize("index", [0, 2, 3, 5, 6, 9])
 def test_a_sample_of_the_benchmark(index: int) -> None:
     """Each of another family or other units; five have a closed form, the recycle a chain of samples."""
-    row = delay_designs.measured(index, hinf=index == 6)
+    row = delay_designs.measured(index, hinf=index in (3, 6))
+    assert ("mixed" in row) == (index in (3, 6))
     assert row["errors"] == [] and delay_designs.faults(row) == []
     assert row["settled"]
 
@@ -67,6 +68,9 @@ def test_the_benchmark_tells_what_is_off() -> None:
     for name in ("limit", "rms", "least rms"):
         assert delay_designs.faults({**row, name: row[name] * 1.01})
     assert delay_designs.faults({**row, "proved": 0.99 * row["limit"]})
+    both = {"proved": 2.0 * row["limit"], "exact": row["limit"], "hinf rms": row["rms"]}
+    assert delay_designs.faults({**row, **both, "mixed": (row["limit"], row["rms"])}) == []
+    assert delay_designs.faults({**row, **both, "mixed": (row["limit"], 1.01 * row["rms"])})
 
 
 def test_a_least_level_above_an_attained_one_is_open(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -102,7 +102,7 @@ def test_the_ladder_is_the_lossless_approximant() -> None:
 
 def test_an_average_is_a_sum_of_delays() -> None:
     """Gauss' rule with six delays stands for the averages; polynomials of the age below degree 12 are exact in it."""
-    plant = replace(averaged(), b_known=np.zeros((2, 0)), b_known_delayed=())
+    plant = replace(averaged(), b_u=np.zeros((2, 0)), b_u_delayed=())
     nodes, weights = legendre.leggauss(6)
     ages, weights, tau = (nodes + 1.0) / 2.0, weights / 2.0, plant.delays[0]
 

@@ -115,6 +115,10 @@ def test_steps_that_do_not_fit_are_refused() -> None:
         running(made_up(averaged(), 40.0), 0.05)
     with pytest.raises(InvalidInputError, match="below pi / dt"):
         running(made, 0.1).discretisation_error([1.0, 40.0])
+    several, one = (running(made, 0.1).discretisation_error(omega) for omega in ([0.5, 2.0], 2.0))
+    assert one == pytest.approx(several[1:], rel=1e-12)
+    with pytest.raises(InvalidInputError, match="at least 1"):
+        running(made, 0.1).discretisation_error(-2.0)
     observer = running(made, 0.1)
     with pytest.raises(InvalidInputError, match="u must"):
         observer.step(None, [0.0])

@@ -128,7 +128,10 @@ def test_between_both_goals() -> None:
     assert (curve.gain[-1], curve.rms[-1]) == pytest.approx((kalman.value, rms(kalman)), rel=EXACT)
     assert least < curve.gain[0] < 1.02 * least
     middle = design(plant, goal="mixed")
-    assert rms(middle) / rms(kalman) == pytest.approx(middle.value / least, rel=1e-3)
+    assert rms(middle) / rms(kalman) == pytest.approx(1.15, rel=1e-3) and middle.value / least > 1.15
+    near = late(-0.5, 1.0, 0.3)
+    share = design(near, goal="mixed").value / limit(near).level
+    assert rms(design(near, goal="mixed")) / rms(design(near, goal="h2")) == pytest.approx(share, rel=1e-3)
     asked = design(plant, goal="mixed", level=1.2 * least)
     assert asked.value <= 1.2 * least
     assert rms(kalman) < rms(asked) < curve.rms[0]
@@ -140,6 +143,18 @@ def test_between_both_goals() -> None:
         pytest.raises(SolverError, match=r"12 moments.*finite solution.*raise the level"),
     ):
         design(plant, goal="mixed", level=1.2 * least)
+
+
+@pytest.mark.parametrize("noise", [0.3, 3.0])
+def test_a_mixed_design_is_no_worse_than_the_worse_of_the_others(noise: float) -> None:
+    """With poor sensors little is to be won in the mean, and at most half of that is given away."""
+    plant = late(-0.5, 1.0, noise)
+    pure, middle = [design(plant, goal=goal) for goal in ("hinf", "h2")], design(plant, goal="mixed")
+    assert middle.value <= max(result.value for result in pure)
+    assert rms(middle) <= max(map(rms, pure))
+    least, alone = rms(pure[1]), float(middle.fact("rms error without sensors").value)
+    assert rms(middle) <= (least + alone) / 2 * (1 + 1e-3)
+    assert rms(middle) <= 1.15 * least * (1 + 1e-3)
 
 
 def echoing(size: float) -> DelayPlant:

@@ -165,6 +165,13 @@ def rms(result: SlowRateResult) -> float:
     return float(result.fact("root mean square").value)
 
 
+def test_a_vector_is_the_diagonal_of_a_weight() -> None:
+    given: dict[str, Any] = {"period": 0.1, "ratio": 2, "at": "slow"}
+    one = dualrate.design(TWO, **given, sensor_noise=[1.0, 2.0], state_weight=[3.0, 1.0])
+    other = dualrate.design(TWO, **given, sensor_noise=np.diag([1.0, 2.0]), state_weight=np.diag([3.0, 1.0]))
+    assert one.value == other.value
+
+
 def test_the_curve_joins_both_goals_and_keeps_every_level() -> None:
     mean, worst = design(), design(goal="hinf")
     curve = worst.tradeoff(7)

@@ -35,9 +35,9 @@ def plant_terms(plant: DelayPlant) -> PlantTerms:
         measured = np.hstack([plant.c2_delayed[i], plant.d21_delayed[i]])
         delayed.append(np.vstack([np.hstack([plant.a[i], plant.b_delayed[i]]), outputs, measured]))
         kernels.append(_average((plant.a_spread[i], plant.c1_spread[i], plant.c2_spread[i]), r))
-        known.append(np.vstack([plant.b_known_delayed[i], np.zeros((p + q, m))]))
+        known.append(np.vstack([plant.b_u_delayed[i], np.zeros((p + q, m))]))
     terms = Terms(constant, plant.delays, tuple(delayed), tuple(kernels))
-    first = np.vstack([plant.b_known, np.zeros((p + q, m))])
+    first = np.vstack([plant.b_u, np.zeros((p + q, m))])
     return PlantTerms((n, p, q, r), terms, Terms(first, plant.delays, tuple(known), (None,) * plant.delay_count))
 
 
@@ -80,6 +80,11 @@ def injection_terms(observer: DelayObserver) -> Terms:
         kernels.append(polynomial(projected(values, degree)))
     delays = tuple(line.delay for line in form.lines)
     return Terms(constant, delays, tuple(np.zeros_like(constant) for _ in delays), tuple(kernels))
+
+
+def no_injection(plant: PlantTerms) -> Terms:
+    """That of the estimate zero."""
+    return Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
 
 
 P = ParamSpec("P")
@@ -173,8 +178,7 @@ def worst_gain(
     ends = as_array("ranges", given, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
-    nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
-    roots = decided(right_roots)(error_response(plant, nothing))[1]
+    roots = decided(right_roots)(error_response(plant, no_injection(plant)))[1]
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "

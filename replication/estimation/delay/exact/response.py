@@ -191,6 +191,8 @@ def radii(matrices: Array) -> Array:
 # Cells of frequencies and delays are cut until none can hold more than what is attained (`Response.bounded`).
 
 
+NEAREST, SLOWEST = 1e-18, 1e-12
+"""Frequencies that count as zero: in highest ones, of a cell that does not settle; in rates of the longest delay."""
 MOST, FIRST, CHUNK = 100_000, 100, 4_000
 """Cells looked at, at the most; in the first grid; that are looked at together."""
 DOUBLINGS, DECADES, LOST = 60, 8, 1e6
@@ -263,10 +265,11 @@ def right_roots(response: Response) -> tuple[float, int]:
     The argument principle: the phase of det X is carried from the centre to the ends of each cell by the eigenvalues
     1 + l of X_c^-1 X, |l| < 1. Raises SolverError if a root lies on the imaginary axis, or too near for MOST cells.
     """
-    reach = 1.0
+    # Of integrators alone every frequency is beyond all dynamics.
+    reach, slowest = 1.0, SLOWEST / max(response.loop.delays, default=1.0)
     while not np.isfinite(response.beyond(reach)):
         reach *= 2.0
-    while reach > np.finfo(float).tiny and np.isfinite(response.beyond(reach / 2.0)):
+    while reach > slowest and np.isfinite(response.beyond(reach / 2.0)):
         reach /= 2.0
     n = response.sizes[0]
     corner = response.matrix(np.array([1j * reach]))[0]
@@ -276,7 +279,7 @@ def right_roots(response: Response) -> tuple[float, int]:
     cells, used = response.cells(first_grid(reach), nominal=True), 0
     while cells.omega.size:
         used += len(cells.omega)
-        if used > MOST:
+        if used > MOST or cells.omega[0] < NEAREST * reach:
             raise SolverError(
                 f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
             )

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.api.results import Evidence, baselines
+from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.delay.exact.central import FilterModel, central, ladder_model
-from replication.estimation.delay.exact.loop import error_response
+from replication.estimation.delay.exact.loop import error_response, no_injection
 from replication.estimation.delay.exact.response import gain_bracket
-from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, axis
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.validation import Array
 
@@ -98,18 +98,18 @@ DEPENDENT = 1e-10
 """Least eigenvalue of the correlations of the noise in the measurements, below which one has no noise of its own."""
 
 
-def worth(plant: PlantTerms, level: float) -> tuple[Evidence, ...]:
+def worth(plant: PlantTerms, level: float | Bracket) -> tuple[Evidence, ...]:
     """The facts to set beside `level`, with advice where it is hardly below that without sensors."""
-    nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
     how = "gain from w to the error of z, true exponentials"
     try:
-        without = gain_bracket(error_response(plant, nothing), WIDTH).upper
+        found = gain_bracket(error_response(plant, no_injection(plant)), WIDTH)
+        without = Bracket(found.lower, found.upper, "attained")
     except InfeasibleError:
         without = None
     except (SolverError, np.linalg.LinAlgError):
-        found = baselines(level, how, without=None, limit=smoother_bound(plant).level)
+        others = baselines(level, how, without=None, limit=smoother_bound(plant).level)
         unknown = Evidence("level without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
-        return unknown, *found[1:], _kalman(plant)
+        return unknown, *others[1:], _kalman(plant)
     return *baselines(level, how, without=without, limit=smoother_bound(plant).level), _kalman(plant)
 
 
@@ -138,7 +138,12 @@ def kalman_level(model: FilterModel) -> float:
     L, _ = central(model)
     Lz = np.linalg.solve(R, (model.dz @ model.dy.T).T).T
     error = model.a - L @ model.cy, model.b - L @ model.dy, model.cz - Lz @ model.cy, model.dz - Lz @ model.dy
-    return hinf_norm(*_sampled(*error)).upper
+    return continuous_norm(*error)
+
+
+def continuous_norm(a: Array, b: Array, c: Array, d: Array) -> float:
+    """The H-infinity norm of a stable continuous-time system."""
+    return hinf_norm(*_sampled(a, b, c, d)).upper
 
 
 def _sampled(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Array, Array]:

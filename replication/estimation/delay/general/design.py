@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
@@ -10,10 +11,18 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
-from replication.estimation.delay.exact.limit import climbed, limit, require_seen
-from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms, worst_gain
+from replication.estimation.delay.exact.limit import Limit, climbed, limit, require_seen
+from replication.estimation.delay.exact.loop import (
+    error_response,
+    exact_gain,
+    injection_terms,
+    no_injection,
+    plant_terms,
+    worst_gain,
+)
+from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import smoother_bound, worth
-from replication.estimation.delay.exact.terms import PlantTerms, Terms
+from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.plant import DelayPlant
@@ -29,8 +38,8 @@ from replication.estimation.delay.general.synthesis import (
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
-WIDTH = 1e-4
-"""Relative width of the exact gain."""
+WIDTH, ROUGH = 1e-4, 1e-3
+"""Relative width of the exact gain; over ranges of delays."""
 DECADES, FREQUENCIES = 3, 600
 """Where that stays open: frequencies around the rate of the longest delay."""
 UNSETTLED = 1e-3
@@ -95,14 +104,16 @@ def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
     ) from error
 
 
-def known_levels(plant: DelayPlant, attained: float = np.inf) -> tuple[Evidence, ...]:
+def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | None = None) -> tuple[Evidence, ...]:
     """What is known of the least level of any observer: the exact one, and that of a smoother.
+
+    least: the exact one, where it is at hand.
 
     It is open where models of rising order do not agree, or where it would exceed a level that is `attained`.
     """
     what, below = "least level of any observer", "no estimator below"
     try:
-        least = limit(plant)
+        least = limit(plant) if least is None else least
     except (InfeasibleError, SolverError, InvalidInputError) as error:
         bound = smoother_bound(plant_terms(plant))
         return (
@@ -119,6 +130,30 @@ def known_levels(plant: DelayPlant, attained: float = np.inf) -> tuple[Evidence,
     return Evidence(what, value, exact), Evidence(below, least.smoother, smoother)
 
 
+def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
+    """What the plant does without an observer, and what any observer can do."""
+    terms = plant_terms(plant)
+    still = error_response(terms, no_injection(terms))
+    roots, gain, rms = "unstable roots", "gain from w to z", "rms of z"
+    try:
+        count = right_roots(still)[1]
+    except (SolverError, np.linalg.LinAlgError) as error:
+        facts = [Evidence(what, "open", str(error)) for what in (roots, gain, rms)]
+        return *facts, *known_levels(plant)
+    facts = [Evidence(roots, count, "argument principle, true exponentials")]
+    if count:
+        facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
+    else:
+        facts.append(Evidence(gain, gain_bracket(still, WIDTH).upper, "upper bound over all frequencies"))
+        mean: float | str = (
+            "infinite"
+            if np.any(plant.d11)
+            else float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
+        )
+        facts.append(Evidence(rms, mean, WHITE))
+    return *facts, *known_levels(plant)
+
+
 def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
@@ -132,10 +167,11 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
     evidence = [
         *facts,
         *closed,
+        *_mean(observer),
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
-        *worth(plant_terms(plant), proof.level),
+        *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
     ]
     return InnovationsResult(
         bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),
@@ -172,12 +208,17 @@ def over_ranges(observer: DelayObserver) -> list[Evidence]:
         return []
     try:
         worst = worst_gain(observer)
+        terms = plant_terms(plant)
+        still = gain_bracket(replace(error_response(terms, no_injection(terms)), ranges=plant.ranges), ROUGH)
     except (InfeasibleError, SolverError) as error:
         return [Evidence("worst gain over the ranges", "open", str(error))]
     where = ", ".join(f"{delay:.4g}" for delay in worst.delays[: plant.delay_count])
     return [
         Evidence("worst gain over the ranges", worst.upper, "constant delays anywhere in them"),
         Evidence("attained there", worst.lower, f"delays {where} s, {worst.frequency:.4g} rad/s"),
+        Evidence(
+            "level without sensors over the ranges", still.upper, "estimate zero; constant delays anywhere in them"
+        ),
     ]
 
 
@@ -201,21 +242,25 @@ def mean_design(
     """
     designs = Designs(plant, degree)
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
-    aim = np.inf
+    aim, alone = np.inf, _alone(plant_terms(plant))
     if goal is Goal.MIXED:
-        aim = designs.balance() if level is None else designs.above_least(level)
+        aim = (
+            designs.balance(np.inf if alone is None or np.isnan(alone) else alone)
+            if level is None
+            else designs.above_least(level)
+        )
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), injection_terms(observer))
     arrays, axes = arrays_of(observer)
     evidence = (
         *asked,
-        *_mean_facts(plant, covariance, reach),
+        *_mean_facts(plant, covariance, reach, alone),
         Evidence("gains computed with", f"{designs.degree} moments of each delay", "filter Riccati equation"),
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
-        *known_levels(plant, gain.upper),
-        *worth(plant_terms(plant), gain.upper),
+        *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
+        *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
     )
     return InnovationsResult(
         bracket=Bracket(gain.lower, gain.upper, EXACT_ENDS),
@@ -229,9 +274,33 @@ def mean_design(
     )
 
 
-def _mean_facts(plant: DelayPlant, covariance: Array, reach: float) -> tuple[Evidence, ...]:
+WHITE = "white noise of unit intensity; spectrum over all frequencies, true exponentials"
+
+
+def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
+    """The mean error of z of gains that were not made for it, beside that without sensors."""
+    plant = observer.plant
+    if np.any(plant.d11 - observer.lz @ plant.d21) or any(np.any(observer.lz @ d) for d in plant.d21_delayed):
+        return (Evidence(OF, "infinite", "white noise enters the error of z itself"),)
+    try:
+        covariance, _ = error_covariance(plant_terms(plant), injection_terms(observer))
+    except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
+        return (Evidence(OF, "open", str(error)),)
+    own = float(np.sqrt(np.trace(covariance)))
+    return Evidence(OF, own, WHITE), *_beside(own, _alone(plant_terms(plant)))
+
+
+def _beside(own: float, alone: float | None, limit: float | None = None) -> tuple[Evidence, ...]:
+    """Mean errors to compare with; alone: that of the estimate zero, None if it is infinite, nan if that is open."""
+    if alone is None or not np.isnan(alone):
+        return baselines(own, WHITE, what="rms error", without=alone, limit=limit)
+    unknown = Evidence("rms error without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
+    return unknown, *baselines(own, WHITE, what="rms error", without=None, limit=limit)[1:]
+
+
+def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float | None) -> tuple[Evidence, ...]:
     """The mean error of z, each and together, beside those without sensors, of any observer and of a smoother."""
-    terms, how = plant_terms(plant), "white noise of unit intensity; spectrum over all frequencies, true exponentials"
+    terms, how = plant_terms(plant), WHITE
     own, each = float(np.sqrt(np.trace(covariance))), np.sqrt(np.diag(covariance)).tolist()
     value, models = _least_rms(plant, own)
     limit_rms = float(np.sqrt(np.trace(smoother_covariance(terms, reach))))
@@ -240,7 +309,7 @@ def _mean_facts(plant: DelayPlant, covariance: Array, reach: float) -> tuple[Evi
         *(Evidence(f"rms error of z[{i}]", value, how) for i, value in enumerate(each) if len(each) > 1),
         Evidence("least rms error of any observer", value, models),
         *(_excess(plant, own, value) if isinstance(value, float) else ()),
-        *baselines(own, how, what="rms error", without=_alone(terms, plant.measurements), limit=limit_rms),
+        *_beside(own, alone, limit_rms),
     )
 
 
@@ -275,10 +344,11 @@ def _model_rms(model: FilterModel, _: float) -> float:
     return float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
 
 
-def _alone(terms: PlantTerms, measurements: int) -> float | None:
-    """The rms error of the estimate zero; None if it is infinite, or a root next to the axis leaves it open."""
-    nothing = Terms(np.zeros((len(terms.terms.constant), measurements)))
+def _alone(terms: PlantTerms) -> float | None:
+    """The rms error of the estimate zero; None if it is infinite, nan if a root next to the axis leaves it open."""
     try:
-        return float(np.sqrt(np.trace(error_covariance(terms, nothing)[0])))
-    except (InfeasibleError, SolverError, np.linalg.LinAlgError):
+        return float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
+    except InfeasibleError:
         return None
+    except (SolverError, np.linalg.LinAlgError):
+        return float(np.nan)

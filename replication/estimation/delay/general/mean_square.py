@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import scipy
@@ -12,11 +12,11 @@ from numpy.polynomial import legendre
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.shown import Measures, TradeOff, balanced
 from replication.estimation.api.shown import tradeoff as curve
-from replication.estimation.delay.exact.central import central
+from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
-from replication.estimation.delay.exact.smoothing import smoother_maps
+from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import moment_plant
 from replication.estimation.delay.general.lines import DelayObserver, line_form
@@ -108,15 +108,17 @@ def integrated(spectrum: Function, reach: float, delays: Sequence[float]) -> Arr
 
     near = _quadrature(weighted(lambda omega: 1.0 - beyond(omega)), panels)
     # There the spectrum is m_1 (top/omega)^2 + m_2 (top/omega)^4 on the average: two averages tell m.
-    averages = [_quadrature(weighted(lambda omega, k=k: middle(omega) * (omega / top) ** k), far) for k in (2, 4)]  # type: ignore[misc]
+    # What is below the digits of the whole is rounding there.
+    size = float(np.abs(near).max())
+    averages = [_quadrature(weighted(lambda omega, k=k: middle(omega) * (omega / top) ** k), far, size) for k in (2, 4)]  # type: ignore[misc]
     sizes = [of(lambda omega, k=k: middle(omega) * (omega / top) ** k) for k in (-2, 0, 2)]  # type: ignore[misc]
     parts = np.linalg.solve([sizes[1::-1], sizes[:0:-1]], np.stack(averages).reshape(2, -1)).reshape(2, *near.shape)
     rest = [of(lambda omega, k=k: beyond(omega) * (top / omega) ** k) + top / (k - 1) / 2.0 ** (k - 1) for k in (2, 4)]  # type: ignore[misc]
     return np.asarray((near + np.tensordot(rest, parts, axes=1)).real / np.pi)
 
 
-def _quadrature(function: Function, edges: Array) -> Complex:
-    """The integral over all panels; those on which both rules differ are halved."""
+def _quadrature(function: Function, edges: Array, size: float = 0.0) -> Complex:
+    """The integral over all panels, part of a whole of a `size`; those on which both rules differ are halved."""
     left, right = edges[:-1], edges[1:]
     total: Complex = np.zeros(function(edges[:1]).shape[1:], dtype=complex)
     allowed, used = -1.0, 0
@@ -129,7 +131,7 @@ def _quadrature(function: Function, edges: Array) -> Complex:
             )
         coarse, fine = (_on_panels(function, left, right, points) for points in (COARSE, FINE))
         if allowed < 0.0:
-            allowed = DIGITS * float(np.abs(fine.sum(axis=0)).max()) / left.size
+            allowed = DIGITS * max(float(np.abs(fine.sum(axis=0)).max()), size) / left.size
         done = np.abs(fine - coarse).max(axis=(1, 2)) <= np.maximum(allowed, 1e-13 * np.abs(fine).max(axis=(1, 2)))
         done |= ~np.isfinite(fine).all(axis=(1, 2))
         total = total + fine[done].sum(axis=0)
@@ -153,6 +155,8 @@ def _squared(maps: Complex) -> Complex:
 
 WIDTH, KEPT = 1e-6, 1e-3
 """Relative width of the exact gain, and excess over the level of the model that is left to it."""
+BALANCE, SMALL, LOST = 1e-3, 40, 0.15
+"""Of the level that loses the same share of both: width of the search, states of the model, most share of the mean."""
 MARGIN = 0.01
 """Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
 DEGREE, STATES = 12, 120
@@ -256,9 +260,37 @@ class Designs:
             )
         return level
 
-    def balance(self) -> float:
-        """The level whose design loses the same share of both measures."""
-        return balanced(self.least(), self.limit.level, self.measures)
+    def balance(self, alone: float) -> float:
+        """The level whose design loses the same share of both measures, of the mean LOST and half of what sensors win.
+
+        alone: the rms error without sensors. Both measures are those of a small model.
+        """
+        few = max(min(self.degree, (SMALL - self.form.states) // max(self.form.width, 1)), self.form.moments, 1)
+        measures, least = partial(_model_measures, moment_plant(self.form, few)), self.limit.level
+        rms = measures(np.inf)[1]
+        won = max(alone * self.scaling.time**0.5 / rms - 1.0, 0.0)
+        most = 1.0 + min(LOST, won / 2.0)
+
+        def capped(level: float) -> Measures:
+            """As if no more of the gain were lost than may be lost of the mean."""
+            gain, mean = measures(level)
+            return min(gain, most * least), min(mean, FARTHEST * rms)
+
+        return balanced(self.least(), least, capped, BALANCE)
+
+
+def _model_measures(model: FilterModel, level: float) -> Measures:
+    """Gain and root mean square of the error of a model with its central gains at a level; of no gains, infinite."""
+    try:
+        gains = central(model, level)[0]
+    except (InfeasibleError, np.linalg.LinAlgError):
+        if np.isinf(level):
+            raise
+        return level, np.inf
+    a, b = model.a - gains @ model.cy, model.b - gains @ model.dy
+    P = scipy.linalg.solve_continuous_lyapunov(a, -b @ b.T)
+    mean = float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
+    return continuous_norm(a, b, model.cz, np.zeros((len(model.cz), b.shape[1]))), mean
 
 
 def returns(plant: DelayPlant) -> bool:

@@ -57,16 +57,17 @@ class DelayPlant:
         D_21, the sensor noise.
     d21_delayed : sequence of K arrays (q, r)
         D_211 ... D_21K.
-    b_known : array (n, m)
+    b_u : array (n, m)
         B_u.
-    b_known_delayed : sequence of K arrays (n, m)
+    b_u_delayed : sequence of K arrays (n, m)
         B_u1 ... B_uK.
     a_spread : sequence of K arrays (k, n, n)
-        A_s: for each delay the coefficients of the powers 0, 1, .. of age / delay, in 1/s.
+        A_s, in 1/s, which acts on a mean and no integral: for each delay the coefficients of the powers 0, 1, .. of
+        age / delay in the weight of the mean over the delay, (1/tau_i) int_0^tau_i sum_k A_sk (s/tau_i)^k x(t - s) ds.
     c1_spread : sequence of K arrays (k, p, n)
-        C_1s.
+        C_1s, of the same means.
     c2_spread : sequence of K arrays (k, q, n)
-        C_2s.
+        C_2s, of the same means: [[C]] for a sensor that gives the average of C x over the delay.
     ranges : sequence of K pairs of floats
         Shortest and longest delay where a delay is known only within a range, s; (tau_i, tau_i) unless given.
 
@@ -95,12 +96,20 @@ class DelayPlant:
     d11: Array = None  # type: ignore[assignment]
     d21: Array = None  # type: ignore[assignment]
     d21_delayed: Matrices = ()
-    b_known: Array = None  # type: ignore[assignment]
-    b_known_delayed: Matrices = ()
+    b_u: Array = None  # type: ignore[assignment]
+    b_u_delayed: Matrices = ()
     a_spread: Matrices = ()
     c1_spread: Matrices = ()
     c2_spread: Matrices = ()
     ranges: tuple[tuple[float, float], ...] = ()
+
+    def __new__(cls, *_: Any, **named: Any) -> DelayPlant:
+        """Tell the name of a field that is written as in a plant file."""
+        known = {field.name for field in fields(cls)}
+        for name in named:
+            if name not in known and name.lower() in known:
+                raise InvalidInputError(f"{name} is the name in a plant file; in Python write {name.lower()}=")
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         """Check every field and fill in what was not given."""
@@ -115,8 +124,8 @@ class DelayPlant:
         ----------
         Q : array (m, m)
             Intensity of d, positive semidefinite.
-        R : array (q, q)
-            Intensity of n, positive definite.
+        R : array (q, q) or (q,)
+            Intensity of n, positive definite; a vector holds those of independent sensors.
         S : array (m, q), optional
             Intensity of d and n together; zero unless given.
         b : array (n, m), optional
@@ -184,13 +193,13 @@ class DelayPlant:
     @property
     def known_inputs(self) -> int:
         """Number of known inputs m."""
-        return int(self.b_known.shape[1])
+        return int(self.b_u.shape[1])
 
     @property
     def noiseless(self) -> bool:
         """Whether it is a plant of `delay_system`: y = C_2 x, no other delayed or known term."""
-        more = (self.d11, self.d21, self.b_known, *self.b_delayed, *self.c2_delayed, *self.d21_delayed)
-        spread = (*self.b_known_delayed, *self.a_spread, *self.c1_spread, *self.c2_spread)
+        more = (self.d11, self.d21, self.b_u, *self.b_delayed, *self.c2_delayed, *self.d21_delayed)
+        spread = (*self.b_u_delayed, *self.a_spread, *self.c1_spread, *self.c2_spread)
         return not any(np.any(part) for part in (*more, *spread))
 
 
@@ -220,18 +229,18 @@ def _checked(plant: DelayPlant) -> dict[str, Any]:
         raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
     r, p, q, m = (
         as_matrix(name, given[name]).shape[axis] if given[name] is not None else 0
-        for name, axis in (("b", 1), ("c10", 0), ("c2", 0), ("b_known", 1))
+        for name, axis in (("b", 1), ("c10", 0), ("c2", 0), ("b_u", 1))
     )
-    if given["b_known"] is None and len(listed("b_known_delayed", given["b_known_delayed"])):
-        m = as_matrix("b_known_delayed[0]", given["b_known_delayed"][0]).shape[1]
+    if given["b_u"] is None and len(listed("b_u_delayed", given["b_u_delayed"])):
+        m = as_matrix("b_u_delayed[0]", given["b_u_delayed"][0]).shape[1]
     if min(r, p, q) < 1:
         raise InvalidInputError(
             f"b must have a column, c10 and c2 a row, got {r} columns and {p} and {q} rows; for none use zeros"
         )
     delays = checked_delays(given["delays"])
-    shapes = {"a0": (n, n), "b": (n, r), "c10": (p, n), "c2": (q, n), "d11": (p, r), "d21": (q, r), "b_known": (n, m)}
+    shapes = {"a0": (n, n), "b": (n, r), "c10": (p, n), "c2": (q, n), "d11": (p, r), "d21": (q, r), "b_u": (n, m)}
     per_delay = {"a": (n, n), "c1": (p, n), "b_delayed": (n, r), "c2_delayed": (q, n), "d21_delayed": (q, r)}
-    per_delay["b_known_delayed"] = (n, m)
+    per_delay["b_u_delayed"] = (n, m)
     spread = {"a_spread": (n, n), "c1_spread": (p, n), "c2_spread": (q, n)}
     checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(given["ranges"], delays)}
     for name, shape in shapes.items():

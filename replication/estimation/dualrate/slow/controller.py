@@ -117,13 +117,22 @@ class Equations:
         solved, margin = self._solved(level)
         if solved is None or margin <= 0:
             return None
-        (sigma, cost), p = solved, self.problem
-        n, m = p.plant.B_u.shape
-        observed = []
+        A, L = self.observing(solved[0], level)
+        return Controller(A, L, self.commanding(*solved, level))
+
+    def observing(self, sigma: Array, level: float) -> tuple[Array, Array]:
+        """A (N, n, n) and L (N, n, p) of the observer, in the given units; sigma: the covariance at each instant."""
+        n, observed = self.problem.plant.order, []
         for X, A, G, (weighed, _) in zip(sigma, *self.filtering(level)[:2], self.information, strict=True):
             gain = A @ np.linalg.solve(np.eye(n) + X @ G, X)
             observed.append((A - gain @ G, gain @ weighed))
-        laws = []
+        t, (A, L) = self._scaled[1], (np.stack(parts) for parts in zip(*observed, strict=True))
+        return A * t[:, None] / t, L * t[:, None]
+
+    def commanding(self, sigma: Array, cost: Array, level: float) -> Array:
+        """K (N, m, n + m), in the given units; cost: to go on, at each instant."""
+        p, laws = self.problem, []
+        n, m = p.plant.B_u.shape
         for k, ((stage, moves, fixed), S) in enumerate(zip(self.regulating(level), p.changed(), strict=True)):
             following = cost[(k + 1) % len(cost)]
             after = following @ np.linalg.solve(np.eye(n + m) + stage.G @ following, stage.A.T)
@@ -133,18 +142,24 @@ class Equations:
             law[:, n:] += np.eye(m) - S
             laws.append(law)
         _, t, r = self._scaled
-        A, L = (np.stack(parts) for parts in zip(*observed, strict=True))
-        return Controller(A * t[:, None] / t, L * t[:, None], np.stack(laws) * r[:, None] / np.concatenate([t, r]))
+        return np.asarray(np.stack(laws) * r[:, None] / np.concatenate([t, r]))
+
+    def covariance(self, level: float) -> Array | None:
+        """Of the error at each instant."""
+        return _solution(self.filtering(level), self.problem.plant.order)
+
+    def cost(self, level: float) -> Array | None:
+        """To go on, at each instant; it runs backwards in time."""
+        back = _solution(
+            reversed_in_time(stacked(stage for stage, *_ in self.regulating(level))), sum(self.problem.plant.B_u.shape)
+        )
+        return None if back is None else np.roll(back[::-1], 1, axis=0)
 
     def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:
         """Covariance and cost at each instant, or None, and the margin."""
-        n, m = self.problem.plant.B_u.shape
-        # The cost runs backwards in time.
-        sigma = _solution(self.filtering(level), n)
-        back = _solution(reversed_in_time(stacked(stage for stage, *_ in self.regulating(level))), n + m)
-        if sigma is None or back is None:
+        sigma, cost = self.covariance(level), self.cost(level)
+        if sigma is None or cost is None:
             return None, -1.0
-        cost = np.roll(back[::-1], 1, axis=0)
         return (sigma, cost), _margin(self.problem, sigma, cost, level)
 
 
@@ -180,7 +195,29 @@ SILENT = 1e-60
 
 
 def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
-    """State (x, x^, u before); inputs d and the noise of the readings, in units of their weights; outputs T^(1/2) z."""
+    """State (x, x^, u before); inputs d and the noise of the readings, in units of their weights; outputs T^(1/2) z.
+
+    With loads, x and u less what holds them, and x - x^: the loads, which stand still, are left out.
+    """
+    system, steady = joint(problem, controller), problem.steady
+    if steady is None or not steady.loads:
+        return system
+    (n, m), off, back = problem.plant.B_u.shape, steady.deviation, steady.back
+    held = steady.inputs[:, : steady.loads] @ steady.load
+    to = np.block(
+        [
+            [off, np.zeros((len(off), n + m))],
+            [np.eye(n), -np.eye(n), np.zeros((n, m))],
+            [-held, np.zeros((m, n)), np.eye(m)],
+        ]
+    )
+    rest = np.zeros((n, m))
+    of = np.block([[back, np.zeros((n, n)), rest], [back, -np.eye(n), rest], [np.zeros((m, len(off) + n)), np.eye(m)]])
+    return PeriodicSystem(tuple(Stage(to @ A @ of, to @ B, C @ of, D) for A, B, C, D in system.stages))
+
+
+def joint(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
+    """`closed` with the loads among its states."""
     step, C = problem.sampled, problem.plant.C
     n, m = step.input.shape
     stages = []
@@ -211,11 +248,12 @@ def alone(problem: SlowProblem) -> PeriodicSystem:
 
 def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSystem:
     """From readings' noise of unit size to the plant outputs, weighted so that the gain is one of root mean squares."""
-    rows, skipped = len(problem.plant.C), problem.noise.shape[1]
+    plant, skipped = problem.unloaded.plant, problem.noise.shape[1]
+    rows = len(plant.C)
     measured = problem.measured()
     readings = sum(len(due) for due in measured) / rows
     output = np.zeros((rows, loop.order))
-    output[:, : problem.plant.order] = np.sqrt(readings / len(measured)) * problem.plant.C
+    output[:, : plant.order] = np.sqrt(readings / len(measured)) * plant.C
     stages = []
     for stage, due in zip(loop.stages, measured, strict=True):
         units = root(problem.sensor_noise[np.ix_(due, due)])
@@ -268,16 +306,29 @@ def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
 
 def central(problem: SlowProblem, level: float) -> Controller:
     """The controller of least entropy that keeps a level above the least; raises SolverError if rounding spoils it."""
-    controller = Equations(problem).at(level)
+    controller = Equations(problem).at(level) if not problem.loads else _under_loads(problem)
     if controller is None:
         raise SolverError(problem.lost())
     return controller
 
 
+def _under_loads(problem: SlowProblem) -> Controller | None:
+    """The linear-quadratic-Gaussian controller that estimates the loads and takes x and u to where they hold them."""
+    observer, regulator, steady = Equations(problem), Equations(problem.unloaded), problem.steady
+    sigma, cost = observer.covariance(np.inf), regulator.cost(np.inf)
+    if steady is None or sigma is None or cost is None:
+        return None
+    size, m = steady.inner.B_u.shape
+    K = regulator.commanding(np.zeros((len(cost), size, size)), cost, np.inf)
+    held = steady.inputs[:, : steady.loads] @ steady.load
+    inner = np.block([[steady.deviation, np.zeros((size, m))], [-held, np.eye(m)]])
+    return Controller(*observer.observing(sigma, np.inf), K @ inner + np.hstack([held, np.zeros((m, m))]))
+
+
 def covariances(problem: SlowProblem) -> Array:
     """Of the error of the Kalman filter before each reading (N, n, n); raises SolverError if rounding spoils it."""
-    solved, units, _ = (equations := Equations(problem))._scaled
-    sigma = _solution(equations.filtering(np.inf), solved.plant.order)
+    units = (equations := Equations(problem))._scaled[1]
+    sigma = equations.covariance(np.inf)
     if sigma is None:
         raise SolverError(problem.lost())
     return sigma * np.outer(units, units)
@@ -294,6 +345,10 @@ def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
 
     Raises InvalidInputError if the least level is zero, SolverError if rounding hides it.
     """
+    if problem.loads:
+        raise InvalidInputError(
+            'under constant loads the gains are those of goal="h2"; leave the loads out, or take that'
+        )
     if problem.decays and not (np.any(problem.state_weight) and np.any(problem.process_noise)):
         raise InvalidInputError(
             "the least worst-case gain is zero: no noise reaches a weighted state; give state_weight and process_noise"
@@ -320,6 +375,8 @@ def limit(problem: SlowProblem) -> float | None:
     off the range of T12 and of T11 off the row space of T21: the bound of a smoother, and that of its dual. None if
     rounding spoils both.
     """
+    if problem.loads:
+        return None
     A, B = problem.sampled.state, problem.sampled.input
     seen = np.sqrt(problem.period) * root(problem.state_weight).T
     effort = np.sqrt(problem.period) * root(problem.input_weight)

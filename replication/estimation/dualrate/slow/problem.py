@@ -19,6 +19,7 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
+from replication.estimation.dualrate.steady import Steady, steady_of
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
 
@@ -35,7 +36,8 @@ class SlowProblem:
     """Plant, fast period (s), schedules, and the weights of z = (Q^(1/2) x, R^(1/2) u) and of the noise.
 
     state_weight: Q (n, n). input_weight: R (m, m). process_noise: intensity W (n, n). sensor_noise: covariance V (p, p)
-    of one reading. Sizes and definiteness of the weights are checked by whoever makes one.
+    of one reading. Sizes and definiteness of the weights are checked by whoever makes one. steady: loads and
+    set-points; x and u of z are then without what holds the loads.
     """
 
     plant: Plant
@@ -46,6 +48,21 @@ class SlowProblem:
     input_weight: Array
     process_noise: Array
     sensor_noise: Array
+    steady: Steady | None = None
+
+    @property
+    def loads(self) -> int:
+        """Number of constant loads."""
+        return 0 if self.steady is None else self.steady.loads
+
+    @cached_property
+    def unloaded(self) -> SlowProblem:
+        """The problem of what feedback can move; itself without loads."""
+        if self.steady is None or not self.steady.loads:
+            return self
+        back, off = self.steady.back, self.steady.deviation
+        Q, W = back.T @ self.state_weight @ back, off @ self.process_noise @ off.T
+        return replace(self, plant=self.steady.inner, state_weight=Q, process_noise=W, steady=None)
 
     @property
     def instants(self) -> int:
@@ -86,8 +103,10 @@ class SlowProblem:
         )
 
 
-def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: tuple[Array, ...]) -> SlowProblem:
-    """Check and assemble; weights: Q, R, W, V.
+def slow_problem(
+    plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: tuple[Array, ...], tracked: Any = None
+) -> SlowProblem:
+    """Check and assemble; weights: Q, R, W, V. tracked: outputs at set-points.
 
     Raises InvalidInputError: a period or ratio that does not fit, a mode on the boundary of stability that the weights
     leave out. InfeasibleError: no controller stabilises the plant at these rates, with the mode that it leaves alone.
@@ -100,9 +119,14 @@ def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: t
             f"ratio and hold repeat together only after {instants} fast periods, more than {LONGEST}; choose ratios "
             "with common factors, or a longer fast period"
         )
-    problem = SlowProblem(plant, T, sensors, actuators, *weights)
+    Q, R, W, V = weights
+    problem = SlowProblem(plant, T, sensors, actuators, Q, R, W, V, steady_of(plant, tracked))
     _require_stabilisable(problem)
-    for name, A, weight in (("state_weight", plant.A, weights[0]), ("process_noise", plant.A.T, weights[2])):
+    moved = problem.unloaded
+    for name, A, weight in (
+        ("state_weight", moved.plant.A, moved.state_weight),
+        ("process_noise", plant.A.T, W),
+    ):
         _require_weighted(name, A, weight)
     return problem
 
@@ -167,8 +191,8 @@ def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
 
 def _require_stabilisable(problem: SlowProblem) -> None:
     """Popov, Belevitch and Hautus, in continuous time and over a whole period of the schedules."""
-    A, B, C = problem.plant.A, problem.plant.B_u, problem.plant.C
-    if (mode := undetectable_mode(A.T, B.T, discrete=False)) is not None:
+    A, C, moved = problem.plant.A, problem.plant.C, problem.unloaded.plant
+    if (mode := undetectable_mode(moved.A.T, moved.B_u.T, discrete=False)) is not None:
         raise InfeasibleError(_proof(f"no input moves the unstable mode {mode:.6g}", "[A - s I, B] loses rank there"))
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:
         raise InfeasibleError(_proof(f"no sensor sees the unstable mode {mode:.6g}", "[A - s I; C] loses rank there"))
@@ -176,7 +200,7 @@ def _require_stabilisable(problem: SlowProblem) -> None:
     if (mode := folded_mode(A, np.vstack(list(_seen(problem))), whole)) is not None:
         proof = f"the lifted pair over {whole:g} s fails the rank test there; change a ratio or the period"
         raise InfeasibleError(_proof(f"the sensors, at their instants, do not see the unstable mode {mode:.6g}", proof))
-    if (mode := folded_mode(A.T, np.vstack(list(_moved(problem))), whole)) is not None:
+    if (mode := folded_mode(moved.A.T, np.vstack(list(_moved(problem.unloaded))), whole)) is not None:
         proof = f"the lifted pair over {whole:g} s fails the rank test there; change hold or the period"
         raise InfeasibleError(_proof(f"the inputs, as they are held, do not move the unstable mode {mode:.6g}", proof))
 

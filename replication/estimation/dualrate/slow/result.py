@@ -26,6 +26,7 @@ from replication.estimation.dualrate.slow.controller import (
     central,
     closed,
     gain,
+    joint,
     kalman,
     least_level,
     measures,
@@ -34,6 +35,7 @@ from replication.estimation.dualrate.slow.controller import (
     root_mean_square,
 )
 from replication.estimation.dualrate.slow.problem import SlowProblem
+from replication.estimation.dualrate.steady import steady_error, wanted
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
 from replication.estimation.validation import Array, finite_vector, positive_integer, positive_scalar
@@ -48,7 +50,8 @@ GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIX
 class RunningController(PeriodicObserver):
     """`command` is u(k); `step(None, y)` takes the readings of instant k and goes on, so that `command` is u(k+1).
 
-    `estimate`, which `step` returns too, is (x^(k), u(k)). A reading that does not come is replaced by C x^.
+    `estimate`, which `step` returns too, is (x^(k), u(k)). A reading that does not come is replaced by C x^. With
+    set-points `step(r, y)` takes those of the next command.
 
     Parameters
     ----------
@@ -63,13 +66,15 @@ class RunningController(PeriodicObserver):
         n, m = problem.plant.B_u.shape
         phases = []
         mask = _due(problem)
-        for due, A, L, K in zip(mask, controller.A, controller.L, controller.K, strict=True):
-            transition = np.vstack([problem.sampled.input @ K, K])
+        ahead = set_points(problem, controller)
+        t = ahead.shape[-1]
+        for due, A, L, K in zip(
+            mask, controller.A, controller.L, np.concatenate([controller.K, ahead], 2), strict=True
+        ):
+            transition = np.vstack([problem.sampled.input @ K, K, np.zeros((t, n + m + t))])
             transition[:n, :n] += A
-            readout = np.vstack([np.eye(n, n + m), K])
-            phases.append(
-                Phase(transition, np.zeros((n + m, 0)), np.vstack([L, np.zeros((m, len(due)))]), readout, due)
-            )
+            readout, given = np.vstack([np.eye(n, n + m + t), K]), np.eye(n + m + t)[:, n + m :]
+            phases.append(Phase(transition, given, np.vstack([L, np.zeros((m + t, len(due)))]), readout, due))
         self._count = m
         output = np.hstack([problem.plant.C, np.zeros((len(problem.plant.C), m))])
         super().__init__(phases, [output @ phase.readout for phase in phases])
@@ -162,20 +167,28 @@ class SlowRateResult(Design):
         Returns
         -------
         RunningController
-            Its `command` is u at the present instant; `step(None, y)` takes the readings and goes on. It has a C form.
+            Its `command` is u at the present instant; `step(None, y)` takes the readings and goes on, `step(r, y)` the
+            set-points of the tracked outputs too. It has a C form.
         """
-        return RunningController(self.problem, self.controller).named(replace(self.signals, inputs=()))
+        made = RunningController(self.problem, self.controller)
+        return made.named(replace(self.signals, inputs=self._references()))
+
+    def _references(self) -> tuple[str, ...]:
+        steady = self.problem.steady
+        asked = steady is not None and steady.asked
+        return tuple(f"set-point of {self.signals.measurements[i]}" for i in steady.tracked) if steady and asked else ()
 
     def to_statespace(self) -> control.StateSpace:
-        """The controller over one period of the schedules, from readings to inputs; `@k` for instant k."""
+        """The controller over a period of the schedules, from set-points and readings to inputs; `@k` for instant k."""
         phases = self.running().phases
         n = self.problem.plant.order
         stages = tuple(
-            Stage(p.transition, p.injection, p.readout[n:], np.zeros((len(p.readout) - n, p.injection.shape[1])))
+            Stage(p.transition, drive, p.readout[n:], np.zeros((len(p.readout) - n, drive.shape[1])))
             for p in phases
+            for drive in [np.hstack([p.input, p.injection])]
         )
         lifted = lifted_statespace(PeriodicSystem(stages), dt=self.problem.period)
-        lifted.set_inputs(each_instant(self.signals.measurements, len(phases)))
+        lifted.set_inputs(each_instant((*self._references(), *self.signals.measurements), len(phases)))
         lifted.set_outputs(each_instant(self.signals.inputs, len(phases)))
         return lifted
 
@@ -201,6 +214,26 @@ class SlowRateResult(Design):
         """
         least = (1 + MARGIN) * least_level(self.problem, kalman(self.problem)[1].upper)[1]
         return tradeoff(self.method, "rms of (x, u)", points, least, partial(measures, self.problem))
+
+
+def set_points(problem: SlowProblem, controller: Controller) -> Array:
+    """N (N, m, t) of u = K (x^, u before) + N r: what leaves u where it holds the plant at r.
+
+    At rest x^ follows its recursion; at a finite level it is not x.
+    """
+    if problem.steady is None:
+        return np.zeros((*controller.K.shape[:2], 0))
+    n, references = problem.plant.order, problem.steady.references
+    x, u = references[:n], references[n:]
+    drives = problem.sampled.input @ u + controller.L @ problem.plant.C @ x
+    total, moved = np.eye(n), np.zeros(x.shape)
+    for A, drive in zip(controller.A, drives, strict=True):
+        total, moved = A @ total, A @ moved + drive
+    guess, ahead = np.linalg.solve(np.eye(n) - total, moved), []
+    for A, drive, K in zip(controller.A, drives, controller.K, strict=True):
+        ahead.append(u - K @ np.vstack([guess, u]))
+        guess = A @ guess + drive
+    return np.stack(ahead)
 
 
 def _due(problem: SlowProblem) -> Array:
@@ -239,23 +272,41 @@ def slow_design(
             *_continuous(problem, observer),
             Evidence("fast period T", problem.period, "as given", "s"),
             Evidence("ratios", rates, "as given"),
+            *_rest(problem, result.controller),
             *beside(problem, result.value, reached),
         )
 
-    return SlowRateResult.analysed(signals, solution.gains, facts=facts, problem=problem)
+    quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
+    return SlowRateResult.analysed(signals, solution.gains, facts=facts, problem=problem, quantity=quantity)
 
 
 def _continuous(problem: SlowProblem, observer: str) -> tuple[Evidence, ...]:
     """The gains of the paper, designed for one ratio of all sensors and inputs that change at each instant."""
-    if problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1:
+    if problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1:
         return ()
     level = of_continuous_gains(problem, observer)
     how = f"K and L designed in continuous time, observer {observer}; same measure"
     return (Evidence("level of the continuous gains", "infinite: unstable" if level is None else level, how),)
 
 
+def _rest(problem: SlowProblem, controller: Controller) -> tuple[Evidence, ...]:
+    """What is left of loads and set-points."""
+    if problem.steady is None:
+        return ()
+    transitions, drives = _driven(problem, controller)
+    return (steady_error(problem.steady, problem.plant, transitions, drives),)
+
+
+def _driven(problem: SlowProblem, controller: Controller) -> tuple[list[Array], list[Array]]:
+    """For each instant the transition of (x, x^, u before) and the effect of the set-points."""
+    B = problem.sampled.input
+    drive = np.vstack([B, B, np.eye(B.shape[1])])
+    transitions = [stage.A for stage in joint(problem, controller).stages]
+    return transitions, [drive @ ahead for ahead in set_points(problem, controller)]
+
+
 def simulate_slow(
-    result: SlowRateResult, start: Any, *, periods: int, estimate: Any, output: int, substeps: int
+    result: SlowRateResult, start: Any, estimate: Any, setpoint: Any, *, periods: int, output: int, substeps: int
 ) -> Simulation:
     """Without noise, over `periods` of the schedules; raises InvalidInputError for bad starts, counts or outputs."""
     problem, plant = result.problem, result.problem.plant
@@ -264,11 +315,14 @@ def simulate_slow(
     count = positive_integer("number of slow periods", periods) * problem.instants
     state = np.zeros(2 * n + m)
     state[:n], state[n : 2 * n] = finite_vector("x(0)", start, n), finite_vector("ζ(0)", estimate, n)
-    stages, K = result.loop.stages, result.controller.K
+    controller = result.controller
+    (transitions, drives), ahead = _driven(problem, controller), set_points(problem, controller)
+    r = wanted(setpoint, ahead.shape[-1])
     states, inputs = np.empty((count, 2 * n + m)), np.empty((count, m))
     for k in range(count):
-        states[k], inputs[k] = state, K[k % problem.instants] @ state[n:]
-        state = stages[k % problem.instants].A @ state
+        phase = k % problem.instants
+        states[k], inputs[k] = state, controller.K[phase] @ state[n:] + ahead[phase] @ r
+        state = transitions[phase] @ state + drives[phase] @ r
     width = problem.period / substeps
     between = [held(plant.A, plant.B_u, i * width) for i in range(substeps)]
     outputs = [states[:, :n] @ part.state.T @ row + inputs @ part.input.T @ row for part in between]

@@ -17,7 +17,14 @@ from replication.drawing.panels import Panel
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.shown import Simulation, as_text, simulated
-from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain, worst_case_response
+from replication.estimation.linear.norms import (
+    gain_curve,
+    gain_if_finite,
+    l2_gain,
+    settles,
+    white_noise_variance,
+    worst_case_response,
+)
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses.automaton import (
     Automaton,
@@ -182,7 +189,7 @@ def _worst_case(
         Evidence("level without losses", l2_gain(along(problem, gains, cases.without_losses())).upper, "exact gain"),
         Evidence("cases of the proof", len(worst.tree.edges), "instants with what came before, one inequality each"),
         *_unaware_level(problem, cases, gains, gains_by_edge(cases, base.gains["L"]), words),
-        *baselines(worst.upper, "exact gain", without=without),
+        *baselines(Bracket(worst.lower, worst.upper, ""), "exact gain; in any pattern", without=without),
     )
     how = "exact gain of the worst pattern found; storage functions of all patterns, checked by their eigenvalues"
     limits = Bracket(worst.lower, worst.upper, how)
@@ -207,10 +214,12 @@ def _mean_error(
     require_seen(problem, cases)
     mean = mean_square(problem, cases, gains)
     how = "covariances of all cases, by linear equations"
-    kalman = rms_error(problem, kalman_design(problem).gains)
+    kalman, alone = rms_error(problem, kalman_design(problem).gains), problem.without_sensors()
+    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
     evidence = (
         Evidence("growth of the mean square over a period", mean.radius, "largest eigenvalue; below 1 is stable"),
         Evidence("rms error of the Kalman filter without losses", kalman, "periodic Lyapunov equation"),
+        *baselines(mean.rms, how, what="rms error", without=without),
         *_unaware(problem, cases, gains, gains_by_edge(cases, base.gains["L"])),
     )
     quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"

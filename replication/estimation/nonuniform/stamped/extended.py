@@ -119,7 +119,7 @@ class NonlinearPlant:
         """n, the number of states."""
         return len(self.x0)
 
-    def spread(self, F: Array, d: float) -> Array:
+    def _spread(self, F: Array, d: float) -> Array:
         """Covariance of the process noise over d seconds with the Jacobian F."""
         if callable(self.Q):
             return np.asarray(self.Q(d), dtype=float)
@@ -170,7 +170,7 @@ class ExtendedRecursion(Recursion):
             return Estimate(t, known.mean, known.covariance)
         x = _finite("f", plant.f(known.mean, known.u, d), known.mean)
         F = _finite("F", plant.F(known.mean, known.u, d), known.mean)
-        return Estimate(t, x, symmetric(F @ known.covariance @ F.T) + plant.spread(F, d))
+        return Estimate(t, x, symmetric(F @ known.covariance @ F.T) + plant._spread(F, d))
 
     def smooth(self, instants: Sequence[Instant]) -> list[Estimate]:
         """There is none."""
@@ -235,15 +235,22 @@ def extended_c(plant: NonlinearPlant, gate: float, name: str, comment: str) -> s
     if callable(plant.Q):
         raise InvalidInputError("the C form needs Q as a matrix, the intensity of white noise")
     n = plant.order
-    sizes = {"order": n, "inputs": plant.inputs, "measurements": len(plant.R), "mean": n, "gaps": 1, "spread": n * n}
+    sizes = {
+        "estimates": n,
+        "inputs": plant.inputs,
+        "measurements": len(plant.R),
+        "mean": n,
+        "gaps": 1,
+        "spread": n * n,
+    }
     tables = {"q": plant.Q, "noise": plant.R, "origin": plant.x0, "start": plant.P0, "gate": np.array([gate])}
     return c_file(name, comment, YOURS + USAGE, stepped(TURN + AHEAD, WEIGHED + CORRECTED), sizes, tables)
 
 
 YOURS = """\
 It is an extended Kalman filter, and guarantees nothing. You write OBS_f(x, u, d, next, jacobian): the state d seconds
-   after x under the input u that is held, and its Jacobian by x, OBS_ORDER rows; and OBS_h(x, y, jacobian): what the
-   sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
+   after x under the input u that is held, and its Jacobian by x, OBS_ESTIMATES rows; and OBS_h(x, y, jacobian): what
+   the sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
    """
 AHEAD = """
 void obs_f(const double *x, const double *u, double d, double *next, double *jacobian);
@@ -252,14 +259,14 @@ void obs_h(const double *x, double *y, double *jacobian);
 /* f at the estimate, and F (P + Q d/2) F' + Q d/2. */
 static int obs_ahead(const obs_t *s, double d, double *x, double *covariance)
 {
-    double jacobian[OBS_ORDER * OBS_ORDER], spread[OBS_ORDER * OBS_ORDER];
+    double jacobian[OBS_ESTIMATES * OBS_ESTIMATES], spread[OBS_ESTIMATES * OBS_ESTIMATES];
     int i;
     if (d <= 0.0)
         return 0;
     obs_f(s->mean, s->input, d, x, jacobian);
-    if (obs_bad(x, OBS_ORDER, 0) || obs_bad(jacobian, OBS_ORDER * OBS_ORDER, 0))
+    if (obs_bad(x, OBS_ESTIMATES, 0) || obs_bad(jacobian, OBS_ESTIMATES * OBS_ESTIMATES, 0))
         return 1;
-    for (i = 0; i < OBS_ORDER * OBS_ORDER; i++) {
+    for (i = 0; i < OBS_ESTIMATES * OBS_ESTIMATES; i++) {
         covariance[i] = obs_q[i] * d / 2.0;
         spread[i] = s->covariance[i] + covariance[i];
     }
@@ -270,10 +277,10 @@ static int obs_ahead(const obs_t *s, double d, double *x, double *covariance)
 CORRECTED = """
 static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
 {
-    double expected[OBS_MEASUREMENTS], jacobian[OBS_MEASUREMENTS * OBS_ORDER];
+    double expected[OBS_MEASUREMENTS], jacobian[OBS_MEASUREMENTS * OBS_ESTIMATES];
     (void)t;
     obs_h(x, expected, jacobian);
-    if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ORDER, 0))
+    if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ESTIMATES, 0))
         return 1;
     obs_weigh(s, x, covariance, y, expected, jacobian);
     return 0;

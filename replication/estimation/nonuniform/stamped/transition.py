@@ -72,24 +72,24 @@ class Transition:
 
 
 USAGE = """\
-obs_init(&s, NULL) or, with a start of OBS_ORDER numbers, obs_init(&s, start); then for each sample
+obs_init(&s, NULL) or, with a start of OBS_ESTIMATES numbers, obs_init(&s, start); then for each sample
    obs_step(&s, t, u, y, estimate): t is its time stamp in seconds, u holds OBS_INPUTS known inputs from t on (NULL:
    as before), y holds OBS_MEASUREMENTS measurements (all of them or, of a Kalman filter, NAN where a sensor did not
-   measure; NULL: there is no sample, only the input changes), and estimate receives the estimate of the OBS_ORDER
+   measure; NULL: there is no sample, only the input changes), and estimate receives the estimate of the OBS_ESTIMATES
    states at t. obs_predict(&s, t, estimate) gives that at a later time. Both return 0, or 1 and change nothing if a
    number is not finite, t is not later than the sample before, or it is before the newest input."""
 TURN = """\
-/* out (order, order) += left right left', symmetric: what rounding makes unequal would grow. */
+/* out (estimates, estimates) += left right left', symmetric: what rounding makes unequal would grow. */
 static void obs_turn(double *out, const double *left, const double *right)
 {
-    double half[OBS_ORDER * OBS_ORDER] = {0};
+    double half[OBS_ESTIMATES * OBS_ESTIMATES] = {0};
     int i, j, k;
-    obs_add(half, left, right, OBS_ORDER, OBS_ORDER, OBS_ORDER);
-    for (i = 0; i < OBS_ORDER; i++)
+    obs_add(half, left, right, OBS_ESTIMATES, OBS_ESTIMATES, OBS_ESTIMATES);
+    for (i = 0; i < OBS_ESTIMATES; i++)
         for (j = 0; j <= i; j++) {
-            for (k = 0; k < OBS_ORDER; k++)
-                out[i * OBS_ORDER + j] += half[i * OBS_ORDER + k] * left[j * OBS_ORDER + k];
-            out[j * OBS_ORDER + i] = out[i * OBS_ORDER + j];
+            for (k = 0; k < OBS_ESTIMATES; k++)
+                out[i * OBS_ESTIMATES + j] += half[i * OBS_ESTIMATES + k] * left[j * OBS_ESTIMATES + k];
+            out[j * OBS_ESTIMATES + i] = out[i * OBS_ESTIMATES + j];
         }
 }
 """
@@ -105,7 +105,7 @@ STEPPED = """
 void obs_init(obs_t *s, const double *start)
 {
     memset(s, 0, sizeof *s);
-    memcpy(s->mean, start == NULL ? obs_origin : start, OBS_ORDER * sizeof *s->mean);
+    memcpy(s->mean, start == NULL ? obs_origin : start, OBS_ESTIMATES * sizeof *s->mean);
     memcpy(s->covariance, obs_start, sizeof s->covariance);
 }
 
@@ -114,13 +114,13 @@ int obs_predict(const obs_t *s, double t, double *estimate)
     double covariance[OBS_SPREAD];
     if (!isfinite(t) || !s->started || t < s->time)
         return 1;
-    memcpy(estimate, s->mean, OBS_ORDER * sizeof *estimate);
+    memcpy(estimate, s->mean, OBS_ESTIMATES * sizeof *estimate);
     return obs_ahead(s, t - s->time, estimate, covariance);
 }
 
 int obs_step(obs_t *s, double t, const double *u, const double *y, double *estimate)
 {
-    double x[OBS_ORDER], covariance[OBS_SPREAD];
+    double x[OBS_ESTIMATES], covariance[OBS_SPREAD];
     if (!isfinite(t) || (s->started && t < s->time) || (s->samples > 0 && y != NULL && t <= s->sampled))
         return 1;
     if ((u != NULL && obs_bad(u, OBS_INPUTS, 0)) || (y == NULL ? u == NULL : obs_bad(y, OBS_MEASUREMENTS, OBS_GAPS)))
@@ -145,14 +145,14 @@ int obs_step(obs_t *s, double t, const double *u, const double *y, double *estim
         s->time = t;
         s->started = 1;
     }
-    memcpy(estimate, s->mean, OBS_ORDER * sizeof *estimate);
+    memcpy(estimate, s->mean, OBS_ESTIMATES * sizeof *estimate);
     return 0;
 }
 """
 """Around `obs_ahead`, which moves x and covariance by a time, and `obs_correct`, which takes a sample; 1: refused."""
 AHEAD = """
 typedef struct {
-    double Phi[OBS_ORDER * OBS_ORDER], Gamma[OBS_ORDER * OBS_DRIVES + 1], Q[OBS_ORDER * OBS_ORDER];
+    double Phi[OBS_ESTIMATES * OBS_ESTIMATES], Gamma[OBS_ESTIMATES * OBS_DRIVES + 1], Q[OBS_ESTIMATES * OBS_ESTIMATES];
 } obs_move;
 
 static void obs_series(double *out, const double *table, int count, double h)
@@ -171,21 +171,21 @@ static int obs_ahead(const obs_t *s, double h, double *x, double *covariance)
     int doublings;
     for (doublings = 0; obs_rate[0] * h > obs_rate[1]; doublings++)
         h /= 2.0;
-    obs_series(move.Phi, obs_phi, OBS_ORDER * OBS_ORDER, h);
-    obs_series(move.Gamma, obs_gamma, OBS_ORDER * OBS_DRIVES, h);
-    obs_series(move.Q, obs_q, OBS_ORDER * OBS_ORDER, h);
+    obs_series(move.Phi, obs_phi, OBS_ESTIMATES * OBS_ESTIMATES, h);
+    obs_series(move.Gamma, obs_gamma, OBS_ESTIMATES * OBS_DRIVES, h);
+    obs_series(move.Q, obs_q, OBS_ESTIMATES * OBS_ESTIMATES, h);
     for (; doublings > 0; doublings--) {
         half = move;
         memset(move.Phi, 0, sizeof move.Phi);
-        obs_add(move.Phi, half.Phi, half.Phi, OBS_ORDER, OBS_ORDER, OBS_ORDER);
-        obs_add(move.Gamma, half.Phi, half.Gamma, OBS_ORDER, OBS_ORDER, OBS_DRIVES);
+        obs_add(move.Phi, half.Phi, half.Phi, OBS_ESTIMATES, OBS_ESTIMATES, OBS_ESTIMATES);
+        obs_add(move.Gamma, half.Phi, half.Gamma, OBS_ESTIMATES, OBS_ESTIMATES, OBS_DRIVES);
         obs_turn(move.Q, half.Phi, half.Q);
     }
     memcpy(drive, s->input, OBS_INPUTS * sizeof *drive);
-    memcpy(drive + OBS_INPUTS, s->mean + OBS_ORDER, OBS_HELD * sizeof *drive);
-    memset(x, 0, OBS_ORDER * sizeof *x);
-    obs_add(x, move.Phi, s->mean, OBS_ORDER, OBS_ORDER, 1);
-    obs_add(x, move.Gamma, drive, OBS_ORDER, OBS_DRIVES, 1);
+    memcpy(drive + OBS_INPUTS, s->mean + OBS_ESTIMATES, OBS_HELD * sizeof *drive);
+    memset(x, 0, OBS_ESTIMATES * sizeof *x);
+    obs_add(x, move.Phi, s->mean, OBS_ESTIMATES, OBS_ESTIMATES, 1);
+    obs_add(x, move.Gamma, drive, OBS_ESTIMATES, OBS_DRIVES, 1);
     if (OBS_GAPS) {
         obs_turn(move.Q, move.Phi, s->covariance);
         memcpy(covariance, move.Q, OBS_SPREAD * sizeof *covariance);
@@ -201,11 +201,11 @@ static int obs_correct(obs_t *s, double t, const double *x, const double *covari
     int cell = 0, i;
     while (cell < OBS_CELLS - 1 && (s->samples == 0 || t - s->sampled >= obs_edges[cell]))
         cell++;
-    obs_add(innovation, obs_output, x, OBS_MEASUREMENTS, OBS_ORDER, 1);
+    obs_add(innovation, obs_output, x, OBS_MEASUREMENTS, OBS_ESTIMATES, 1);
     for (i = 0; i < OBS_MEASUREMENTS; i++)
         innovation[i] = y[i] - innovation[i];
     memset(s->mean, 0, sizeof s->mean);
-    memcpy(s->mean, x, OBS_ORDER * sizeof *x);
+    memcpy(s->mean, x, OBS_ESTIMATES * sizeof *x);
     obs_add(s->mean, obs_gain + cell * OBS_MEAN * OBS_MEASUREMENTS, innovation, OBS_MEAN, OBS_MEASUREMENTS, 1);
     memcpy(s->covariance, covariance, sizeof s->covariance);
     return 0;
@@ -216,17 +216,17 @@ WEIGHED = """\
 static void obs_weigh(obs_t *s, const double *x, const double *covariance, const double *y, const double *expected,
     const double *output)
 {
-    double crossed[OBS_MEASUREMENTS][OBS_ORDER] = {{0}}, root[OBS_MEASUREMENTS][OBS_MEASUREMENTS];
+    double crossed[OBS_MEASUREMENTS][OBS_ESTIMATES] = {{0}}, root[OBS_MEASUREMENTS][OBS_MEASUREMENTS];
     double innovation[OBS_MEASUREMENTS] = {0};
     int seen[OBS_MEASUREMENTS], count = 0, i, j, k;
     for (i = 0; i < OBS_MEASUREMENTS; i++) {
-        const double *row = output + i * OBS_ORDER;
+        const double *row = output + i * OBS_ESTIMATES;
         double variance = obs_noise[i * OBS_MEASUREMENTS + i];
         if (isnan(y[i]))
             continue;
         memset(crossed[count], 0, sizeof crossed[count]);
-        obs_add(crossed[count], row, covariance, 1, OBS_ORDER, OBS_ORDER);
-        obs_add(&variance, crossed[count], row, 1, OBS_ORDER, 1);
+        obs_add(crossed[count], row, covariance, 1, OBS_ESTIMATES, OBS_ESTIMATES);
+        obs_add(&variance, crossed[count], row, 1, OBS_ESTIMATES, 1);
         if (obs_gate[0] > 0.0 && fabs(y[i] - expected[i]) > obs_gate[0] * sqrt(variance)) {
             s->gated++;
             continue;
@@ -237,7 +237,7 @@ static void obs_weigh(obs_t *s, const double *x, const double *covariance, const
     for (i = 0; i < count; i++) {
         for (j = 0; j <= i; j++) {
             root[i][j] = obs_noise[seen[i] * OBS_MEASUREMENTS + seen[j]];
-            obs_add(&root[i][j], crossed[i], output + seen[j] * OBS_ORDER, 1, OBS_ORDER, 1);
+            obs_add(&root[i][j], crossed[i], output + seen[j] * OBS_ESTIMATES, 1, OBS_ESTIMATES, 1);
         }
     }
     for (i = 0; i < count; i++) {
@@ -248,17 +248,17 @@ static void obs_weigh(obs_t *s, const double *x, const double *covariance, const
         }
         for (k = 0; k <= i; k++) {
             innovation[i] = k < i ? innovation[i] - root[i][k] * innovation[k] : innovation[i] / root[i][i];
-            for (j = 0; j < OBS_ORDER; j++)
+            for (j = 0; j < OBS_ESTIMATES; j++)
                 crossed[i][j] = k < i ? crossed[i][j] - root[i][k] * crossed[k][j] : crossed[i][j] / root[i][i];
         }
     }
-    memcpy(s->mean, x, OBS_ORDER * sizeof *x);
+    memcpy(s->mean, x, OBS_ESTIMATES * sizeof *x);
     memcpy(s->covariance, covariance, sizeof s->covariance);
     for (k = 0; k < count; k++)
-        for (i = 0; i < OBS_ORDER; i++) {
+        for (i = 0; i < OBS_ESTIMATES; i++) {
             s->mean[i] += crossed[k][i] * innovation[k];
-            for (j = 0; j < OBS_ORDER; j++)
-                s->covariance[i * OBS_ORDER + j] -= crossed[k][i] * crossed[k][j];
+            for (j = 0; j < OBS_ESTIMATES; j++)
+                s->covariance[i * OBS_ESTIMATES + j] -= crossed[k][i] * crossed[k][j];
         }
 }
 """
@@ -267,7 +267,7 @@ static int obs_correct(obs_t *s, double t, const double *x, const double *covari
 {
     double expected[OBS_MEASUREMENTS] = {0};
     (void)t;
-    obs_add(expected, obs_output, x, OBS_MEASUREMENTS, OBS_ORDER, 1);
+    obs_add(expected, obs_output, x, OBS_MEASUREMENTS, OBS_ESTIMATES, 1);
     obs_weigh(s, x, covariance, y, expected, obs_output);
     return 0;
 }
@@ -287,7 +287,7 @@ def c_form(
     phi, gamma, q = np.split(transition.table, [n, n + drives], axis=2)
     tables = {"phi": phi, "gamma": gamma, "q": q, "rate": np.array([transition.rate, SHORT]), "output": output}
     tables |= {"start": np.zeros(1), "origin": np.zeros(n), **own}
-    sizes = {"order": n, "inputs": inputs, "held": drives - inputs, "drives": drives, "mean": n + drives - inputs}
+    sizes = {"estimates": n, "inputs": inputs, "held": drives - inputs, "drives": drives, "mean": n + drives - inputs}
     sizes |= {"measurements": len(output), "degree": DEGREE, "gaps": int(not fixed)}
     # A filter of fixed gains keeps no covariance.
     sizes |= {"cells": len(own["gain"]) if fixed else 1, "spread": 1 if fixed else n * n}

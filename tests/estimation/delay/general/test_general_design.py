@@ -104,7 +104,7 @@ def test_units_do_not_matter() -> None:
 
 def test_known_inputs_are_copied_and_cost_nothing() -> None:
     plant = averaged()
-    bare = replace(plant, b_known=np.zeros((2, 0)), b_known_delayed=())
+    bare = replace(plant, b_u=np.zeros((2, 0)), b_u_delayed=())
     assert least_level(bare, 3).level == least_level(plant, 3).level
     result = design(plant, degree=3)
     observer, pushed = result.observer(0.01), result.observer(0.01)
@@ -189,13 +189,28 @@ def test_a_gain_that_stays_open_is_said_to_be_open() -> None:
     exact = design(two_delays(), degree=3)
     assert result.value == exact.value
     assert 0.99 * exact.bracket.lower <= result.bracket.lower <= exact.bracket.lower * (1 + 1e-6)
-    with pytest.raises(InvalidInputError, match="ask `limit`"):
-        analyse(two_delays())  # type: ignore[arg-type]
 
 
 def test_ranges_of_delays_are_looked_at() -> None:
     result = design(two_delays(((0.29, 0.31), (0.49, 0.51))), degree=3)
     assert result.fact("worst gain over the ranges").value >= result.fact("attained there").value > result.bracket.lower
+    alone = result.fact("level without sensors").value
+    assert result.fact("level without sensors over the ranges").value > alone * (1 - 1e-3)
+
+
+def test_what_a_plant_with_noise_does_alone() -> None:
+    plant = replace(late_sensor(0.5), a0=np.array([[-1.0]]))
+    facts = {fact.what: fact.value for fact in analyse(plant).evidence}
+    assert facts["unstable roots"] == 0
+    assert facts["gain from w to z"] == pytest.approx(1.0, rel=1e-3)
+    assert facts["rms of z"] == pytest.approx(np.sqrt(0.5), rel=1e-6)
+    assert facts["least level of any observer"] == pytest.approx(limit(plant).level)
+    direct = {fact.what: fact.value for fact in analyse(replace(plant, d11=[[2.0, 0.0]])).evidence}  # type: ignore[arg-type]
+    assert direct["gain from w to z"] == pytest.approx(3.0, rel=1e-3) and direct["rms of z"] == "infinite"
+    assert len(analyse(plant).plot().axes) == 1
+    growing = {fact.what: fact.value for fact in analyse(replace(plant, a0=np.array([[0.3]]))).evidence}
+    assert growing["unstable roots"] == 1 and growing["gain from w to z"] == "infinite"
+    assert {fact.what: fact.value for fact in analyse(late_sensor(0.5)).evidence}["unstable roots"] == "open"
 
 
 def test_a_result_is_shown_written_and_simulated() -> None:

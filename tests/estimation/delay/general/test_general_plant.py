@@ -42,7 +42,7 @@ BAD = [
     ({"c2_delayed": [[[1.0, 0.0]]]}, "one matrix per delay: 2 delays, 1 matrices"),
     ({"d21": [[0.1, 0.2]]}, "d21 must have 3 columns"),
     ({"d11": np.zeros((1, 3))}, "d11 must have 2 rows"),
-    ({"b_known_delayed": [[[1.0], [0.0]], [[1.0]]]}, r"b_known_delayed\[1\] must have 2 rows"),
+    ({"b_u_delayed": [[[1.0], [0.0]], [[1.0]]]}, r"b_u_delayed\[1\] must have 2 rows"),
     ({"b_delayed": 3}, "b_delayed must be a list"),
     ({"b": np.zeros((2, 0))}, "b must have a column"),
 ]
@@ -60,8 +60,9 @@ def test_the_plant_of_the_paper_is_the_special_case() -> None:
     assert isinstance(plain, DelayPlant) and plain.noiseless
     noisy = replace(plain, d21=np.array([[0.1]]))
     assert not noisy.noiseless
-    with pytest.raises(InvalidInputError, match="with noise"):
-        analyse(noisy)
+    # By itself it is the plant without noise, by another method.
+    alone, with_noise = ({fact.what: fact.value for fact in analyse(plant).evidence} for plant in (plain, noisy))
+    assert with_noise["gain from w to z"] == pytest.approx(alone["gain from w to z"], rel=1e-3)
 
 
 @pytest.mark.parametrize("name", ["a", "c1"])
@@ -161,3 +162,11 @@ def test_a_measurement_comes_out_again(name: str) -> None:
     assert found["least"] == pytest.approx(row["least"], rel=PROMISED)
     assert found["least"] > found["limit"] * (1 - PROMISED)
     assert found["limit"] == pytest.approx(row["limit"], rel=1e-6)
+
+
+def test_the_name_of_a_plant_file_is_told() -> None:
+    given = {name: value for name, value in GOOD.items() if name != "c2"}
+    with pytest.raises(InvalidInputError, match="C2 is the name in a plant file; in Python write c2="):
+        DelayPlant(**given, C2=[[1.0, 0.0]])
+    with pytest.raises(TypeError, match="C3"):
+        DelayPlant(**GOOD, C3=1)

@@ -1,0 +1,171 @@
+"""Constant loads and set-points of a dual-rate loop: what is held, with what input, and what error is left.
+
+A state that no input moves and that stands still by itself, as a weight or the sag of a battery, is a load b = F x: a
+model of what acts on the plant, which feedback need not stabilise. With x = J x_s + V b, x_s = E x,
+
+    x_s' = A_s x_s + A_b b + B_s u,    and at rest  x = X (b, r), u = U (b, r)
+
+where the tracked outputs C_t x stand at the set-points r. Feedback acts on what x and u lack of that: this is integral
+action, as the observer estimates b. Source: Francis and Wonham, The internal model principle (1976), for constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.results import Evidence
+from replication.estimation.dualrate.problem import Plant, row_of_output
+from replication.estimation.validation import Array, finite_vector
+
+STILL, REACHED = 1e-12, 1e-9
+"""Relative size of what moves a load, and of what is missing at rest, that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Steady:
+    """A plant apart from its loads, and where it rests.
+
+    load: F (b, n). kept: E (n - b, n). back: J (n, n - b). inner: A_s, B_s, C J. states: X (n, b + t).
+    inputs: U (m, b + t). tracked: rows of C. asked: whether there are set-points.
+    """
+
+    load: Array
+    kept: Array
+    back: Array
+    inner: Plant
+    states: Array
+    inputs: Array
+    tracked: tuple[int, ...]
+    asked: bool
+
+    @property
+    def loads(self) -> int:
+        """Number of loads b."""
+        return len(self.load)
+
+    @property
+    def deviation(self) -> Array:
+        """E - E X F (n - b, n): x_s less where the loads hold it."""
+        return np.asarray(self.kept - self.kept @ self.states[:, : self.loads] @ self.load)
+
+    @property
+    def references(self) -> Array:
+        """X and U for the set-points alone (n + m, t); no columns unless they are asked for."""
+        both = np.vstack([self.states, self.inputs])
+        return both[:, self.loads :] if self.asked else both[:, :0]
+
+    def feedback(self, inner: Array) -> Array:
+        """K (m, n) of a feedback of x_s (m, n - b): u = inner (x_s - E X b) + U b."""
+        return np.asarray(inner @ self.deviation + self.inputs[:, : self.loads] @ self.load)
+
+    def ahead(self, feedback: Array) -> Array:
+        """N (m, t) of u = K x^ + N r."""
+        n = len(self.states)
+        return np.asarray(self.references[n:] - feedback @ self.references[:n])
+
+
+def steady_of(plant: Plant, tracked: Any = None) -> Steady | None:
+    """The loads of a plant and where it rests; None without loads and set-points.
+
+    tracked: outputs that are held at set-points, all of them unless given. Raises InvalidInputError if there is no such
+    output, or no input that holds them.
+    """
+    load, fixed = _loads(plant)
+    if not len(load) and tracked is None:
+        return None
+    count, n, m = len(plant.C), plant.order, plant.B_u.shape[1]
+    given = range(count) if tracked is None else [tracked] if np.ndim(tracked) == 0 else list(tracked)
+    rows = tuple(row_of_output(plant, output) for output in given)
+    if len(set(rows)) != len(rows) or not 0 < len(rows) <= m:
+        raise InvalidInputError(
+            f"{m} inputs hold at most as many outputs at rest, each named once, got {list(rows)}: choose `tracked`"
+        )
+    moving = np.setdiff1d(np.arange(n), fixed)
+    kept, back, carried = np.eye(n)[moving], np.zeros((n, n - len(load))), np.eye(n)[:, fixed]
+    back[moving] = np.eye(len(moving))
+    back[fixed] = -load[:, moving]
+    inner = Plant(kept @ plant.A @ back, kept @ plant.B_u, plant.C @ back)
+    seen, at = plant.C[list(rows)], len(moving)
+    equations = np.block([[inner.A, inner.B_u], [seen @ back, np.zeros((len(rows), m))]])
+    aims = np.zeros((len(equations), len(load) + len(rows)))
+    aims[:at, : len(load)], aims[at:, : len(load)] = -kept @ plant.A @ carried, -seen @ carried
+    aims[at:, len(load) :] = np.eye(len(rows))
+    rest = _solved(equations, aims)
+    if rest is None:
+        raise InvalidInputError(
+            f"no constant input holds the outputs {list(rows)} at rest under loads and set-points: the plant has a "
+            "zero at s = 0 from the inputs to them, or a load that the inputs do not reach; track others"
+        )
+    states = back @ rest[:at]
+    states[:, : len(load)] += carried
+    return Steady(load, kept, back, inner, states, rest[at:], rows, tracked is not None)
+
+
+def wanted(setpoint: Any, count: int) -> Array:
+    """r (t,), zero unless given; raises InvalidInputError."""
+    if setpoint is not None and not count:
+        raise InvalidInputError("the design follows no set-points: name the outputs that do, tracked=[..], in `design`")
+    return np.zeros(count) if setpoint is None else finite_vector("setpoint", setpoint, count)
+
+
+def steady_error(steady: Steady, plant: Plant, transitions: Sequence[Array], drives: Sequence[Array]) -> Evidence:
+    """The largest error at rest of a loop z+ = A z + D r at any instant, one of loads and set-points being one.
+
+    The first states of z are those of the plant.
+    """
+    count, size = steady.loads, transitions[0].shape[0]
+    seen = np.vstack([steady.load, plant.C[list(steady.tracked)]])
+    rows = np.hstack([seen, np.zeros((len(seen), size - plant.order))])
+    references = drives[0].shape[1]
+    total = np.eye(size + references)
+    steps = []
+    for A, D in zip(transitions, drives, strict=True):
+        steps.append(total)
+        joint = np.eye(size + references)
+        joint[:size] = np.hstack([A, D])
+        total = joint @ total
+    given = np.vstack([np.hstack([rows[:count], np.zeros((count, references))]), np.eye(size + references)[size:]])
+    moved = (total - np.eye(len(total)))[:size]
+    rest = _solved(np.vstack([moved, given]), np.eye(size + count + references)[:, size:])
+    how = "of a tracked output at rest, for one of each load and set-point; exact, all fast instants"
+    if rest is None:
+        return Evidence("steady error", "none: no rest", how)
+    output = np.hstack([rows[count:], np.zeros((len(rows) - count, references))])
+    aims = np.zeros((len(output), count + references))
+    aims[:, count:] = np.eye(len(output), references)
+    return Evidence("steady error", max(float(np.abs(output @ step @ rest - aims).max()) for step in steps), how)
+
+
+def _loads(plant: Plant) -> tuple[Array, Array]:
+    """F (b, n) with F A = 0 and F B = 0, and the states of which it is the unit matrix."""
+    n = plant.order
+    units = scipy.linalg.matrix_balance(plant.A, permute=False, separate=True)[1][0]
+    moved = np.hstack([plant.A * units, plant.B_u])  # columns have units of their own
+    sizes = np.linalg.norm(moved, axis=0)
+    moved = moved[:, sizes > 0.0] / sizes[sizes > 0.0] / units[:, None]
+    moved /= max(float(np.linalg.norm(moved)), np.finfo(float).tiny)
+    left, values, _ = np.linalg.svd(moved)
+    kernel = left[:, np.count_nonzero(values > STILL) :].T / units
+    if not len(kernel):
+        return np.zeros((0, n)), np.zeros(0, dtype=int)
+    fixed = np.sort(scipy.linalg.qr(kernel * units, pivoting=True)[2][: len(kernel)])
+    load = np.linalg.solve(kernel[:, fixed], kernel)
+    return np.where(np.abs(load) * units > STILL * np.abs(load * units).max(axis=1, keepdims=True), load, 0.0), fixed
+
+
+def _solved(matrix: Array, aims: Array) -> Array | None:
+    """The least solution in units in which rows and columns have unit length, or None."""
+    rows = np.linalg.norm(matrix, axis=1, keepdims=True)
+    rows[rows == 0.0] = 1.0
+    columns = np.linalg.norm(matrix / rows, axis=0)
+    columns[columns == 0.0] = 1.0
+    found = np.linalg.lstsq(matrix / rows / columns, aims / rows, rcond=None)[0] / columns[:, None]
+    missing = np.abs(matrix @ found - aims) / rows
+    known = np.abs(matrix / rows) @ np.abs(found) + np.abs(aims / rows)
+    return np.asarray(found) if np.all(missing <= REACHED * np.maximum(known.max(axis=0), 1e-300)) else None
