@@ -110,7 +110,7 @@ class NonlinearPlant:
             checked["Q"] = covariance("Q", self.Q, n)
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        covariance("Q(d)", self.spread(np.eye(n), dt), n)
+        covariance("Q(d)", self._spread(np.eye(n), dt), n)
         _compare("F", self.F(x0, rest, dt), lambda x: _returned("f", self.f(x, rest, dt), (n,)), x0)
         _compare("H", self.H(x0), lambda x: _returned("h", self.h(x), (q,)), x0)
 
