@@ -7,12 +7,6 @@ from papers.mustafa.experiments.draws import LAWS
 from papers.mustafa.experiments.levels import ABOVE
 from replication.audit.model import Policy, Reading
 
-SAMPLES = Reading(
-    name="every sequence, samples",
-    place="Algorithm 1, step 3; Sec. II, definition of the level; Sec. V-B",
-    text="Step 3 gives the error system (5) the level, and (5) runs over every sampling sequence of (2); both norms "
-    "count samples: discrete time, as Sec. V-B says.",
-)
 NOT_NOMINAL = Reading(
     name="every sequence, against Theorem 3 and Sec. V-A",
     place="Abstract; Sec. II, definition of the level; Sec. VII",
@@ -130,7 +124,7 @@ DRAWN = {
 """By law of the periods."""
 
 READINGS = (
-    SAMPLES, NOT_NOMINAL, SOLVED, SOME_LEVEL, GRID_PERIODS, NOMINAL, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
+    NOT_NOMINAL, SOLVED, SOME_LEVEL, GRID_PERIODS, NOMINAL, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
     STABLE_ONLY, CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, ENOUGH, NECESSARY, UNION, SET_MINUS, MULTIPLIERS,
     *DRAWN.values(),
 )  # fmt: skip

@@ -93,6 +93,7 @@ def not_self_adjoint(results: Results) -> Proof:
     "A bounded linear operator 𝒵 : Y → Z",
     "𝒵 on the outputs of states in X, whose histories are continuous: that of (10) evaluates them at -τ_i",
     "value-over-norm",
+    inference=True,
 )
 def not_bounded(results: Results) -> Proof:
     """The value of a history at -τ over its norm in L₂, for hats of decreasing width at that end."""

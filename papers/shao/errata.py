@@ -116,7 +116,7 @@ def prediction_rate(results: Results) -> Proof:
     gap = results["theorem"]["increment_rate_gap"]
     return contrast(
         "Between two fast instants (6) follows the model, whose state is ζ_p; ζ follows (3), which is corrected by the "
-        "measurement.",
+        "measurement. The next sentence of the text then has C A (x − ζ_p) for C A ξ.",
         {"largest departure over T with ζ_p, 1/s": gap["estimate, by the model"]},
         {"largest departure over T with ζ, 1/s": gap["estimate"]},
         zero=ROUND_OFF,

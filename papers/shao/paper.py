@@ -86,7 +86,7 @@ BRIEF = Brief(
     holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
     "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
     correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
-    "breaks at [eq. (15)](theory.prediction-bound). We do not obtain [Table I](table.apo-1).",
+    "breaks at [eq. (15)](theory.prediction-bound). [Table I](table.apo-1) needs its settings stated.",
     guess="Whether DRC-APO [tracks better](order.apo-below-pmi) than DRC-PMI, and [settles better](order.transient), "
     "depends on which DRC-PMI is meant and where the observers start.",
     verdict="false stability result",
@@ -162,8 +162,8 @@ def findings(results: Results) -> tuple[str, ...]:
     return (
         "The stability result of Sec. IV is false: a scalar loop that meets (18) for every T below "
         f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s is unstable at each.",
-        "(18) does not contain M and cannot suffice: the same loop is unstable at every M tried, from "
-        f"{min(unstable)} to {max(unstable)}.",
+        "(18) does not contain M and cannot suffice: the same loop is unstable at each M that we tried, the smallest "
+        f"{min(unstable)}, the largest {max(unstable)}.",
         "Nor does (18) suffice with our restarted predictor: the loop is stable at "
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
         f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "

@@ -56,8 +56,8 @@ def test_the_command_counts_and_compares_a_text(tmp_path: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--text", "x"], "go together"),
-        (["--paper", "shao"], "go together"),
+        (["--text", "x"], "give both or neither"),
+        (["--paper", "shao"], "give both or neither"),
         (["--text", "x", "--paper", "shoa"], "did you mean shao"),
         (["--text", "x", "--paper", "shao/blog"], "unknown text of the list 'blog'"),
         (["--text", "/none.txt", "--paper", "shao"], "/none.txt"),

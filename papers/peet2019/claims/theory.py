@@ -40,7 +40,7 @@ COROLLARY_2 = Part("Corollary 2", reading=NO_READING)
 COROLLARY_2.cited(
     "theory.corollary-2",
     place="Corollary 2",
-    statement="The LMIs of Corollary 2 make an operator of the form (8) coercive, or of one sign.",
+    statement="The LMIs of Corollary 2 make an operator of the form (8) non-negative.",
     reason="Part 1 defines the cone of polynomials, and is not at hand; what rests on it is given for a stated family "
     "of degree rules, whose certificates are checked one by one.",
     settled_by="Part 1, which has the cone",

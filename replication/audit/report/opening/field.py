@@ -131,7 +131,7 @@ def _of_others(papers: Sequence[Standing], differing: Sequence[str]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    once = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
+    once = " once corrected" if any(paper.corrected for paper in papers) else ""
     name = f", {differing[0]}" if failing == len(differing) == 1 else ""
     off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}{name}" if failing else ""
     return f"{'every theorem passes our tests' if sound else 'no theorem is refuted'}{once}{off}"
