@@ -142,7 +142,7 @@ def stands(
         ([stands(sound=False, failing=1)], "In the paper no theorem is refuted; one result differs."),
         (
             [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
-            "One of four papers gives a false guarantee. In the other three no theorem is refuted once misprints are "
+            "One of four papers gives a false guarantee. In the other three no theorem is refuted once "
             "corrected; three results differ.",
         ),
         ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
