@@ -25,7 +25,7 @@ from replication.scaffold.make import scaffold
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
 SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r'```(?:(?:python|toml)\n# |json title=")(papers/[^\s"]+)"?\n(.*?)```', re.DOTALL)
+BLOCK = re.compile(r"```(?:(?:python|toml)\n# | \{ \.json title=\")(papers/[^\s\"]+)(?:\" \})?\n(.*?)```", re.DOTALL)
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_the_program_of_the_guide_runs(lab: Lab) -> None:
 
 
 OTHER = (ROOT / "docs" / "another-field.md").read_text(encoding="utf-8")
-FILES = re.compile(r'```\w+ title="([^"]+)"\n(.*?)```', re.DOTALL)
+FILES = re.compile(r"``` \{ \.\w+ title=\"([^\"]+)\" \}\n(.*?)```", re.DOTALL)
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant
 
 IRREGULAR = (
-    "irregular (our design by (10)): 1 to m steps between measurements, one Lyapunov function for all, neither "
+    "irregular (ours): 1 to m steps between measurements, our design by (10) with one Lyapunov function, neither "
     "Algorithm 1 nor an optimum"
 )
 

@@ -19,7 +19,7 @@ ERRATA = Errata()
     DENOMINATOR,
     "Eq. (34)",
     "The denominator sums d(k)ᵀd(k).",
-    "It sums d_*(k)ᵀd_*(k) of (17): d and both sensor noises, in all four cases.",
+    "It sums d⁎(k)ᵀd⁎(k) of (17): d and both sensor noises, in all four cases.",
     *DRAWS,
     inference=True,
     scan=True,
@@ -34,9 +34,9 @@ def denominator(results: Results) -> Proof:
         holds=possible == [ALL_NOISE]
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
-            "d in (34) is probably d_* of (17), whose star our copy may have lost: with it the ratio is the one that γ "
+            "d in (34) is probably d⁎ of (17), whose star our copy may have lost: with it the ratio is the one that γ "
             f"bounds. With d alone each of the four values lies below all {found['seeds']} draws. Of {len(READING_OF)} "
-            "readings only d_*, which has both sensor noises whether a sensor is used or not, makes each of the four "
+            "readings only d⁎, which has both sensor noises whether a sensor is used or not, makes each of the four "
             "possible. Cases A to C run with gains of ours; none are printed. The text calls the ratio an estimate of "
             "the norm from d to e, without a star too."
         ),

@@ -74,7 +74,7 @@ BRIEF = Brief(
     "[B](gamma.case-b), [C](gamma.case-c), Table 1), and the [level](gains.eq33) of all four printed gain sets.",
     correct="In our copy eq. (41) repeats the matrix of the stable plant; with it the error "
     "[grows](unstable.stabilised) under gains (42).",
-    guess="Is d in eq. (34) [d_* of (17)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use?",
+    guess="Is d in eq. (34) [d⁎ of (17)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use?",
     verdict="holds, one last digit off",
     headline="Table 1, periods (2, 1): [{table1.n21:not}](table1.n21). All other entries are the rounded optima",
     picture=Entries(
@@ -180,7 +180,7 @@ def _simulated(found: Mapping[str, Any]) -> Iterator[str]:
         "each published ratio, in Cases A to C with our gains."
     )
     yield (
-        "With d_* of (17) for d, eq. (34) is the ratio that γ bounds; each published ratio is possible. Our copy may "
+        "With d⁎ of (17) for d, eq. (34) is the ratio that γ bounds; each published ratio is possible. Our copy may "
         "lack the star."
     )
 

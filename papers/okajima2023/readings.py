@@ -41,7 +41,7 @@ _ENERGIES = (
     "The denominator of eq. (34) is the energy of both sensor noises.",
     "The denominator of eq. (34) is the energy of d and of each sensor noise at the instants of measurement.",
     "The denominator of eq. (34) is the energy of d and of the noises of the sensors that the observer uses.",
-    "The denominator of eq. (34) is the energy of d_* of (17): d and both sensor noises, in all four cases.",
+    "The denominator of eq. (34) is the energy of d⁎ of (17): d and both sensor noises, in all four cases.",
 )
 _SEARCHED = "All other entries of A are as printed."
 

@@ -190,7 +190,7 @@ def test_what_can_be_run_can_be_run_when_it_is_unpacked(tmp_path: Path) -> None:
         (tmp_path / name).chmod(mode)
     with patch.multiple(
         archive,
-        read_results=lambda path: SimpleNamespace(run=None),
+        read_results=lambda path: SimpleNamespace(run=None, figures=()),
         _require_unedited=lambda root, run: "c0",
         _sources=lambda root: ["run.sh", "text"],
         BUILT=(),

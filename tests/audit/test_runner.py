@@ -171,7 +171,12 @@ def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab, jobs: in
     [
         ('return Evidence(method="waiting"', 'raise KeyError("lost")\n    return Evidence(method="x"', "error", "lost"),
         ('results["toy2020.wait-a"]["waited"]', 'results["toy2020.square"]["waited"]', "error", "says it uses"),
-        ('return Evidence(method="waiting"', 'return 3\n    return Evidence(method="x"', "error", "answered 3"),
+        (
+            'return Evidence(method="waiting"',
+            'results["toy2020.wait-a"], results["toy2020.wait-b"]\n    return 3\n    return Evidence(method="x"',
+            "error",
+            "answered 3",
+        ),
     ],
 )
 def test_a_failing_answer_is_an_error_of_its_claim_alone(

@@ -96,7 +96,7 @@ def below_level(results: Results) -> Evidence:
         min(results[case(name)]["lower"] - printed for name, printed in G_SIM.items()),
         method="Lower end of the optimum's bracket minus the printed ratio, smallest of four.",
         quantities={"smallest ratio of the norm to g_sim in our draws, over the energy of d and w": simulated},
-        note="The level bounds the ratio to the energy of d_* of (17), d and w together, not that to d alone.",
+        note="The level bounds the ratio to the energy of d⁎ of (17), d and w together, not that to d alone.",
     )
 
 

@@ -109,10 +109,10 @@ def summation(
     last: int,
     seed: int,
 ) -> Json:
-    """The steps (26)-(28) of the proof of Theorem 1, for given gains under random noise d_*(k), k = 0 ... last.
+    """The steps (26)-(28) of the proof of Theorem 1, for given gains under random noise d⁎(k), k = 0 ... last.
 
     slack: by how much the level exceeds the smallest one of Theorem 1, relative, which leaves an epsilon > 0 in (22).
-    Returns the level, that epsilon, and over all draws, relative to the energy of d_*: the largest distance of the sum
+    Returns the level, that epsilon, and over all draws, relative to the energy of d⁎: the largest distance of the sum
     of xi' Theta_k xi from the left-hand side of (26), and the least excess of the left-hand side over the right-hand
     side in (26) and (27); and the largest ratio of l2 norms beside the bound in (28).
     """

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
 EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
 EXAMPLE = "docs/examples/multirate_cart.py"
-DRAWN = "docs/examples/multirate_cart_picture.py"
+DRAWN = "docs/pictures/multirate_cart.py"
 """What draws the picture beside the example."""
 PICTURE, BADGES = "docs/example.svg", "docs/badges"
 SHOWN_WIDTH = 300

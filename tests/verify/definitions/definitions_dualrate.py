@@ -280,7 +280,10 @@ def prediction_bound(told: Data) -> None:
         one = Loop(told["plant"], T=T, M=2)
         z = np.vstack([start[: loop.n], start[: loop.n] - start[loop.n :]])
         after, seen = one.period("alternating_predictive", z)
-        states = [np.vstack([x, x - zeta]) for x, zeta in (*((x, used) for x, used, _ in seen), (after[:3], after[3:]))]
+        states = [
+            np.vstack([x, x - zeta])
+            for x, zeta in (*((x, used) for x, used, _ in seen), (after[: loop.n], after[loop.n :]))
+        ]
         most = max(float((chi.T @ P @ chi)[0, 0]) for chi in states)
         gap = abs((loop.C @ one.held[0] @ start[loop.n :])[0, 0])
         ratios.append(gap / (constants(loop, P)[2] * T * np.sqrt(most)))
