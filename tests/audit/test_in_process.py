@@ -196,6 +196,8 @@ def test_what_can_be_run_can_be_run_when_it_is_unpacked(tmp_path: Path) -> None:
         BUILT=(),
         read_software=lambda root: None,
         export_texts=lambda results, software: {},
+        register_texts=lambda results, software: {},
+        brings_the_tool=lambda root: True,
         crate=lambda *arguments: {},
     ):
         archive.write_archive(tmp_path, tmp_path / "all.zip")
