@@ -140,24 +140,23 @@ def _single_process() -> Any:
 
 @contextlib.contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Processes begun meanwhile ignore Ctrl-C, which reaches them too: this one decides, and ends them.
+    """Processes begun meanwhile never hear Ctrl-C, which reaches them too: this one decides, and ends them.
 
-    They have the language and the time zone of every experiment.
+    Here it waits until the end, where it would be lost if it were ignored. They have the language and the time zone of
+    every experiment.
     """
-    main = threading.current_thread() is threading.main_thread()
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     before = {name: os.environ.get(name) for name in FIXED}
     os.environ.update(FIXED)
     try:
         yield
     finally:
-        if main:
-            signal.signal(signal.SIGINT, handler)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
 
 def end_with(parent: int) -> None:
