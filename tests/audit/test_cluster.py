@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -41,13 +42,29 @@ def lab(tmp_path: Path) -> Lab:
     return make_lab(tmp_path)
 
 
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Any]]:
+    """One cluster for all tests, and the folder of the project that its workers have."""
+    root = tmp_path_factory.mktemp("lab")
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in Lab(root).environment().items():
+            patch.setenv(name, value)
+        patch.chdir(root)
+        with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+            yield root, cluster
+
+
 @pytest.fixture
-def cluster(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    for name, value in lab.environment().items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.chdir(lab.root)
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as running:
-        yield running
+def cluster(running: tuple[Path, Any]) -> Any:
+    return running[1]
+
+
+@pytest.fixture
+def theirs(running: tuple[Path, Any]) -> Lab:
+    """The project of the workers, as new."""
+    for path in running[0].iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    return make_lab(running[0])
 
 
 def results(lab: Lab) -> Any:
@@ -58,38 +75,45 @@ def on(cluster: Any) -> tuple[str, ...]:
     return "run", "--no-cache", "--backend", "dask", "--scheduler", cluster.scheduler_address
 
 
-def test_two_workers_give_what_one_process_gives(lab: Lab, cluster: Any) -> None:
-    alone = lab.cli("run", "--jobs", "1", "--no-cache")
-    first = results(lab)
-    together = lab.cli(*on(cluster))
+def command(lab: Lab, *words: str) -> subprocess.CompletedProcess[str]:
+    """In an interpreter of its own: this one has the threads of the cluster."""
+    return lab.python("-m", "replication", *words)
+
+
+def test_two_workers_give_what_one_process_gives(theirs: Lab, cluster: Any) -> None:
+    alone = command(theirs, "run", "--jobs", "1", "--no-cache")
+    first = results(theirs)
+    together = command(theirs, *on(cluster))
     assert together.returncode == alone.returncode, together.stderr
-    assert without_seconds(results(lab)) == without_seconds(first)
+    assert without_seconds(results(theirs)) == without_seconds(first)
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing(lab: Lab, cluster: Any) -> None:
+def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(theirs: Lab, cluster: Any) -> None:
+    theirs.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
+    theirs.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
+    done = command(theirs, *on(cluster))
+    assert done.returncode == 3
+    errors = {record["name"]: record["error"] for record in results(theirs)["experiments"] if record["error"]}
+    assert list(errors) == ["toy2020.square"]
+    assert "process was killed" in errors["toy2020.square"]
+
+
+def test_a_worker_killed_in_the_middle_loses_nothing(theirs: Lab, cluster: Any) -> None:
     for label in "ab":
-        lab.edit("toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"')
-    command = [sys.executable, "-m", "replication", *on(cluster)]
-    run = subprocess.Popen(command, cwd=lab.root, env=lab.environment(), stdout=subprocess.PIPE, text=True)
+        theirs.edit(
+            "toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"'
+        )
+    words = [sys.executable, "-m", "replication", *on(cluster)]
+    run = subprocess.Popen(words, cwd=theirs.root, env=theirs.environment(), stdout=subprocess.PIPE, text=True)
     with Client(cluster) as client:
         victim = wait_for(lambda: busy(client))
         pid = client.run(os.getpid, workers=[victim])[victim]
     os.kill(pid, signal.SIGKILL)
     run.communicate(timeout=PATIENCE)
     assert run.returncode == 0
-    killed = without_seconds(results(lab))
-    lab.cli("run", "--jobs", "1", "--no-cache")
-    assert killed == without_seconds(results(lab))
-
-
-def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(lab: Lab, cluster: Any) -> None:
-    lab.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
-    lab.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
-    done = lab.cli(*on(cluster))
-    assert done.returncode == 3
-    errors = {record["name"]: record["error"] for record in results(lab)["experiments"] if record["error"]}
-    assert list(errors) == ["toy2020.square"]
-    assert "process was killed" in errors["toy2020.square"]
+    killed = without_seconds(results(theirs))
+    command(theirs, "run", "--jobs", "1", "--no-cache")
+    assert killed == without_seconds(results(theirs))
 
 
 def test_worker_with_other_sources_refuses(lab: Lab) -> None:

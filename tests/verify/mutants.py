@@ -170,13 +170,14 @@ RUNS: dict[str, list[Run]] = {}
 def runs_of(test: str) -> list[Run]:
     """Each check of a test module, run once for the mutants of all modules; none finds what another one computed."""
     if test not in RUNS:
-        RUNS[test] = [_run(check) for check in checks_of(importlib.import_module(test))]
+        checks, own = checks_of(importlib.import_module(test)), _own_modules()
+        RUNS[test] = [_run(check, own) for check in checks]
     return RUNS[test]
 
 
-def _run(check: Callable[[], None]) -> Run:
-    _forget(_own_modules())
-    profile = cProfile.Profile()
+def _run(check: Callable[[], None], own: Sequence[ModuleType]) -> Run:
+    _forget(own)
+    profile = cProfile.Profile(builtins=False)
     profile.runcall(check)
     files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(ROOM)}
     calls, entered = 0, defaultdict[str, set[int]](set)
