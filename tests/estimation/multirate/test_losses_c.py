@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -33,6 +34,7 @@ KINDS = {
 }
 
 
+@functools.cache
 def result_of(kind: str) -> losses.LossResult:
     plant, periods, model = KINDS[kind]
     return losses.design(multirate.design(plant, periods=periods), model)
