@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -15,17 +16,39 @@ import pytest
 from replication.verify.run import STATEMENTS, check
 from replication.verify.theorem import Refused, Theorem
 
-FOLDER = Path(__file__).parents[2] / "certificates" / "mustafa"
-DELAY = FOLDER.parent / "peet2019"
+CERTIFICATES = Path(__file__).parents[2] / "certificates"
 Json = dict[str, Any]
 Certificate = Json
 Tamper = Callable[[Certificate], None]
 
 
-def delayed(name: str) -> Json:
-    """A certificate of the delay paper."""
-    found: Json = json.loads((DELAY / f"{name}.json").read_text(encoding="utf-8"))
+@cache
+def _text(name: str) -> str:
+    return (CERTIFICATES / f"{name}.json").read_text(encoding="utf-8")
+
+
+def committed(name: str) -> Certificate:
+    """A certificate by paper and name; nobody else has the same object."""
+    found: Certificate = json.loads(_text(name))
     return found
+
+
+def own(name: str, *tampers: Tamper) -> Certificate:
+    """As one of a plant of one's own, so that not its subject but its mathematics is checked, then altered."""
+    certificate = {**committed(name), "paper": None, "claims": []}
+    for tamper in tampers:
+        tamper(certificate)
+    return certificate
+
+
+def delayed(name: str) -> Certificate:
+    """A certificate of the delay paper."""
+    return committed(f"peet2019/{name}")
+
+
+def load(name: str, *tampers: Tamper) -> Certificate:
+    """One of the paper on nonuniform sampling, as `own`."""
+    return own(f"mustafa/{name}", *tampers)
 
 
 def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
@@ -35,37 +58,40 @@ def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
     return str(caught.value)
 
 
-def load(name: str) -> Certificate:
-    """A certificate as one of a plant of one's own, so that not its subject but its mathematics is checked."""
-    certificate: Certificate = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return {**certificate, "paper": None, "claims": []}
+def at(certificate: Certificate, *path: Any) -> tuple[Any, Any]:
+    """What holds the value at a path of keys and positions, and the last of these."""
+    inner: Any = certificate
+    for key in path[:-1]:
+        inner = inner[key]
+    return inner, path[-1]
 
 
-def scaled(side: str, factor: str) -> Tamper:
+def put(value: Any, *path: Any) -> Tamper:
+    """Write a value at a path."""
+
     def tamper(certificate: Certificate) -> None:
-        certificate["bound"][side] = str(Fraction(certificate["bound"][side]) * Fraction(factor))
+        inner, key = at(certificate, *path)
+        inner[key] = value
 
     return tamper
 
 
-def put(value: Any, *path: Any) -> Tamper:
-    """Write a value at a path of keys and positions."""
+def scaled(factor: str, *path: Any) -> Tamper:
+    """Multiply the number at a path."""
 
     def tamper(certificate: Certificate) -> None:
-        inner: Any = certificate
-        for key in path[:-1]:
-            inner = inner[key]
-        inner[path[-1]] = value
+        inner, key = at(certificate, *path)
+        inner[key] = str(Fraction(inner[key]) * Fraction(factor))
 
     return tamper
 
 
 def remove(*path: Any) -> Tamper:
+    """Delete what is at a path."""
+
     def tamper(certificate: Certificate) -> None:
-        inner: Any = certificate
-        for key in path[:-1]:
-            inner = inner[key]
-        del inner[path[-1]]
+        inner, key = at(certificate, *path)
+        del inner[key]
 
     return tamper
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from byhand import own as theorem_of
 from flint import acb, arb, fmpq, fmpq_mat
-from tampered import DELAY as FOLDER
-from tampered import Json, refusal
+from tampered import CERTIFICATES, Json, refusal
 from tampered import check_stated as check
 from tampered import delayed as certificate
 
@@ -313,17 +313,7 @@ def hidden_plant() -> Json:
 
 
 def own(statement: str, plant: Json, bound: Json, witness: Json, parameters: Json | None = None) -> Json:
-    return {
-        "format": "replication-certificate/1",
-        "paper": None,
-        "name": "own",
-        "claims": [],
-        "statement": statement,
-        "plant": plant,
-        "parameters": parameters or {},
-        "bound": bound,
-        "witness": witness,
-    }
+    return theorem_of(statement, plant=plant, parameters=parameters or {}, bound=bound, witness=witness)
 
 
 def lower(bound: str, frequency: str, plant: Json | None = None, state: Any = None) -> Json:
@@ -537,7 +527,7 @@ def test_a_plant_of_ones_own_is_certified_from_both_sides() -> None:
 def test_files_that_are_not_certificates_are_refused(tmp_path: Path) -> None:
     from replication.verify.run import verify
 
-    content = (FOLDER / "ex1-upper.json").read_bytes()
+    content = (CERTIFICATES / "peet2019" / "ex1-upper.json").read_bytes()
     for bad in (content[: len(content) // 2], content.replace(b'"degree": 1', b'"degree": 1, "degree": 1')):
         path = tmp_path / "peet2019" / "ex1-upper.json"
         path.parent.mkdir(exist_ok=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from byhand import own
 from flint import acb, fmpq, fmpq_mat
 from tampered import Json, refusal
 from tampered import delayed as certificate
@@ -128,15 +129,8 @@ def test_the_model_is_that_of_a_second_construction() -> None:
 
 
 def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
-    theorem = {
-        "format": "replication-certificate/1",
-        "paper": None,
-        "name": "own",
-        "claims": [],
-        "plant": two_delays(),
-        "parameters": {"order": 2},
-    }
-    upper = {**theorem, "statement": "delay.pade-upper", **maker.pade_upper(theorem)}
+    theorem = own("delay.pade-upper", plant=two_delays(), parameters={"order": 2})
+    upper = {**theorem, **maker.pade_upper(theorem)}
     lower = {**theorem, "statement": "delay.pade-lower", **maker.pade_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
     assert high is not None and low is not None

@@ -1,7 +1,5 @@
 """Certificates of the dual-rate loops: all that are committed prove their theorem, and each way to cheat is told."""
 
-import copy
-import json
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tampered
 from flint import fmpq
 
 from replication.verify.dualrate import errors, lyapunov
@@ -24,29 +23,17 @@ FOLDER = ROOT / "certificates" / "shao"
 WANTED = theorems("shao")[0]
 
 
-@cache
-def _committed(name: str) -> str:
-    return (FOLDER / f"{name}.json").read_text(encoding="utf-8")
-
-
 def committed(name: str) -> dict[str, Any]:
-    loaded: dict[str, Any] = json.loads(_committed(name))
-    return loaded
+    return tampered.committed(f"shao/{name}")
 
 
 def own(name: str, **changes: Any) -> dict[str, Any]:
-    """The same certificate about a plant of one's own, with the values at paths such as `witness.root.0` changed."""
-    certificate = {**copy.deepcopy(committed(name)), "paper": None, "claims": []}
+    """The same certificate about a plant of one's own, with the values at paths such as `witness__root__0` changed."""
+    tampers = []
     for path, value in changes.items():
-        *way, last = path.split("__")
-        place: Any = certificate
-        for step in way:
-            place = place[int(step) if isinstance(place, list) else step]
-        if value is GONE:
-            del place[last]
-        else:
-            place[int(last) if isinstance(place, list) else last] = copy.deepcopy(value)
-    return certificate
+        way = [int(step) if step.isdecimal() else step for step in path.split("__")]
+        tampers.append(tampered.remove(*way) if value is GONE else tampered.put(value, *way))
+    return tampered.own(f"shao/{name}", *tampers)
 
 
 @cache

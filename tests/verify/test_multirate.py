@@ -1,16 +1,15 @@
 """Multi-rate statements: the verifier proves what was made, refuses what was tampered with, and computes exactly."""
 
-import copy
-import json
-from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import pytest
+from byhand import own as theorem_of
 from flint import fmpq, fmpq_mat
+from tampered import CERTIFICATES, Certificate, Tamper, committed, put, remove, scaled
 from tampered import check_stated as check
+from tampered import own as own_of
 
 from replication.verify.algebra.linear import block, identity
 from replication.verify.algebra.symbolic import Symbolic
@@ -32,57 +31,19 @@ from replication.verify.multirate.sensing import (
 )
 from replication.verify.theorem import Refused, Theorem
 
-ROOT = Path(__file__).parents[2]
-FOLDER = ROOT / "certificates" / "okajima2023"
-Certificate = dict[str, Any]
-Tamper = Callable[[Certificate], None]
-
 
 def load(name: str) -> Certificate:
-    loaded: Certificate = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return loaded
+    return committed(f"okajima2023/{name}")
 
 
-def own(name: str) -> Certificate:
-    """A certificate as one of a plant of one's own, so that not its subject but its mathematics is checked."""
-    return {**load(name), "paper": None, "claims": []}
-
-
-def at(certificate: Certificate, *path: Any) -> tuple[Any, Any]:
-    inner: Any = certificate
-    for key in path[:-1]:
-        inner = inner[key]
-    return inner, path[-1]
-
-
-def put(value: Any, *path: Any) -> Tamper:
-    def tamper(certificate: Certificate) -> None:
-        inner, key = at(certificate, *path)
-        inner[key] = value
-
-    return tamper
-
-
-def scaled(factor: str, *path: Any) -> Tamper:
-    def tamper(certificate: Certificate) -> None:
-        inner, key = at(certificate, *path)
-        inner[key] = str(Fraction(inner[key]) * Fraction(factor))
-
-    return tamper
+def own(name: str, *tampers: Tamper) -> Certificate:
+    return own_of(f"okajima2023/{name}", *tampers)
 
 
 def both(factor: str) -> Tamper:
     def tamper(certificate: Certificate) -> None:
         for side in ("lower", "upper"):
             scaled(factor, "bound", side)(certificate)
-
-    return tamper
-
-
-def remove(*path: Any) -> Tamper:
-    def tamper(certificate: Certificate) -> None:
-        inner, key = at(certificate, *path)
-        del inner[key]
 
     return tamper
 
@@ -111,7 +72,7 @@ COUNTED = {"common-period", "cyclic-rows", "idle-instants", "idle-instants-case-
 }
 ONE_MATRIX = {f"gains-{equation}-one-matrix" for equation in ("33", "38", "39", "40")}
 FALSE = ("section-4c-same-setting", "section-4c-second-setting", "shorter-periods")
-NAMES = sorted(path.stem for path in FOLDER.glob("*.json"))
+NAMES = sorted(path.stem for path in (CERTIFICATES / "okajima2023").glob("*.json"))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -198,10 +159,8 @@ REFUSED = [
 
 @pytest.mark.parametrize(("name", "tamper", "reason"), REFUSED)
 def test_a_tampered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
-    tampered = copy.deepcopy(own(name))
-    tamper(tampered)
     with pytest.raises(Refused, match=reason):
-        check(tampered)
+        check(own(name, tamper))
 
 
 @pytest.mark.parametrize("name", ["gains-33", "optimum-2-3", "optimum-case-a", "section-4c-design"])
@@ -371,18 +330,9 @@ def test_schedules() -> None:
 
 
 def computed(statement: str, parameters: dict[str, Any], plant: dict[str, Any] | None = None) -> Any:
-    certificate = {
-        "format": "replication-certificate/1",
-        "paper": None,
-        "name": "own",
-        "claims": [],
-        "statement": f"multirate.{statement}",
-        "plant": plant or {"name": ""},
-        "parameters": parameters,
-        "bound": {},
-        "witness": {},
-    }
-    return check(certificate)
+    return check(
+        theorem_of(f"multirate.{statement}", plant=plant or {"name": ""}, parameters=parameters, bound={}, witness={})
+    )
 
 
 def times(*periods: int) -> dict[str, Any]:
@@ -443,17 +393,9 @@ def test_the_ends_of_a_bracket_may_touch() -> None:
 def section_4c(statement: str, printed: list[list[str]], poles: list[list[str]], **more: Any) -> Theorem:
     """One sensor C and one phase; the gain is L."""
     plant = {"name": "", "A": printed, "C": [["1", "0"]], "L": [more.pop("L", [["0"], ["0"]])]}
-    certificate = {
-        **load("section-4c-poles"),
-        "paper": None,
-        "claims": [],
-        "statement": f"multirate.{statement}",
-        "plant": {**plant, "poles": poles, "half_unit": more.pop("half_unit", "1/8"), "error_poles": ["0", "1/4"]},
-        "bound": more.pop("bound", {}),
-        "witness": more.pop("witness", {}),
-        "parameters": {**times(1), **more},
-    }
-    return check(certificate)
+    plant |= {"poles": poles, "half_unit": more.pop("half_unit", "1/8"), "error_poles": ["0", "1/4"]}
+    proof = {name: more.pop(name, {}) for name in ("bound", "witness")}
+    return check(theorem_of(f"multirate.{statement}", plant=plant, parameters={**times(1), **more}, **proof))
 
 
 DIAGONAL = [["9", "0"], ["0", "9"]]

@@ -1,15 +1,13 @@
 """Gains under losses: the verifier finds all cases by itself, proves what was made, and refuses what was altered."""
 
-import copy
 import json
 from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 import pytest
+from tampered import Certificate, own
 from tampered import check_stated as check
 
 from replication.certify.own import certificate
@@ -21,17 +19,10 @@ from replication.verify.multirate.losses import all_cases
 from replication.verify.multirate.sensing import schedule
 from replication.verify.theorem import Refused
 
-FOLDER = Path(__file__).parents[2] / "certificates" / "okajima2023"
-Certificate = dict[str, Any]
+LOST = "okajima2023/lost-samples-2-3"
 SPRING = MultiratePlant(A=[[1, 0.2], [-0.1, 0.9]], B_d=[[0], [0.3]], C=[[1, 0], [0, 1]], D=np.diag([0.2, 0.4]))
 DRIFT = MultiratePlant(A=[[1.05]], B_d=[[0.2]], C=[[1]], D=[[0.1]])
 """It is unstable, and seen by one sensor."""
-
-
-def made(name: str = "lost-samples-2-3") -> Certificate:
-    """A true certificate as one of a plant of one's own, so that not its subject but its mathematics is checked."""
-    loaded: Certificate = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return {**loaded, "paper": None, "claims": []}
 
 
 def small(model: losses.InARow) -> Certificate:
@@ -138,7 +129,7 @@ ALTERED: tuple[tuple[Callable[[Certificate], None], str], ...] = (
 
 @pytest.mark.parametrize(("change", "reason"), ALTERED)
 def test_an_altered_certificate_is_refused_by_both(change: Callable[[Certificate], None], reason: str) -> None:
-    one = made()
+    one = own(LOST)
     change(one)
     with pytest.raises(Refused, match=reason):
         check(one)
@@ -234,7 +225,7 @@ def test_what_no_statement_fits_says_so() -> None:
 
 
 def test_as_many_cases_as_are_allowed_and_one_more() -> None:
-    one = made()
+    one = own(LOST)
     count = len(one["witness"]["L"])
     with patch("replication.verify.multirate.losses.MOST_CASES", count):
         check(one)
@@ -243,7 +234,7 @@ def test_as_many_cases_as_are_allowed_and_one_more() -> None:
 
 
 def test_too_many_cases_are_refused_before_any_work() -> None:
-    one = copy.deepcopy(made())
+    one = own(LOST)
     one["parameters"] |= {"periods": [16, 17], "misses": [6, 6]}
     with pytest.raises(Refused, match="more than 2000 cases"):
         check(one)

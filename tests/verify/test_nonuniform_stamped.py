@@ -1,8 +1,6 @@
 """Filters with time stamps: what was made is proved, by hand it comes out the same, and what was altered is refused."""
 
-import copy
 from fractions import Fraction
-from typing import Any
 
 import pytest
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
@@ -181,7 +179,7 @@ def finer(certificate: Certificate) -> None:
 
 
 def test_storage_may_tell_more_apart_than_the_filter_does() -> None:
-    certificate = copy.deepcopy(load("stamped-2"))
+    certificate = load("stamped-2")
     finer(certificate)
     assert check(certificate).upper is not None
     certificate["witness"]["storage"]["P"][5] = certificate["witness"]["storage"]["P"][-1]
@@ -201,26 +199,16 @@ def exchanged(part: str, name: str) -> Tamper:
     return tamper
 
 
-def times(factor: str, *path: Any) -> Tamper:
-    def tamper(certificate: Certificate) -> None:
-        inner: Any = certificate
-        for key in path:
-            inner, last, holder = inner[key], key, inner
-        holder[last] = str(Fraction(inner) * Fraction(factor))
-
-    return tamper
-
-
 ALTERED: list[tuple[Tamper, str]] = [
-    (scaled("upper", "999/1000"), "storage inequality"),
-    (scaled("lower", "1001/1000"), "the disturbance does not attain"),
-    (scaled("upper", "-1"), "bound.upper must be positive"),
-    (times("2", *FILTER, "G", 2, 1, 0), "storage inequality"),
-    (times("99/100", *FILTER, "G", 7, 0, 0), "storage inequality"),
+    (scaled("999/1000", "bound", "upper"), "storage inequality"),
+    (scaled("1001/1000", "bound", "lower"), "the disturbance does not attain"),
+    (scaled("-1", "bound", "upper"), "bound.upper must be positive"),
+    (scaled("2", *FILTER, "G", 2, 1, 0), "storage inequality"),
+    (scaled("99/100", *FILTER, "G", 7, 0, 0), "storage inequality"),
     (exchanged("filter", "G"), "storage inequality"),
     (exchanged("storage", "P"), "storage inequality"),
-    (times("4/5", *STORAGE, "P", 3, 0, 0), "storage inequality"),
-    (times("5", *STORAGE, "P", 3, 1, 1), "storage inequality"),
+    (scaled("4/5", *STORAGE, "P", 3, 0, 0), "storage inequality"),
+    (scaled("5", *STORAGE, "P", 3, 1, 1), "storage inequality"),
     (put("1/7", *STORAGE, "P", 3, 0, 1), r"P\[3\] must be symmetric"),
     (edge, "storage.cells must have all those of the filter"),
     (put("9/10", *FILTER, "cells", 1), "filter.cells must rise from 0 to 1"),
@@ -245,15 +233,13 @@ ALTERED: list[tuple[Tamper, str]] = [
 
 @pytest.mark.parametrize(("tamper", "reason"), ALTERED)
 def test_an_altered_certificate_is_refused(tamper: Tamper, reason: str) -> None:
-    certificate = copy.deepcopy(load("stamped-2"))
-    tamper(certificate)
     with pytest.raises(Refused, match=reason):
-        check(certificate)
+        check(load("stamped-2", tamper))
 
 
 def test_a_gain_outside_its_cell_is_refused() -> None:
     """The gains of `stamped-2` differ, so that a range of which nearly all has one of them has a higher level."""
-    certificate = copy.deepcopy(load("stamped-2"))
+    certificate = load("stamped-2")
     for part in ("filter", "storage"):
         certificate["witness"][part]["cells"][1:8] = [str(Fraction(93 + i, 100)) for i in range(7)]
     with pytest.raises(Refused, match="storage inequality"):
@@ -262,7 +248,7 @@ def test_a_gain_outside_its_cell_is_refused() -> None:
 
 def test_a_filter_with_time_stamps_is_none_of_form_4() -> None:
     """It must not stand where a statement speaks of filters of form (4)."""
-    certificate = copy.deepcopy(load("robust-design-2"))
+    certificate = load("robust-design-2")
     certificate["witness"]["filter"] = load("stamped-2")["witness"]["filter"]
     with pytest.raises(Refused, match=r"witness\.filter lacks the field A, B, C"):
         check_stated(certificate)

@@ -1,6 +1,5 @@
 """Lemmas, intervals and Algorithm 1 of the nonuniform-sampling paper: proved as made, refused when tampered with."""
 
-import copy
 import re
 from fractions import Fraction
 from unittest.mock import patch
@@ -84,10 +83,8 @@ def test_what_was_made_is_proved(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "tamper", "reason"), REFUSED)
 def test_a_tampered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
-    certificate = copy.deepcopy(load(name))
-    tamper(certificate)
     with pytest.raises(Refused, match=reason):
-        check(certificate)
+        check(load(name, tamper))
 
 
 def test_the_printed_order_of_the_map_has_a_value_only_for_other_sizes() -> None:
@@ -125,25 +122,20 @@ def test_algorithm_1_does_not_stall_where_the_root_leaves_a_gap() -> None:
         check(certificate)
 
 
-def test_algorithm_1_ends_where_step_3_does_not_fail() -> None:
-    certificate = load("stall-1")
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("stall-1", "step 3 does not fail"),
+        ("one-interval-1", "one element covers the range"),
+        ("grid-1", "goes on after the range is covered"),
+    ],
+)
+def test_algorithm_1_ends_where_the_range_is_covered(name: str, reason: str) -> None:
+    certificate = load(name)
     certificate["plant"] |= NARROW
-    with pytest.raises(Refused, match="step 3 does not fail"):
-        check(certificate)
-
-
-def test_one_interval_that_covers_is_enough() -> None:
-    certificate = load("one-interval-1")
-    certificate["plant"] |= NARROW
-    certificate["witness"]["passes"] = certificate["witness"]["passes"][:1]
-    with pytest.raises(Refused, match="one element covers the range"):
-        check(certificate)
-
-
-def test_passes_after_the_range_is_covered_are_refused() -> None:
-    certificate = load("grid-1")
-    certificate["plant"] |= NARROW
-    with pytest.raises(Refused, match="goes on after the range is covered"):
+    if name.startswith("one"):
+        certificate["witness"]["passes"] = certificate["witness"]["passes"][:1]
+    with pytest.raises(Refused, match=reason):
         check(certificate)
 
 
