@@ -44,7 +44,7 @@ search: $(ALL) ## new random examples for every generated test; what is found be
 mutants: $(ALL) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
-processors: $(ALL) ## a fresh run on four types of processor; `make test` computes two papers, each experiment on two of them
+processors: $(ALL) ## a fresh run on four types of processor; `make test` tries each function of two papers on one other
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
 rebuild: $(ALL) ## the archive, unpacked beside nothing but Python and make, builds itself again (five minutes, needs the network)

@@ -1,5 +1,6 @@
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +24,20 @@ def lab(tmp_path: Path) -> Lab:
     return make_lab(tmp_path)
 
 
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[Lab, dict[str, Any]]:
+    """A project after its first run, to be left as it is, and what that answered."""
+    lab = make_lab(tmp_path_factory.mktemp("first"))
+    return lab, lab.audit()
+
+
+@pytest.fixture
+def ran(first: tuple[Lab, dict[str, Any]], tmp_path: Path) -> Lab:
+    """A project after its first run, to be changed at will: nothing in it depends on where it lies."""
+    shutil.copytree(first[0].root, tmp_path / "ran")
+    return Lab(tmp_path / "ran")
+
+
 def done(answer: dict[str, Any], action: str) -> set[str]:
     return {name for name, (what, _, _) in answer["log"].items() if what == action}
 
@@ -41,13 +56,13 @@ def without_seconds(value: Any) -> Any:
     return [without_seconds(entry) for entry in value] if isinstance(value, list) else value
 
 
-def test_second_run_computes_nothing_and_says_the_same(lab: Lab) -> None:
-    first, second = lab.audit(), lab.audit()
-    assert done(first, "computed") == ALL
-    assert {reason(first, name) for name in ALL} == {"never ran"}
+def test_second_run_computes_nothing_and_says_the_same(first: tuple[Lab, dict[str, Any]], ran: Lab) -> None:
+    before, second = first[1], ran.audit()
+    assert done(before, "computed") == ALL
+    assert {reason(before, name) for name in ALL} == {"never ran"}
     assert done(second, "reused") == ALL
-    assert json.dumps(second["file"]) == json.dumps(first["file"])
-    assert json.dumps(second["values"]) == json.dumps(first["values"])
+    assert json.dumps(second["file"]) == json.dumps(before["file"])
+    assert json.dumps(second["values"]) == json.dumps(before["values"])
 
 
 @pytest.mark.slow
@@ -61,14 +76,14 @@ def test_number_of_jobs_does_not_change_a_byte(lab: Lab) -> None:
         assert json.dumps(without_seconds(other["file"])) == json.dumps(without_seconds(one["file"]))
 
 
-def test_results_pass_through_json_exactly(lab: Lab) -> None:
-    values = lab.audit()["values"]
+def test_results_pass_through_json_exactly(first: tuple[Lab, dict[str, Any]]) -> None:
+    values = first[1]["values"]
     assert values["toy2020.spectrum"]["tiny"] == [5e-324, -0.0, 0.1 + 0.2]
     assert str(values["toy2020.spectrum"]["tiny"][1]) == "-0.0"
 
 
-def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
-    answer = lab.audit()
+def test_records_say_what_ran_and_what_solved(first: tuple[Lab, dict[str, Any]]) -> None:
+    _, answer = first
     (square,) = (record for record in answer["file"]["experiments"] if record["name"] == "toy2020.square")
     assert square["function"] == "papers.toy2020.squares:square"
     assert square["code"].startswith("papers/toy2020/squares.py:")
@@ -93,28 +108,26 @@ def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
     ],
 )
 def test_an_edit_reruns_what_uses_the_file_and_nothing_else(
-    lab: Lab, file: str, old: str, new: str, rerun: set[str]
+    ran: Lab, file: str, old: str, new: str, rerun: set[str]
 ) -> None:
-    lab.audit()
-    lab.edit(file, old, new)
-    answer = lab.audit()
+    ran.edit(file, old, new)
+    answer = ran.audit()
     assert done(answer, "computed") == rerun
     assert {reason(answer, name) for name in rerun} <= {f"changed: papers/{file}"}
 
 
-def test_inputs_lock_and_damage_are_reasons(lab: Lab) -> None:
-    lab.audit()
-    lab.edit("toy2020/experiments.py", '"seed": 1', '"seed": 2')
-    entry = lab.root / ".cache" / "toy2020.wait-a.json"
+def test_inputs_lock_and_damage_are_reasons(ran: Lab) -> None:
+    ran.edit("toy2020/experiments.py", '"seed": 1', '"seed": 2')
+    entry = ran.root / ".cache" / "toy2020.wait-a.json"
     entry.write_bytes(entry.read_bytes()[:-20])
-    answer = lab.audit()
+    answer = ran.audit()
     assert done(answer, "computed") == {"toy2020.spectrum", "toy2020.wait-a"}
     assert reason(answer, "toy2020.spectrum") == "changed: inputs"
     assert reason(answer, "toy2020.wait-a") == "entry unreadable"
-    (lab.root / "requirements.lock").write_text("numpy==2\n", encoding="utf-8")
-    answer = lab.audit()
+    (ran.root / "requirements.lock").write_text("numpy==2\n", encoding="utf-8")
+    answer = ran.audit()
     assert {reason(answer, name) for name in ALL} == {"changed: lock"}
-    answer = lab.audit(read=False)
+    answer = ran.audit(read=False)
     assert {reason(answer, name) for name in ALL} == {"the cache was not asked"}
 
 
@@ -277,6 +290,23 @@ def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
     os.kill(process.pid, blow)
     process.wait(timeout=PATIENCE)
     wait_for(lambda: alive(process.pid) == [])
+
+
+def test_ctrl_c_while_processes_begin_is_heard_once_they_have() -> None:
+    """It comes as soon as a result is stored, when the next task is handed out; an ignored one would be lost."""
+    from replication.audit.run import pool
+
+    before, done = signal.signal(signal.SIGINT, signal.default_int_handler), []
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            with pool._deaf_children():
+                os.kill(os.getpid(), signal.SIGINT)
+                done.append("begun")
+            done.append("not heard")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert done == ["begun"]
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def test_processes_end_where_nothing_lists_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
