@@ -1,10 +1,12 @@
-"""For all tests: the longest files first, so that no core waits at the end; and none writes into the tree."""
+"""For all tests: the longest files first, so that no core waits at the end; none writes into the tree; one browser."""
 
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -66,3 +68,25 @@ def the_tree_stays_as_it_is() -> Iterator[None]:
     before = sources()
     yield
     assert sorted(sources() - before) == [], "a test wrote these into the tree; give it `tmp_path`"
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Any:
+    """A small project of its own (tests/audit/lab.py)."""
+    from lab import make_lab
+
+    return make_lab(tmp_path / "lab")
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Chromium without a window, one for all tests of a process."""
+    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
+        if os.environ.get("CI"):
+            pytest.fail("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
+        pytest.skip("Chromium or its driver is missing; pages are tried where they are installed")
+    from replication.audit.publish.readme import started
+
+    opened = started()
+    yield opened
+    opened.quit()

@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from lab import Lab, hear_interruptions, make_lab
+from lab import Lab, make_lab
 
 from replication import commands
 from replication.cli import main
@@ -20,11 +20,6 @@ pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
 
 HEAVY = ("numpy", "scipy", "matplotlib", "cvxpy", "control", "joblib", "jinja2", "rich", "msgspec")
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path / "lab")
 
 
 @pytest.fixture(scope="module")
@@ -305,16 +300,7 @@ def test_diff_of_two_runs(ran: Lab) -> None:
 
 def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
     lab.edit("toy2020/experiments.py", '"seconds": 0.0, "label": "b"', '"seconds": 60.0, "label": "b"')
-    process = subprocess.Popen(
-        [sys.executable, "-m", "replication", "run"],
-        cwd=lab.root,
-        env=lab.environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=hear_interruptions,
-    )
+    process = lab.begin("-m", "replication", "run")
     cache = lab.root / ".cache" / "replication"
     wait_for(lambda: len(list(cache.glob("*.json"))) >= 4, lambda: process.poll() is None)
     os.killpg(process.pid, signal.SIGINT)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_lab
+from lab import Lab
 
 from benchmarks.boilerplate import measure
 from replication.audit.data import FIELDS
@@ -26,11 +26,6 @@ ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
 SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"```(?:(?:python|toml)\n# | \{ \.json title=\")(papers/[^\s\"]+)(?:\" \})?\n(.*?)```", re.DOTALL)
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path)
 
 
 @pytest.mark.slow

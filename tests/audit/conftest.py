@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from sample import build
 from selenium import webdriver
 
-from replication.audit.publish.readme import started
-
 
 @pytest.fixture(scope="session")
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     return build(tmp_path_factory.mktemp("report")).as_uri()
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[webdriver.Chrome]:
-    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
-        if os.environ.get("CI"):
-            pytest.fail("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
-        pytest.skip("Chromium or its driver is missing; the report is tried where they are installed")
-    opened = started()
-    yield opened
-    opened.quit()
 
 
 @pytest.fixture

@@ -52,8 +52,7 @@ print(json.dumps({"values": outcome.results_by_experiment, "log": {step.name: [s
 """
 
 
-def hear_interruptions() -> None:
-    """For `preexec_fn`: a process begun in the background of a shell ignores Ctrl-C, and so would its children."""
+def _hear_interruptions() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
@@ -72,6 +71,19 @@ class Lab:
             text=True,
             check=False,
             timeout=PATIENCE,
+        )
+
+    def begin(self, *arguments: str) -> subprocess.Popen[str]:
+        """An interpreter in a session of its own, which hears Ctrl-C also if this one was begun in the background."""
+        return subprocess.Popen(
+            [sys.executable, *arguments],
+            cwd=self.root,
+            env=self.environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            preexec_fn=_hear_interruptions,
         )
 
     def environment(self, **extra: str) -> dict[str, str]:

@@ -37,11 +37,6 @@ run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), exec
 """
 
 
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path)
-
-
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Any]]:
     """One cluster for all tests, and the folder of the project that its workers have."""
@@ -103,8 +98,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(theirs: Lab, cluster: Any) 
         theirs.edit(
             "toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"'
         )
-    words = [sys.executable, "-m", "replication", *on(cluster)]
-    run = subprocess.Popen(words, cwd=theirs.root, env=theirs.environment(), stdout=subprocess.PIPE, text=True)
+    run = theirs.begin("-m", "replication", *on(cluster))
     with Client(cluster) as client:
         victim = wait_for(lambda: busy(client))
         pid = client.run(os.getpid, workers=[victim])[victim]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_lab
+from lab import Lab
 from sample import claim
 
 from replication.audit.inspect.headline import factor
@@ -20,11 +19,6 @@ pytestmark = pytest.mark.slow
 
 CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path)
 
 
 @pytest.mark.parametrize(

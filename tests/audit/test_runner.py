@@ -3,13 +3,12 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import AUDIT, Lab, hear_interruptions, make_lab
+from lab import AUDIT, Lab, make_lab
 
 from tests.patience import PATIENCE, wait_for
 
@@ -17,11 +16,6 @@ pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
 
 ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a", "toy2020.wait-b"}
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path)
 
 
 @pytest.fixture(scope="module")
@@ -244,16 +238,7 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
     """A run in which the second of the two waiting experiments takes a minute, once the others are stored."""
     lab.edit("toy2020/experiments.py", '"seconds": 0.0, "label": "b"', '"seconds": 60.0, "label": "b"')
     options = json.dumps({"papers": [], "jobs": jobs, "read": True})
-    process = subprocess.Popen(
-        [sys.executable, "-c", AUDIT, options],
-        cwd=lab.root,
-        env=lab.environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=hear_interruptions,
-    )
+    process = lab.begin("-c", AUDIT, options)
     wanted = ALL - {"toy2020.wait-b"}
     wait_for(
         lambda: all((lab.root / ".cache" / f"{name}.json").exists() for name in wanted), lambda: process.poll() is None

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gzip
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import computed
@@ -13,7 +11,6 @@ import pytest
 from looking import overlaps, pages_of, unfold
 from selenium import webdriver
 
-from replication.audit.publish.readme import started
 from replication.audit.report.article import build_articles
 from replication.audit.report.page import build_report
 from replication.audit.run.runner import Outcome
@@ -32,15 +29,6 @@ WIDTHS = (320, 390, 768, 1440)
 def page(fresh_run: Outcome, tmp_path_factory: pytest.TempPathFactory) -> Path:
     output = tmp_path_factory.mktemp("report") / "index.html"
     return build_report(fresh_run.results, computed.ROOT / "figures", output, computed.ROOT)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[webdriver.Chrome]:
-    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
-        pytest.skip("Chromium or its driver is missing")
-    opened = started()
-    yield opened
-    opened.quit()
 
 
 def opened(browser: webdriver.Chrome, page: Path, width: int = 1440) -> webdriver.Chrome:
