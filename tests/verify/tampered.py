@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -67,11 +68,11 @@ def at(certificate: Certificate, *path: Any) -> tuple[Any, Any]:
 
 
 def put(value: Any, *path: Any) -> Tamper:
-    """Write a value at a path."""
+    """Write a value, as a copy, at a path."""
 
     def tamper(certificate: Certificate) -> None:
         inner, key = at(certificate, *path)
-        inner[key] = value
+        inner[key] = deepcopy(value)
 
     return tamper
 
