@@ -138,8 +138,7 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
         # The quick checks first, and those that noticed much so far: a mutant then dies soon. What is done at import
         # reaches all of them, but one that calls nothing of the module seldom notices it.
         order = sorted(
-            range(len(runs)),
-            key=lambda i: runs[i].calls / found[i] * (1 if runs[i].entered[module] else STRANGER),
+            range(len(runs)), key=lambda i: runs[i].calls / found[i] * (1 if runs[i].entered[module] else STRANGER)
         )
         noticed = _noticed_by(mutant, tests, [i for i in order if runs[i].reaches(mutant)])
         if noticed is None:

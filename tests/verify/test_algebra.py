@@ -6,14 +6,7 @@ import pytest
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra import linear as balls
-from replication.verify.algebra.linear import (
-    block,
-    identity,
-    solved,
-    submatrix,
-    take_rows,
-    zeros,
-)
+from replication.verify.algebra.linear import block, identity, solved, submatrix, take_rows, zeros
 from replication.verify.algebra.symbolic import Symbolic, Words, blocks, letter, letters, number, one, symbols, unit
 from replication.verify.kernel import Identity, decide
 from replication.verify.theorem import Refused

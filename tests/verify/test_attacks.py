@@ -210,8 +210,7 @@ def test_a_certificate_is_for_the_printed_plant(paper: str, tmp_path: Path) -> N
     numeral = re.compile(r"(?<![\w.])[0-9](?=[0-9]*(\.[0-9]|\b))")
     printed = re.compile(r'"[^"\n]*"(?! *=)')
     other = printed.sub(
-        lambda text: numeral.sub(lambda digit: str((int(digit[0]) + 1) % 10), text[0]),
-        data.read_text(encoding="utf-8"),
+        lambda text: numeral.sub(lambda digit: str((int(digit[0]) + 1) % 10), text[0]), data.read_text(encoding="utf-8")
     )
     data.write_text(other, encoding="utf-8")
     (name, certificate) = next(

@@ -9,17 +9,7 @@ from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify import kernel
 from replication.verify.algebra.linear import identity, zeros
-from replication.verify.kernel import (
-    AtMost,
-    Below,
-    Equal,
-    Hurwitz,
-    Nonnegative,
-    Positive,
-    Within,
-    decide,
-    holds,
-)
+from replication.verify.kernel import AtMost, Below, Equal, Hurwitz, Nonnegative, Positive, Within, decide, holds
 from replication.verify.run import verify
 from replication.verify.theorem import Refused
 

@@ -31,12 +31,7 @@ def test_the_conditions_suffice(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("row", "column", "alter"),
-    [
-        (0, 0, lambda e: e - e - e),
-        (0, 1, lambda e: e - e - e),
-        (2, 1, lambda e: e.T),
-        (1, 1, lambda e: e + e),
-    ],
+    [(0, 0, lambda e: e - e - e), (0, 1, lambda e: e - e - e), (2, 1, lambda e: e.T), (1, 1, lambda e: e + e)],
 )
 @pytest.mark.parametrize("name", THEOREMS[:2])
 def test_an_altered_matrix_20_proves_nothing(

@@ -10,11 +10,7 @@ R, DAYS = (number(printed.DATA[name]) for name in ("reproduction", "days"))
 
 PAPER = paper(
     **about(__file__),
-    parts=(
-        Part("Sec. 2", reason="Parameters."),
-        *NUMBERS.parts,
-        Part("The course", figures="course"),
-    ),
+    parts=(Part("Sec. 2", reason="Parameters."), *NUMBERS.parts, Part("The course", figures="course")),
     experiments=(
         experiment("epidemic", experiments.epidemic, reproduction=R, days=DAYS, step=0.01),
         experiment("closed", experiments.closed, reproduction=R, days=DAYS),

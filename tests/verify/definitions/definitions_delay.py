@@ -13,17 +13,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from definition import (
-    Check,
-    Data,
-    Matrix,
-    array,
-    largest,
-    number,
-    sentence,
-    smallest,
-    within,
-)
+from definition import Check, Data, Matrix, array, largest, number, sentence, smallest, within
 from numpy.polynomial import legendre
 
 PAPER = "peet2019"

@@ -9,18 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.linalg
-from definition import (
-    Check,
-    Data,
-    Matrix,
-    array,
-    largest,
-    number,
-    sentence,
-    smallest,
-    spectral_radius,
-    within,
-)
+from definition import Check, Data, Matrix, array, largest, number, sentence, smallest, spectral_radius, within
 
 PAPER = "shao"
 Command = Callable[[int], complex]
