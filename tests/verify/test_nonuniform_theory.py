@@ -6,7 +6,7 @@ from unittest.mock import patch
 
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
-from tampered import Certificate, Tamper, load, put, remove
+from tampered import Certificate, Tamper, load, put, remove, scaled
 from tampered import check_stated as check
 
 from papers.mustafa import certificates
@@ -14,15 +14,6 @@ from replication.verify.kernel import Equal, Hurwitz, Identity
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform import theory as nonuniform_theory
 from replication.verify.theorem import Refused
-
-
-def grown(name: str) -> Tamper:
-    """One percent more than what is attained."""
-
-    def tamper(certificate: Certificate) -> None:
-        certificate["witness"][name] = str(Fraction(certificate["witness"][name]) * Fraction(101, 100))
-
-    return tamper
 
 
 def at_the_level(certificate: Certificate) -> None:
@@ -63,8 +54,8 @@ REFUSED = [
     ("same-level-1", put(8, "parameters", "cells"), "the response does not attain"),
     ("same-level-1", put(0, "parameters", "cells"), "parameters.cells must be at least 1"),
     ("same-level-1", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
-    ("same-level-1", grown("radius"), "Delta does not attain"),
-    ("same-level-1", grown("alpha"), "the response does not attain"),
+    ("same-level-1", scaled("101/100", "witness", "radius"), "Delta does not attain"),
+    ("same-level-1", scaled("101/100", "witness", "alpha"), "the response does not attain"),
     ("same-level-1", at_the_level, "is not below"),
     ("same-level-1", put([["1", "0"], ["0", "1000000"]], "witness", "T"), "witness has the unknown field T"),
     ("same-level-1", put("6/25", "witness", "level"), "storage inequality"),
