@@ -139,11 +139,13 @@ class Lab:
         except BaseException:  # noqa: BLE001 - as the interpreter does
             traceback.print_exc()
         finally:
-            threading._shutdown()  # type: ignore[attr-defined]
-            atexit._run_exitfuncs()
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(code if isinstance(code, int) else int(code is not None))
+            try:
+                threading._shutdown()  # type: ignore[attr-defined]
+                atexit._run_exitfuncs()
+                sys.stdout.flush()
+                sys.stderr.flush()
+            finally:
+                os._exit(code if isinstance(code, int) else int(code is not None))
 
     def path(self, name: str) -> Path:
         return self.root / "papers" / name

@@ -142,8 +142,8 @@ def _single_process() -> Any:
 def _deaf_children() -> Iterator[None]:
     """Processes begun meanwhile never hear Ctrl-C, which reaches them too: this one decides, and ends them.
 
-    Here it waits until the end, where it would be lost if it were ignored. They have the language and the time zone of
-    every experiment.
+    Here it waits until the end at most; it would be lost if it were ignored. They have the language and the time zone
+    of every experiment.
     """
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     before = {name: os.environ.get(name) for name in FIXED}
