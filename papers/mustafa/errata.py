@@ -11,8 +11,8 @@ from replication.audit.model import Proof, Results
 
 ERRATA = Errata()
 BY_ROOT = (
-    " With √α in step 3 as well, and U3 corrected, one element comes out in both examples, as printed; but on that "
-    "interval (8) fails in Example 1."
+    " With √α in step 3 as well, and U3 corrected, one element comes out in both examples, as printed; but it does not "
+    "leave (8) valid: in Example 1 (8) fails with that element."
 )
 HALF_UNIT = 0.00005
 """Rounding of an entry of the printed filter."""

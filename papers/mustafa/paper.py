@@ -143,8 +143,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{by_modal} by (8) in modal coordinates.",
         *(
             (
-                "If step 3 took the root of α as step 4 does, with U3 corrected, one element would do; but (8) fails "
-                "in Example 1.",
+                "With √α in step 3 too, and U3 corrected, one element comes out in both examples, as printed; but (8) "
+                "fails in Example 1.",
             )
             if by_root
             else ()

@@ -10,9 +10,9 @@ from replication.audit.model import Policy, Reading
 NOT_NOMINAL = Reading(
     name="every sequence, against Theorem 3 and Sec. V-A",
     place="Abstract; Sec. II, definition of the level; Sec. VII",
-    text="The printed level holds over every sampling sequence of (2). Theorem 3 concludes it for the periods of the "
-    "grid, Sec. V-A says of Algorithm 1 that it is guaranteed for these only, and Sec. VI-B calls that of Example 2 "
-    "nominal.",
+    text="The printed level holds over every sampling sequence of (2); or (6) holds with it at all periods of the "
+    "range, which by Lemma 1 gives that. Theorem 3 concludes it for the periods of the grid, Sec. V-A says of "
+    "Algorithm 1 that it is guaranteed for these only, and Sec. VI-B calls that of Example 2 nominal.",
     policy=Policy.RULED_OUT,
 )
 SOLVED = Reading(
@@ -87,13 +87,15 @@ BOUND_9 = Reading(
 )
 ENOUGH = Reading(
     name="required as enough",
-    place="Sec. III, before (8)",
-    text="Required is what the method asks for: where (8) holds, the error system is stable.",
+    place="Sec. III, before (8); Sec. V-A, before (12)",
+    text="Required is what the method asks for: where (8) holds, the error system is stable, and where (12) holds too, "
+    "at each constant period, it has the level.",
 )
 NECESSARY = Reading(
     name="required as necessary",
-    place="Sec. III, before (8)",
-    text="Required is what stability needs: where (8) fails, the error system is not stable for every sequence.",
+    place="Sec. III, before (8); Sec. V-A, before (12)",
+    text="Required is what the aim needs: where (8) fails, the error system is not stable for every sequence, and "
+    "where (12) fails at a constant period, it has not the level.",
 )
 UNION = Reading(
     name="no set-minus",

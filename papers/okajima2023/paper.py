@@ -72,9 +72,8 @@ BRIEF = Brief(
     "[the stable matrix](?unstable.is-unstable).",
     holds="All levels of the stable plant as guarantees ([its own](gamma.proposed), [Cases A](gamma.case-a), "
     "[B](gamma.case-b), [C](gamma.case-c), Table 1), and the [level](gains.eq33) of all four printed gain sets.",
-    correct="In our copy eq. (41) repeats the matrix of the stable plant; with it the error "
-    "[grows](unstable.stabilised) under gains (42).",
-    guess="Is d in eq. (34) [d⁎ of (17)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use?",
+    correct="In our copy eq. (41) repeats the matrix of the stable plant; with it gains (42) make the error grow.",
+    guess="Is d in eq. (34) [d⁎ of (17)](denominator)? Which [matrix](unstable.stabilised) does eq. (41) have?",
     verdict="holds, one last digit off",
     headline="Table 1, periods (2, 1): [{table1.n21:not}](table1.n21). All other entries are the rounded optima",
     picture=Entries(

@@ -72,6 +72,7 @@ BROKEN: dict[str, Alteration] = {
     **{f"robust-level.{e}": to(1.001, f"bracket.{e}", "filter_radius") for e in EXAMPLES},
     "step-3": to(0.0953, "bracket.2", "nominal"),
     "finite-grid": to(0.05, "curve.1", "floor"),
+    "grid-for-6": both(*(to(0.05, f"curve.{e}", "floor") for e in EXAMPLES)),
     **{f"valid.{e}": to(1.001, f"bracket.{e}", "filter_radius") for e in EXAMPLES},
     **{
         f"valid-own.{e}": both(to(0.10, f"own-grid.{e}", "lower"), to(0.11, f"own-grid.{e}", "upper")) for e in EXAMPLES
@@ -79,8 +80,7 @@ BROKEN: dict[str, Alteration] = {
     "lemma-1": to(0.0, "bracket.1", "common"),
     **dict.fromkeys(("theorem-1", "theorem-2", "theorem-3.stability"), to(1.001, "bracket.1", "filter_radius")),
     "theorem-3.level": to(1e-6, "identities", "recovery"),
-    "performance-12": to(1e-6, "identities", "map reordered"),
-    "performance-12.alone": to(0.01, "bracket.2", "lower"),
+    "performance-12": to(0.01, "bracket.2", "lower"),
     "small-gain": to(1.001, "bracket.1", "filter_radius"),
     "small-gain.required": to(0.9, "condition.1", "modal"),
     "lemma-2": to(1e-6, "identities", "lemma 2"),

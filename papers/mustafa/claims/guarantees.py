@@ -181,19 +181,23 @@ def level_of_step_3(results: Results) -> Evidence:
 
 def solution_is_valid(e: int, results: Results) -> Evidence:
     """Whether the filter that a grid of one period gives is valid at every period, in the sense that the text keeps."""
-    curve, r = results[f"curve.{e}"], results[f"bracket.{e}"]
+    curve, r, printed = results[f"curve.{e}"], results[f"bracket.{e}"], upper_end(GAMMA[e])
     stable = min(-r["plant_abscissa"], 1 - r["filter_radius"])
     return Evidence(
         method="Exact test of stability for every sequence, as A is Hurwitz and A_f Schur.",
-        holds=stable > 0,
-        margin=stable,
+        outcomes=(
+            Outcome(reading=STABLE_ONLY.name, holds=stable > 0, margin=stable),
+            kept(NOT_NOMINAL.name, printed, curve["floor"], math.inf),
+        ),
+        not_checkable="" if curve["floor"] > printed else UNDECIDED,
         quantities={
             "no filter has less at a constant period than": curve["floor"],
             "no filter has less: shown at the period (s)": curve["floor_at"],
             f"largest gain of {FILTER[e]} at constant periods": max(curve["filter"]),
         },
-        note="Its level does not hold at all of them, and neither does (6) with it: at one constant period of the "
-        f"range every filter of form (4) exceeds the level, so (6) has no solution there. {TAKEN_BACK} "
+        note="That (6) holds with the printed level at all periods would be another meaning. It does not: at one "
+        "constant period every filter of form (4) exceeds the level. The text rules it out, since by Lemma 1 the level "
+        f"would hold for every sequence. {TAKEN_BACK} "
         f"{where_it_holds(e, results)}",
     )
 
@@ -241,7 +245,10 @@ for e in EXAMPLES:
         uses=(f"curve.{e}", f"bracket.{e}"),
         erratum={1: None, 2: MISNAMED}[e],
         pinned="consistent",
-        says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
+        says=[
+            Predicate(of=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE)),
+            *(said for said in printed_level(e) if said.reading == NOT_NOMINAL.name),
+        ],
         reading=STABLE_ONLY.name,
     )(of_example(solution_is_valid, e))
     ABSTRACT.feasible(

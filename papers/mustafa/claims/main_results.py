@@ -59,7 +59,7 @@ def reached(results: Results, end: str) -> Evidence:
 )
 @on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
-    """In both examples the lower end of case L3 is where the bound of Lemma 3 on α‖Δ‖ reaches one."""
+    """Case L3 ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     return reached(results, "lower")
 
 
@@ -72,7 +72,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
 )
 @on_motor
 def u3_covers(results: Results) -> Evidence:
-    """In both examples the upper end of case U3 is where the bound of Lemma 3 on α‖Δ‖ reaches one."""
+    """Case U3, with μ(A) in the logarithm too, ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
     return replace(corrected, as_printed=printed)
 
@@ -210,7 +210,8 @@ def small_gain_is_required(results: Results) -> Evidence:
             Outcome(reading=NECESSARY.name, holds=breaks < 0, margin=-breaks),
         ),
         note="As a sufficient condition it is the small-gain theorem. Necessary it is not: Example 1 with one element "
-        "is stable for every sequence and breaks (8) in any coordinates.",
+        "is stable for every sequence and breaks (8) in any coordinates. The same word is read in the same two ways of "
+        "(12) (claim performance-12).",
     )
 
 

@@ -149,7 +149,6 @@ def lowest_error(results: Results) -> Evidence:
     place="Sec. IV-A, on Figs. 2-5",
     uses=DRAWS,
     reading=OWN_PERIODS,
-    pinned="undetermined",
 )
 def more_outputs_are_better(results: Results) -> Evidence:
     """Observers that use more outputs have a smaller error (Figs. 2-5)."""
@@ -167,8 +166,9 @@ def more_outputs_are_better(results: Results) -> Evidence:
             for more in fractions
             for one in "AB"
         },
-        note="Figures 2-5 show one draw each. Of the ratios that the text prints, that of the proposed observer is the "
-        "lowest, and that of Case C, with both outputs, exceeds that of Case B, with one.",
+        note="Figures 2-5 show one draw each. The sentence follows one on the proposed observer. Of Case C, with both "
+        "outputs, the text prints a level and a ratio (34) above those of Case B, with one, so it does not speak of it."
+        "",
     )
 
 
