@@ -8,10 +8,17 @@ that of the ideal sensor, which measures at every base period at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from replication.audit.brief import Draws, Stroke
+import msgspec
+
+from replication.audit.brief import Brief, Draws, Sketch, Stroke
+from replication.audit.model import Reading
+from replication.audit.parts import Figure, Formula
 
 PLANT: dict[str, Any] = {
     "A": [[0.0, 1.0], [-1.0, -0.6]],
@@ -64,3 +71,42 @@ def ticks(draws: Draws, xs: Iterable[float], y: float) -> Stroke:
 def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
     """A text that begins at `x`."""
     return Stroke(draws=draws, points=((x, y),), text=text)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What told.toml beside the modules of a paper says of it: readings, formulas, the brief, captions of figures."""
+
+    readings: tuple[Reading, ...]
+    formulas: tuple[Formula, ...]
+    _brief: Mapping[str, Any]
+    _figures: Mapping[str, Mapping[str, Any]]
+
+    @classmethod
+    def read(cls, module: str, **numbers: Any) -> Told:
+        """The file beside a module, given as `__file__`; numbers: what `{name}` in a reading stands for."""
+        found = tomllib.loads(Path(module).with_name("told.toml").read_text(encoding="utf-8"))
+        readings = [
+            {"name": name} | {key: value.format(**numbers) if isinstance(value, str) else value for key, value in one}
+            for name, one in ((name, fields.items()) for name, fields in found["readings"].items())
+        ]
+        return cls(
+            msgspec.convert(readings, tuple[Reading, ...], strict=False),
+            msgspec.convert(found["formulas"], tuple[Formula, ...]),
+            found["brief"],
+            found["figures"],
+        )
+
+    def brief(self, sketch: Sketch, **others: Any) -> Brief:
+        """The brief, with what is made rather than said."""
+        return msgspec.convert({**self._brief, **msgspec.to_builtins({"sketch": sketch, **others})}, Brief)
+
+    def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
+        """The figures by name; drawn: of each what gives its data, what draws them, its title, and its words."""
+        return tuple(
+            Figure(
+                name=name, data=data, plot=plot, title=title, alt=alt,
+                **{**self._figures[name], "uses": tuple(self._figures[name]["uses"])},
+            )
+            for name, (data, plot, title, alt) in drawn.items()
+        )  # fmt: skip

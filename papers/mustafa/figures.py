@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
 from papers.mustafa.claims.preliminaries import down, times, up
-from papers.mustafa.experiments.draws import DRAWS, merged
+from papers.mustafa.experiments.draws import merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
-from replication.audit.parts import Figure, FigureData
+from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, name_axes, name_end, name_line, new_axes, say
 
 OF_FILTER = {1: "our filter", 2: "printed filter"}
@@ -178,32 +179,6 @@ def describe_worst(figure: FigureData) -> str:
     )
 
 
-_GAINS = (
-    Figure(
-        name="levels", place="Beyond Sec. VI", title=say_curves,
-        caption="Gains at constant periods, of our filter in Example 1, where none is printed, and of the printed one "
-        "in Example 2. The printed level belongs to one period, as the paper says. When the period varies the gain is "
-        "larger: the line at the top is as thick as its bracket. Norms count samples. In Example 1 the optimum is "
-        "zero where Φ − ΓC/D is Schur; for other filters than ours less is proved.",
-        published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
-        data=curves, plot=plot_curves, alt=describe_curves,
-    ),
-    Figure(
-        name="range", place="Beyond Sec. VI-A", title=say_brackets,
-        caption="Our filter of Example 1, designed for the middle of the whole range, on shorter ranges with the same "
-        "shortest period; norms count samples. The worst case lies in the band, the gap between guarantee and attack, "
-        "both computed; the last point, the range of the paper, has more effort and certificates.",
-        published=False, uses=("against-range", "bracket.1"), data=brackets, plot=plot_brackets, alt=describe_brackets,
-    ),
-    Figure(
-        name="worst", place="Beyond Sec. VI-A", title=say_worst,
-        caption="Our filter of Example 1: some of the last samples of the sequence, with the disturbance that suits "
-        "it, scaled to a peak of one. The long periods come in bursts; there the disturbance is largest.",
-        published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
-    ),
-)  # fmt: skip
-
-
 # Figures 2 and 3 over many draws of the sampling periods
 
 
@@ -298,19 +273,11 @@ def describe_intervals(figure: FigureData) -> str:
     )
 
 
-_RESPONSES = (
-    Figure(
-        name="fig2", place="Fig. 2", title=say_responses,
-        caption="Example 2, the printed filter, uniform random periods. The published figure is one unknown draw under "
-        "a law that is not stated; the band holds our uniform draws, and another draw or law may leave it.",
-        published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
-    ),
-    Figure(
-        name="fig3", place="Fig. 3", title=say_intervals,
-        caption="The periods of the draw in Fig. 2, independent and uniform between the ends of the range; the law of "
-        "the published draw is not stated. Right: how often each length occurs.",
-        published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
-    ),
-)  # fmt: skip
-
-FIGURES = (*_RESPONSES, *_GAINS)
+FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
+    "fig2": (responses, plot_responses, say_responses, describe_responses),
+    "fig3": (intervals, plot_intervals, say_intervals, describe_intervals),
+    "levels": (curves, plot_curves, say_curves, describe_curves),
+    "range": (brackets, plot_brackets, say_brackets, describe_brackets),
+    "worst": (worst, plot_worst, say_worst, describe_worst),
+}
+"""What gives the data of each, draws them, finds the title, and says them in words; told.toml has the rest."""

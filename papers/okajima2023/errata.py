@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, all_draws
+from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, READING_OF, all_draws
 from papers.okajima2023.claims.unstable import ALL_DIAGONALS, DIAGONAL, FOUND, PRINTED, RECOVERED
 from papers.okajima2023.experiments.declared import DIAGONAL_STEP, DRAWS
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import PLANT
-from papers.okajima2023.readings import DENOMINATOR as READING_OF
 from replication.audit.declare import Errata
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Proof, Results

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from papers.mustafa import PAPER
+from papers.mustafa.claims.algorithm import BOUND_9, CORRECTED_GRID
 from papers.mustafa.claims.preliminaries import MOTOR_CONSTANT
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.draws import LAWS, laws
 from papers.mustafa.experiments.levels import output_matrix
 from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES
-from papers.mustafa.readings import BOUND_9, CORRECTED_GRID, NOMINAL, READINGS
 from replication.audit.data import PrintedValue
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.verdict import AGREES, make_record
@@ -225,10 +225,10 @@ def test_a_grid_that_comes_out_as_printed_needs_no_correction(e: int, results: d
 
 
 CORRECTED = {
-    "u3": (CORRECTED_GRID.name, BOUND_9.name),
-    "algorithm": (CORRECTED_GRID.name, BOUND_9.name),
-    "size-of-F": (NOMINAL.name,),
-    "row": (NOMINAL.name,),
+    "u3": (CORRECTED_GRID, BOUND_9),
+    "algorithm": (CORRECTED_GRID, BOUND_9),
+    "size-of-F": ("least nominal level",),
+    "row": ("least nominal level",),
 }
 """By erratum the readings that rest on it."""
 OF_SECOND = ("draws", "laws", "output-matrix")
@@ -295,7 +295,7 @@ def test_the_bounds_between_nodes_are_bounds(results: dict[str, Any]) -> None:
 
 def test_every_claim_and_outcome_has_a_reading_of_the_paper(results: dict[str, Any]) -> None:
     # Where a solver stopped is read into each level that a text minimises, by the policy on it.
-    known = {reading.name for reading in READINGS if reading.policy is not Policy.SOLVER} | {NO_READING}
+    known = {reading.name for reading in PAPER.readings if reading.policy is not Policy.SOLVER} | {NO_READING}
     full, used = {f"{KEY}.{key}": value for key, value in results.items()}, set()
     for claim in PAPER.claims:
         evidence = claim.answer(full)

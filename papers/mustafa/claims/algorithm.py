@@ -16,21 +16,13 @@ from papers.mustafa.claims.preliminaries import (
 from papers.mustafa.experiments.declared import CELLS
 from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA
-from papers.mustafa.readings import (
-    ANY_CHANGE,
-    BOUND_9,
-    CONSTANT_CHANGE,
-    CORRECTED_GRID,
-    ENOUGH,
-    MULTIPLIERS,
-    NECESSARY,
-    SET_MINUS,
-    UNION,
-)
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results, SolverRecord
 from replication.verify.predicate import Predicate, term
 
+CONSTANT_CHANGE, ANY_CHANGE, BOUND_9 = "constant change", "any change", "bound (9)"
+CORRECTED_GRID, UNION, SET_MINUS = "grid by (9), corrected", "no set-minus", "set-minus"
+ENOUGH, NECESSARY = "required as enough", "required as necessary"
 ALGORITHM_1 = Part("Algorithm 1; condition (8) for the grids of Sec. VI")
 
 
@@ -47,7 +39,7 @@ def ends_covered(e: int, results: Results) -> Evidence:
             "text.",
             holds="COVERED" in (literal["end"], restored["end"]),
             outcomes=tuple(
-                Outcome(reading=reading.name, holds=tried["end"] == "COVERED")
+                Outcome(reading=reading, holds=tried["end"] == "COVERED")
                 for reading, tried in ((UNION, literal), (SET_MINUS, restored))
             ),
         ),
@@ -71,7 +63,7 @@ def grid_size(e: int, results: Results) -> Evidence:
     return Evidence(
         method="Algorithm 1 with (9), U3 corrected, alpha in both steps and a set-minus in step 4.",
         value=float(run["size"]),
-        outcomes=tuple(Outcome(reading=reading.name, value=float(size)) for reading, size in sizes.items()),
+        outcomes=tuple(Outcome(reading=reading, value=float(size)) for reading, size in sizes.items()),
         cross_check="alpha does not depend on the filter, so the grid does not: Sigma_11 with random filters "
         f"against the plant's part, largest relative residual {results['identities']['sigma 11']:.1e}.",
         quantities={
@@ -93,7 +85,7 @@ def condition_8(e: int, results: Results) -> Evidence:
     # Between the nodes the left side is known up to its steepness: to hold, its bound must stay below one.
     margins = {
         reading: 1 - (r[f"{name}_bound"] if r[f"{name}_bound"] < 1 else r[name])
-        for reading, name in ((CONSTANT_CHANGE.name, "constant"), (ANY_CHANGE.name, "modal"))
+        for reading, name in ((CONSTANT_CHANGE, "constant"), (ANY_CHANGE, "modal"))
     }
     undecided = [name for name in ("constant", "modal") if r[name] < 1 <= r[f"{name}_bound"]]
     return Evidence(
@@ -126,7 +118,7 @@ for e in EXAMPLES:
         uses=f"grids.{e}",
         erratum="algorithm",
         pinned="compatible",
-        reading=CORRECTED_GRID.name,
+        reading=CORRECTED_GRID,
         says=term("Algorithm 1 ends", f"example-{e}"),
     )(of_example(ends_covered, e))
     ALGORITHM_1.value(
@@ -136,12 +128,12 @@ for e in EXAMPLES:
         uses=(f"grids.{e}", f"condition.{e}", "identities"),
         erratum="algorithm",
         pinned={1: "differs", 2: "compatible"}[e],
-        reading=BOUND_9.name,
+        reading=BOUND_9,
         # Where an element covers what (8) allows, the algorithm ends with the first one if (8) holds over the range.
         says=[
             term("elements of the grid", f"example-{e}"),
             *(
-                Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
+                Predicate(of=term("condition (8)", f"example-{e}"), reading=one)
                 for one in (CONSTANT_CHANGE, ANY_CHANGE)
             ),
         ],
@@ -154,10 +146,9 @@ for e in EXAMPLES:
         ours=True,
         erratum={1: None, 2: MISNAMED}[e],
         pinned={1: "refuted", 2: "consistent"}[e],
-        reading=CONSTANT_CHANGE.name,
+        reading=CONSTANT_CHANGE,
         says=[
-            Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
-            for one in (CONSTANT_CHANGE, ANY_CHANGE)
+            Predicate(of=term("condition (8)", f"example-{e}"), reading=one) for one in (CONSTANT_CHANGE, ANY_CHANGE)
         ],
     )(of_example(condition_8, e))
 
@@ -195,7 +186,7 @@ def map_12(results: Results) -> Evidence:
     place="Sec. V-A, eq. (12)",
     uses=("identities", "curve.1", "curve.2", "bracket.1", "bracket.2", "condition.2"),
     erratum="map-12",
-    reading=NECESSARY.name,
+    reading=NECESSARY,
     pinned="undetermined",
 )
 @on_motor
@@ -214,8 +205,8 @@ def performance_by_12(results: Results) -> Evidence:
         cross_check="Ratios are simulated, and guaranteed gains come from certificates; those at constant periods are "
         "exact norms at nodes.",
         outcomes=(
-            Outcome(reading=NECESSARY.name, holds=bool(corrected.holds) and room >= 0),
-            Outcome(reading=ENOUGH.name, holds=bound >= 1 or reached <= constant[2]),
+            Outcome(reading=NECESSARY, holds=bool(corrected.holds) and room >= 0),
+            Outcome(reading=ENOUGH, holds=bound >= 1 or reached <= constant[2]),
         ),
         quantities={
             "guaranteed gain less the largest at a constant period, least": room,
@@ -235,7 +226,7 @@ def performance_by_12(results: Results) -> Evidence:
     statement="One level for both channels may be conservative: in Example 1 it is, with (13) as reconstructed here, "
     f"on {CELLS} equal cells of the range.",
     uses=("robust.1", "robust.2"),
-    reading=MULTIPLIERS.name,
+    reading="(13) reconstructed",
     says=term("conservative level", "example-1", cells=CELLS),
 )
 @on_motor

@@ -9,7 +9,6 @@ from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA, matrix
-from papers.mustafa.readings import DRAWN, NOMINAL, OBSERVER_FORM
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import term
@@ -77,7 +76,7 @@ def declare_level(e: int) -> None:
         uses=(f"nominal.{e}", f"bracket.{e}", f"curve.{e}"),
         erratum={1: None, 2: MISNAMED}[e],
         pinned={1: "reproduced", 2: "compatible"}[e],
-        reading=NOMINAL.name,
+        reading="least nominal level",
         optimum=True,
         says=term("least gain over sequences", f"example-{e}", "filters of form (4)", **MIDDLE),
     )(of_example(nominal_level, e))
@@ -151,7 +150,7 @@ def output_matrix(results: Results) -> Evidence:
     "filter.second-column",
     COLUMNS["second"],
     uses="nominal.2",
-    reading=OBSERVER_FORM.name,
+    reading="filter as an observer",
     erratum=MISNAMED,
     pinned="compatible",
     says=term("column of the observer", "printed-filter", column=1),
@@ -167,7 +166,7 @@ def second_column(results: Results) -> Evidence:
     "filter.first-column",
     COLUMNS["first"],
     uses="nominal.2",
-    reading=OBSERVER_FORM.name,
+    reading="filter as an observer",
     erratum=MISNAMED,
     pinned="compatible",
     tolerance="0.0001",
@@ -189,7 +188,7 @@ def first_column(results: Results) -> Evidence:
     "figure.attenuated",
     place="Sec. VI-B; Fig. 2",
     uses=(*DRAWS, "laws", "bracket.2"),
-    reading=DRAWN["uniform"].name,
+    reading="periods uniform",
     erratum=MISNAMED,
 )
 def attenuated(results: Results) -> Evidence:
@@ -208,7 +207,7 @@ def attenuated(results: Results) -> Evidence:
         holds=margin > 0,
         margin=margin,
         outcomes=tuple(
-            Outcome(reading=DRAWN[law].name, holds=value > 0, margin=value) for law, value in margins.items()
+            Outcome(reading=f"periods {law}", holds=value > 0, margin=value) for law, value in margins.items()
         ),
         quantities={
             "smallest ratio": ordered[0],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
+from papers.mustafa.claims.algorithm import ENOUGH, NECESSARY
 from papers.mustafa.claims.guarantees import FILTERED, RANGE
 from papers.mustafa.claims.preliminaries import (
     FILTER,
@@ -19,7 +20,6 @@ from papers.mustafa.claims.preliminaries import (
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
-from papers.mustafa.readings import ENOUGH, NECESSARY
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import term
@@ -193,7 +193,7 @@ THEOREM_1.feasible(
     "small-gain.required",
     place="Sec. III, before (8)",
     uses=(*BRACKETS, *CONDITIONS),
-    reading=ENOUGH.name,
+    reading=ENOUGH,
     pinned="undetermined",
 )
 @on_motor
@@ -206,8 +206,8 @@ def small_gain_is_required(results: Results) -> Evidence:
         method="The exact test of stability, and the left side of (8) over the range with one element, in modal "
         "coordinates.",
         outcomes=(
-            Outcome(reading=ENOUGH.name, holds=min(rooms) > 0, margin=min(rooms)),
-            Outcome(reading=NECESSARY.name, holds=breaks < 0, margin=-breaks),
+            Outcome(reading=ENOUGH, holds=min(rooms) > 0, margin=min(rooms)),
+            Outcome(reading=NECESSARY, holds=breaks < 0, margin=-breaks),
         ),
         note="As a sufficient condition it is the small-gain theorem. Necessary it is not: Example 1 with one element "
         "is stable for every sequence and breaks (8) in any coordinates. The same word is read in the same two ways of "

@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, WITH_SET_MINUS
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
-from papers.mustafa.readings import ONE_ELEMENT
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
@@ -146,9 +145,9 @@ def lemma_3(results: Results) -> Evidence:
     "finite-grid",
     place="Sec. III, before Lemma 2",
     uses=("curve.1", "curve.2"),
-    reading=ONE_ELEMENT.name,
+    reading="grid of one element",
     says=[
-        Predicate(of=one, relation="more than", to=str(upper_end(GAMMA[e])), reading=ONE_ELEMENT.name)
+        Predicate(of=one, relation="more than", to=str(upper_end(GAMMA[e])), reading="grid of one element")
         for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
@@ -180,7 +179,7 @@ LEMMAS.cited(
     "grid-for-6",
     place="Sec. III, before Lemma 2",
     uses=("curve.1", "curve.2"),
-    reading=ONE_ELEMENT.name,
+    reading="grid of one element",
     ours=True,
     pinned="refuted",
     says=[

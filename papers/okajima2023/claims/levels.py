@@ -20,7 +20,6 @@ from papers.okajima2023.experiments.declared import (
     times,
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
-from papers.okajima2023.readings import PREDICTORS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
 from replication.verify.predicate import Predicate, Term, term
@@ -28,6 +27,7 @@ from replication.verify.predicate import Predicate, Term, term
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
 TABLE = Part("Table 1", reading=NO_READING, figures="periods")
 
+PREDICTORS = "observers of form (15)"
 OBSERVERS = "periodic one-step observers"
 """The class of the observers (15)."""
 ZEROS = "unmeasured columns are zero"

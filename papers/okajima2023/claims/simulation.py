@@ -5,17 +5,27 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.claims.levels import optimum
+from papers.okajima2023.claims.levels import PREDICTORS, optimum
 from papers.okajima2023.experiments.declared import CASES, DRAWS, SEEDS, case
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution
 from papers.okajima2023.printed import DATA
-from papers.okajima2023.readings import ANY_PERIODS, CENTRAL, NOISELESS, OWN_PERIODS, PREDICTORS, SAME_NOISE
-from papers.okajima2023.readings import DENOMINATOR as READING_OF
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Evidence, Outcome, Results
 from replication.verify.predicate import Predicate
 
+OWN_PERIODS, ANY_PERIODS = "each sensor at its own period", "both sensors at any period"
+CENTRAL, SAME_NOISE = "our gains for Cases A to C", "noise of Sec. IV-A"
+NOISELESS = DENOMINATORS[1]
+"""The text simulates noise of the sensors: to leave it out is no reading."""
+READING_OF = {
+    "d": "energy of d",
+    "w": "energy of both sensor noises",
+    "d, w when measured": "energy of d and of noises when measured",
+    "d, w of sensors used": "energy of d and of noises of sensors used",
+    "d, all w": "energy of d and of both sensor noises",
+}
+"""Names of the readings of eq. (34), by denominator."""
 SIMULATION = Part("Sec. IV-A, simulation, eq. (34), Figs. 2-5", reading=CENTRAL, figures=("fig2-5", "worst"))
 
 AS_PRINTED, ALL_NOISE = DENOMINATORS[0], DENOMINATORS[-1]

@@ -8,12 +8,13 @@ from functools import partial
 from papers.okajima2023.claims.levels import solvers_of
 from papers.okajima2023.experiments.declared import HALF_UNIT_OF_POLES
 from papers.okajima2023.printed import DATA, bracketed, poles
-from papers.okajima2023.readings import FREE_A, RECOVERED_A, RECOVERED_PLANT, SECOND_A
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
 from replication.verify.subjects import theorems
 
+RECOVERED_A, SECOND_A, FREE_A = "diagonal in steps", "the other real diagonal", "any entries of A"
+RECOVERED_PLANT = "plant found by search"
 UNSTABLE = Part("Sec. IV-C, unstable plant, gains (42)", reading=RECOVERED_PLANT)
 
 PRINTED, RECOVERED, ALL_DIAGONALS = "unstable.as-printed", "unstable.recovered", "unstable.diagonals"
