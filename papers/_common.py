@@ -17,8 +17,10 @@ from typing import Any
 import msgspec
 
 from replication.audit.brief import Brief, Draws, Sketch, Stroke
-from replication.audit.model import Reading
-from replication.audit.parts import Figure, Formula
+from replication.audit.declare import Part
+from replication.audit.model import Erratum, Proof, Reading, Results
+from replication.audit.parts import Figure, Formula, Table
+from replication.errors import AuditError
 
 PLANT: dict[str, Any] = {
     "A": [[0.0, 1.0], [-1.0, -0.6]],
@@ -75,38 +77,60 @@ def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
 
 @dataclass(frozen=True)
 class Told:
-    """What told.toml beside the modules of a paper says of it: readings, formulas, the brief, captions of figures."""
+    """What told.toml beside the modules of a paper says of it, as tables; numbers: what `{name}` in some texts is."""
 
-    readings: tuple[Reading, ...]
-    formulas: tuple[Formula, ...]
-    _brief: Mapping[str, Any]
-    _figures: Mapping[str, Mapping[str, Any]]
+    said: Mapping[str, Any]
+    numbers: Mapping[str, Any]
 
     @classmethod
     def read(cls, module: str, **numbers: Any) -> Told:
-        """The file beside a module, given as `__file__`; numbers: what `{name}` in a reading stands for."""
-        found = tomllib.loads(Path(module).with_name("told.toml").read_text(encoding="utf-8"))
-        readings = [
-            {"name": name} | {key: value.format(**numbers) if isinstance(value, str) else value for key, value in one}
-            for name, one in ((name, fields.items()) for name, fields in found["readings"].items())
-        ]
-        return cls(
-            msgspec.convert(readings, tuple[Reading, ...], strict=False),
-            msgspec.convert(found["formulas"], tuple[Formula, ...]),
-            found["brief"],
-            found["figures"],
-        )
+        """The file beside a module, which is given as `__file__`."""
+        return cls(tomllib.loads(Path(module).with_name("told.toml").read_text(encoding="utf-8")), numbers)
+
+    @property
+    def simple(self) -> dict[str, Any]:
+        """What needs nothing else, as `paper` takes it: readings, formulas and tables."""
+        readings = [{"name": name, **self._filled(said)} for name, said in self.said["readings"].items()]
+        return {
+            "readings": msgspec.convert(readings, tuple[Reading, ...], strict=False),
+            "formulas": msgspec.convert(self.said["formulas"], tuple[Formula, ...]),
+            "tables": msgspec.convert(self.said["tables"], tuple[Table, ...]),
+        }
 
     def brief(self, sketch: Sketch, **others: Any) -> Brief:
         """The brief, with what is made rather than said."""
-        return msgspec.convert({**self._brief, **msgspec.to_builtins({"sketch": sketch, **others})}, Brief)
+        return msgspec.convert({**self.said["brief"], **msgspec.to_builtins({"sketch": sketch, **others})}, Brief)
+
+    def parts(self, *parts: Part) -> tuple[Part, ...]:
+        """All parts of the text in its order: these, and those that are left out with a reason."""
+        own = {part.title: part for part in parts}
+        return tuple(own[said] if isinstance(said, str) else Part(**said) for said in self.said["scope"]["parts"])
+
+    def errata(self, proofs: Mapping[str, Callable[[Results], Proof]]) -> tuple[Erratum, ...]:
+        """The errata, each with the function of its name that proves it."""
+        said = {
+            name: {**self._filled(one), "uses": tuple(one.get("uses", ()))} for name, one in self.said["errata"].items()
+        }
+        _require_same("errata", said, proofs)
+        return tuple(Erratum(id=name, prove=proofs[name], **one) for name, one in said.items())
 
     def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
-        """The figures by name; drawn: of each what gives its data, what draws them, its title, and its words."""
+        """The figures; drawn: by name what gives the data of each, what draws them, its title, and its words."""
+        said = {name: {**one, "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
+        _require_same("figures", said, drawn)
         return tuple(
-            Figure(
-                name=name, data=data, plot=plot, title=title, alt=alt,
-                **{**self._figures[name], "uses": tuple(self._figures[name]["uses"])},
-            )
+            Figure(name=name, data=data, plot=plot, title=title, alt=alt, **said[name])
             for name, (data, plot, title, alt) in drawn.items()
-        )  # fmt: skip
+        )
+
+    def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: one.format(**self.numbers) if isinstance(one, str) else one for name, one in said.items()}
+
+
+def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:
+    """Raise AuditError for an entry of told.toml that no function makes, or the other way about."""
+    lost = sorted(set(said) ^ set(made))
+    if lost:
+        raise AuditError(
+            f"told.toml and the modules do not name the same {what}; only one of them has {', '.join(lost)}"
+        )

@@ -9,7 +9,7 @@ from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
 from papers.mustafa.claims.preliminaries import LEMMAS, down, times, up
-from papers.mustafa.errata import ERRATA
+from papers.mustafa.errata import PROOFS
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
 from papers.mustafa.experiments.draws import LAWS
 from papers.mustafa.experiments.levels import ABOVE
@@ -17,10 +17,9 @@ from papers.mustafa.figures import FIGURES
 from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, upper_end
 from replication.audit.brief import Draws, Sketch
-from replication.audit.declare import Part, paper
+from replication.audit.declare import paper
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
-from replication.audit.parts import Table
 from replication.audit.project import about
 
 SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
@@ -105,64 +104,15 @@ def findings(results: Results) -> tuple[str, ...]:
     )
 
 
-PARTS = (
-    ABSTRACT,
-    Part("Sec. I, related work", reason="Statements about other papers; their texts are not at hand."),
-    Part(
-        "Sec. II",
-        reason="Definitions, by which gains are computed here. (3) gives x at the sampling instants if w is constant "
-        "between them, which the text leaves unsaid; the levels are those of (3).",
-    ),
-    LEMMAS,
-    Part("Fig. 1, block diagram", reason="A drawing without data; Lemma 2 is audited."),
-    THEOREM_1,
-    Part(
-        "Eq. (9), cases L1, L2, U1 and U2",
-        reason="L1 and L2 cannot occur for a stable A, since μ(−A) ≥ −tr(A)/n > 0. U1 and U2 are limits of the same "
-        "integral as U3, as μ(A) tends to zero or below −α; no example meets them.",
-    ),
-    THEOREM_2,
-    Part("Theorem 2, proof", reason="Its conclusion is proved in another way, without the condition (8)."),
-    THEOREM_3,
-    Part("Theorem 3, “for all h_i > 0”", reason="Read as for each period of its grid, i = 1 to N."),
-    ALGORITHM_1,
-    Part(
-        "Algorithm 1, M ≤ #G + 1",
-        reason="With the set-minus an interval falls into at most one part more than open intervals are taken from it: "
-        "true, and nothing to compute.",
-    ),
-    ROBUST_PERFORMANCE,
-    Part("Eq. (13)", reason="Announced, but missing from our copy; a reconstruction of ours is used."),
-    Part(
-        "Sec. V-A, trade-off by two performance measures",
-        reason="A remark on (13), which is missing from our copy.",
-    ),
-    Part("Sec. V-B, continuous-time performance", reason="A remark without a computation."),
-    LEVELS,
-    Part(
-        "Sec. VI, levels of [13] and [14] beside those of the examples",
-        reason="Set side by side, in Example 1 with the remark that the indices differ; no order is claimed.",
-    ),
-    RESPONSE,
-)
-
-LEVELS_TABLE = Table(
-    place="Sec. VI",
-    caption="Printed levels, whether there is a level for every sampling sequence (norms count samples), and how many "
-    "elements the grids have.",
-    header=("Example", "level at one period", "with a level for every sequence", "elements of the grid"),
-    rows=tuple((str(e), *(f"claim:{name}.{e}" for name in ("gamma", "robust-level", "grid"))) for e in EXAMPLES),
-)
-
 PAPER = paper(
     **about(__file__),
-    parts=PARTS,
+    **TOLD.simple,
+    parts=TOLD.parts(
+        ABSTRACT, LEMMAS, THEOREM_1, THEOREM_2, THEOREM_3, ALGORITHM_1, ROBUST_PERFORMANCE, LEVELS, RESPONSE
+    ),
     experiments=EXPERIMENTS,
-    errata=ERRATA,
+    errata=TOLD.errata(PROOFS),
     figures=TOLD.figures(FIGURES),
-    tables=(LEVELS_TABLE,),
-    formulas=TOLD.formulas,
-    readings=TOLD.readings,
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], TRIED),

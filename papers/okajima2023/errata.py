@@ -2,30 +2,14 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
-from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, READING_OF, all_draws
-from papers.okajima2023.claims.unstable import ALL_DIAGONALS, DIAGONAL, FOUND, PRINTED, RECOVERED
-from papers.okajima2023.experiments.declared import DIAGONAL_STEP, DRAWS
+from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, G_SIM, READING_OF, all_draws
+from papers.okajima2023.claims.unstable import ALL_DIAGONALS, PRINTED, RECOVERED
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import PLANT
-from replication.audit.declare import Errata
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Proof, Results
 
-ERRATA = Errata()
-FITTING = FOUND["section-4c-poles"].parameters
 
-
-@ERRATA.misprint(
-    DENOMINATOR,
-    "Eq. (34)",
-    "The denominator sums d(k)ᵀd(k).",
-    "It sums d⁎(k)ᵀd⁎(k) of (17): d and both sensor noises, in all four cases.",
-    *DRAWS,
-    inference=True,
-    scan=True,
-)
 def denominator(results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
     found = all_draws(results)
@@ -46,18 +30,6 @@ def denominator(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    DIAGONAL,
-    "Eq. (41)",
-    "In our copy the matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
-    f"Perhaps the diagonal {', '.join(f'{float(Fraction(entry)):g}' for entry in FITTING['diagonal'])}: with the other "
-    f"entries the only one in steps of {DIAGONAL_STEP} that has the stated poles.",
-    PRINTED,
-    RECOVERED,
-    ALL_DIAGONALS,
-    inference=True,
-    scan=True,
-)
 def diagonal(results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
     state = results[RECOVERED]["state"]
@@ -78,14 +50,6 @@ def diagonal(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "sensor-index",
-    "Eq. (4)",
-    "The diagonal of S_k runs to s_n(k): n entries for q sensors.",
-    "It runs to s_q(k), one entry per sensor, as the blog has it.",
-    "schedule.sec-4a",
-    scan=True,
-)
 def sensor_index(results: Results) -> Proof:
     """S_k C needs as many rows and columns in S_k as there are sensors; the example has fewer sensors than states."""
     columns = len(results["schedule.sec-4a"]["diagonals"][0])
@@ -97,14 +61,6 @@ def sensor_index(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "noise-index",
-    "Sec. II-A, on Fig. 1",
-    "D is the diagonal matrix of D₁₁ and D₁₂.",
-    "It is that of D₁₁ and D₂₂, if indices are those of entries.",
-    inference=True,
-    scan=True,
-)
 def noise_index(results: Results) -> Proof:
     """The second diagonal entry of D has the indices (2, 2); the entry (1, 2) of the example's D is zero."""
     D = PLANT["D"]
@@ -113,3 +69,12 @@ def noise_index(results: Results) -> Proof:
         text="D has a row and a column for each sensor; its entry (1, 2) is off the diagonal, and zero in Sec. IV-A.",
         quantities={"entry (1, 2) of D in Sec. IV-A": D[0][1], "entry (2, 2)": D[1][1]},
     )
+
+
+PROOFS = {
+    "denominator": denominator,
+    "diagonal-of-a": diagonal,
+    "sensor-index": sensor_index,
+    "noise-index": noise_index,
+}
+"""By the errata of told.toml."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from typing import Any
 
 from papers._common import FIRST, LAST, MINCX, MULTIPLES, Told, curve, dots, label, signal
@@ -11,7 +12,7 @@ from papers.okajima2023.claims import blog, levels, simulation, theorems, unstab
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
 from papers.okajima2023.claims.unstable import PRINTED, radius_of
-from papers.okajima2023.errata import ERRATA
+from papers.okajima2023.errata import PROOFS
 from papers.okajima2023.experiments.declared import (
     DIAGONAL_STEP,
     EXPERIMENTS,
@@ -24,11 +25,10 @@ from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import TABLE_1
 from replication.audit.brief import Draws, Entries, Sketch, Stroke
-from replication.audit.declare import Part, paper
+from replication.audit.declare import paper
 from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
-from replication.audit.parts import Table
 from replication.audit.project import about
 
 STEP = 24
@@ -55,6 +55,9 @@ TOLD = Told.read(
     low=DIAGONAL_RANGE[0],
     high=DIAGONAL_RANGE[1],
     decimals=SECOND_DECIMALS,
+    diagonal=", ".join(
+        f"{float(Fraction(entry)):g}" for entry in unstable.FOUND["section-4c-poles"].parameters["diagonal"]
+    ),
 )
 BRIEF = TOLD.brief(
     Sketch(
@@ -156,87 +159,24 @@ def _timing(found: Mapping[str, Any]) -> str:
     )
 
 
-PARTS = (
-    Part("Abstract", reason="Says in short what is audited where the paper says it."),
-    Part(
-        "Sec. I, motivation and related work",
-        reason="Statements about other papers, whose texts are not at hand, and about ease of implementation.",
-    ),
-    Part(
-        "Sec. I, evaluation signals other than the estimation error",
-        reason="The identities behind both theorems are checked with random W; the examples of the text have W = I.",
-    ),
-    theorems.EARLIER,
-    theorems.FORMULATION,
-    Part(
-        "Fig. 1, block diagram",
-        reason="A drawing without data; its schedules are audited, the D of the sentence on it is an erratum.",
-    ),
-    Part("Remark 1, on zero measurements", reason="An explanation: the observer knows S_k."),
-    theorems.THEOREMS,
-    levels.LEVELS,
-    Part(
-        "Input matrix B_u", reason="It cancels in the error system, as the check of eq. (16) with a random B_u shows."
-    ),
-    Part(
-        "Symbols d_u, d_y1, d_y2 and “standard normal” before Fig. 2",
-        reason="The symbols, which suggest a stacked d as in (17), are not defined in our copy, and “standard normal” "
-        "is at odds with the deviations stated; read as d, w₁ and w₂ with those deviations, zero after k = 500. A "
-        "common scale of all noises cancels in eq. (34).",
-    ),
-    simulation.SIMULATION,
-    levels.TABLE,
-    levels.TIMING,
-    simulation.TIMED,
-    unstable.UNSTABLE,
-    Part(
-        "The solver mincx, and computing times",
-        reason="Its source is closed, and no time is printed. By its documentation it stops at a relative accuracy of "
-        "1 % unless told otherwise.",
-    ),
-    Part("Sec. V, conclusion", reason="Repeats statements that are audited where they are made."),
-    blog.BLOG,
-    Part(
-        "The author's own program, to which the blog links",
-        reason="Public, and not used here. It has another plant and another schedule, and neither Table 1, eq. (34) "
-        "nor Sec. IV-C, so it settles none of the open points. It calls mincx with its default options.",
-    ),
-    Part("Blog: other articles, courses and links", reason="About other works."),
-)
-
-TABLES = (
-    Table(
-        place="Table 1",
-        caption="Smallest level for several sensing periods, both sensors at instant 0.",
-        header=("N₁, N₂", *(f"{a}, {b}" for a, b in TABLE_1)),
-        rows=(("γ", *(f"claim:{table_claim(periods)}" for periods in TABLE_1)),),
-    ),
-    Table(
-        place="Sec. IV-A",
-        caption="The multi-rate observer against three dual-rate ones, with a simulated ratio of each: one draw.",
-        header=("Observer", "optimal level γ", "simulated ratio, eq. (34)"),
-        rows=tuple(
-            (who, f"claim:gamma.{'' if name == 'proposed' else 'case-'}{name.lower()}", f"claim:gsim.{name.lower()}")
-            for name, who in simulation.WHO.items()
-        ),
-    ),
-    Table(
-        place="Sec. IV-B",
-        caption="Three timings of two sensors of period 3: smallest level, and l2 gain with the printed gains.",
-        header=("Timing", "optimal level γ", "l2 gain with the printed gains"),
-        rows=tuple((f"Case {n}, θ₂ = {n - 1}", f"claim:timing.case-{n}", f"claim:gains.eq{37 + n}") for n in (1, 2, 3)),
-    ),
-)
-
 PAPER = paper(
     **about(__file__),
-    parts=PARTS,
-    readings=TOLD.readings,
+    **TOLD.simple,
+    parts=TOLD.parts(
+        theorems.EARLIER,
+        theorems.FORMULATION,
+        theorems.THEOREMS,
+        levels.LEVELS,
+        simulation.SIMULATION,
+        levels.TABLE,
+        levels.TIMING,
+        simulation.TIMED,
+        unstable.UNSTABLE,
+        blog.BLOG,
+    ),
     experiments=EXPERIMENTS,
-    errata=ERRATA,
+    errata=TOLD.errata(PROOFS),
     figures=TOLD.figures(FIGURES),
-    tables=TABLES,
-    formulas=TOLD.formulas,
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], list(MULTIPLES)),

@@ -22,6 +22,7 @@ ANY_ENTRIES, STATED_DESIGNS = "unstable.any-entries", "unstable.stated-designs"
 DIAGONAL = "diagonal-of-a"
 TIMES = ("periods", "offsets")
 FOUND, _ = theorems("okajima2023")
+FITTING = FOUND["section-4c-poles"].parameters
 """With the plants that the search finds, in exact numbers; the certificates are made only if it finds them again."""
 
 
