@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from papers.mustafa.claims.preliminaries import (
-    MISNAMED,
+    SLIP,
     WITH_U3,
     for_both,
     no_grid,
@@ -110,7 +110,7 @@ def condition_8(e: int, results: Results) -> Evidence:
     )
 
 
-for e in EXAMPLES:
+for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consistent")):
     ALGORITHM_1.feasible(
         f"algorithm.{e}",
         place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
@@ -127,7 +127,7 @@ for e in EXAMPLES:
         statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
         uses=(f"grids.{e}", f"condition.{e}", "identities"),
         erratum="algorithm",
-        pinned={1: "differs", 2: "compatible"}[e],
+        pinned=with_grid,
         reading=BOUND_9,
         # Where an element covers what (8) allows, the algorithm ends with the first one if (8) holds over the range.
         says=[
@@ -144,8 +144,8 @@ for e in EXAMPLES:
         statement=f"With one element in the grid, the middle of the range, Example {e} satisfies (8) at every period.",
         uses=f"condition.{e}",
         ours=True,
-        erratum={1: None, 2: MISNAMED}[e],
-        pinned={1: "refuted", 2: "consistent"}[e],
+        erratum=SLIP[e],
+        pinned=with_8,
         reading=CONSTANT_CHANGE,
         says=[
             Predicate(of=term("condition (8)", f"example-{e}"), reading=one) for one in (CONSTANT_CHANGE, ANY_CHANGE)

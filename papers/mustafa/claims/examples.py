@@ -6,7 +6,7 @@ from typing import Any
 
 from papers.mustafa.claims.algorithm import solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
-from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, of_example
+from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, SLIP, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA, matrix
 from replication.audit.declare import Part
@@ -67,22 +67,22 @@ MORE = {
 }
 
 
-def declare_level(e: int) -> None:
+def declare_level(e: int, pinned: str) -> None:
     """Declare the claim on the level of an example."""
     LEVELS.value(
         f"gamma.{e}",
         GAMMA[e],
         statement=f"The level of step 2 at the one period of the grid of Example {e}.",
         uses=(f"nominal.{e}", f"bracket.{e}", f"curve.{e}"),
-        erratum={1: None, 2: MISNAMED}[e],
-        pinned={1: "reproduced", 2: "compatible"}[e],
+        erratum=SLIP[e],
+        pinned=pinned,
         reading="least nominal level",
         optimum=True,
         says=term("least gain over sequences", f"example-{e}", "filters of form (4)", **MIDDLE),
     )(of_example(nominal_level, e))
 
 
-declare_level(1)
+declare_level(1, "reproduced")
 for name, level in DATA["gamma-13"].items():
     LEVELS.cited(
         f"cited.13-{name.replace(' ', '-')}",
@@ -101,7 +101,7 @@ LEVELS.cited(
 )
 
 
-declare_level(2)
+declare_level(2, "compatible")
 
 
 @LEVELS.value(

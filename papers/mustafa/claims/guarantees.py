@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from papers.mustafa.claims.algorithm import ALGORITHM_1, CORRECTED_GRID, solvers
 from papers.mustafa.claims.preliminaries import (
     FILTER,
-    MISNAMED,
+    SLIP,
     WITH_SIZE,
     WITH_U3,
     down,
     no_grid,
     of_example,
     on_motor,
+    stable_room,
     up,
 )
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
@@ -76,10 +76,11 @@ def kept(reading: str, level: float, lower: float, upper: float) -> Outcome:
     return Outcome(reading=reading)
 
 
-def some_level(bracket: Mapping[str, float]) -> Outcome:
+def some_level(e: int, results: Results) -> Outcome:
     """Whether the gain over every sequence is finite: proved by an upper end, impossible without stability."""
-    unstable = bracket["plant_abscissa"] >= 0 or bracket["filter_radius"] >= 1
-    return Outcome(reading=SOME_LEVEL, holds=not unstable if unstable or math.isfinite(bracket["upper"]) else None)
+    stable = stable_room(e, results) > 0
+    bounded = math.isfinite(results[f"bracket.{e}"]["upper"])
+    return Outcome(reading=SOME_LEVEL, holds=stable if not stable or bounded else None)
 
 
 def guaranteed(e: int, results: Results) -> Evidence:
@@ -94,7 +95,7 @@ def guaranteed(e: int, results: Results) -> Evidence:
     )
     loosest = {f"{LOOSEST}, lower": results["loosest.1"]["lower"]} if e == 1 else {}
     every = kept(NOT_NOMINAL, printed, r["lower"], r["upper"])
-    outcomes = (some_level(r), kept(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
+    outcomes = (some_level(e, results), kept(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
     return Evidence(
         method="Worst-case l2 gain over all sampling sequences. Lower end: the ratio along one sequence. Upper end: a "
         "path-dependent Lyapunov function for the continuum of periods. For the grid: the exact norm at its period.",
@@ -128,16 +129,17 @@ def guaranteed(e: int, results: Results) -> Evidence:
     )
 
 
-SAID_OF = {1: "Theorem 3 and Sec. V-A say that it is for the grid", 2: "Sec. VI-B says that it is nominal"}
-
-for e, place in ((1, "Abstract; Sec. VI-A; Sec. VII"), (2, "Abstract; Sec. VII")):
+for e, place, said_of in (
+    (1, "Abstract; Sec. VI-A; Sec. VII", "Theorem 3 and Sec. V-A say that it is for the grid"),
+    (2, "Abstract; Sec. VII", "Sec. VI-B says that it is nominal"),
+):
     ABSTRACT.feasible(
         f"robust-level.{e}",
         place=place,
         statement=f"Example {e} has a performance level for every sequence of sampling periods; of the printed one "
-        f"{SAID_OF[e]}.",
+        f"{said_of}.",
         uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}", *(["loosest.1"] if e == 1 else [])),
-        erratum={1: None, 2: MISNAMED}[e],
+        erratum=SLIP[e],
         pinned="consistent",
         says=robust_level(e),
         reading=SOME_LEVEL,
@@ -176,8 +178,7 @@ def level_of_step_3(results: Results) -> Evidence:
 
 def solution_is_valid(e: int, results: Results) -> Evidence:
     """Whether the filter that a grid of one period gives is valid at every period, in the sense that the text keeps."""
-    curve, r, printed = results[f"curve.{e}"], results[f"bracket.{e}"], upper_end(GAMMA[e])
-    stable = min(-r["plant_abscissa"], 1 - r["filter_radius"])
+    curve, printed, stable = results[f"curve.{e}"], upper_end(GAMMA[e]), stable_room(e, results)
     return Evidence(
         method="Exact test of stability for every sequence, as A is Hurwitz and A_f Schur.",
         outcomes=(
@@ -238,7 +239,7 @@ for e in EXAMPLES:
         statement=f"In Example {e} the filter of the one period of the grid is valid at all periods of the range: the "
         "error system is stable for every sequence.",
         uses=(f"curve.{e}", f"bracket.{e}"),
-        erratum={1: None, 2: MISNAMED}[e],
+        erratum=SLIP[e],
         pinned="consistent",
         says=[
             Predicate(of=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE)),

@@ -25,6 +25,8 @@ FILTER = {
 """The filter that an example is about."""
 MISNAMED = "motor-constant"
 """The erratum without which A of Example 2 has no value."""
+SLIP = {1: None, 2: MISNAMED}
+"""What an answer on an example rests on."""
 MOTOR_CONSTANT = "K_theta in A of Example 2 is the K_q of the list of values (erratum motor-constant)."
 WITH_U3 = "(9) is used with case U3 corrected (erratum u3)."
 WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
@@ -39,6 +41,12 @@ def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evide
         return replace(found, note=f"{found.note} {MOTOR_CONSTANT}".strip())
 
     return noted
+
+
+def stable_room(e: int, results: Results) -> float:
+    """How far A is Hurwitz and A_f Schur, whichever is less; the error system is stable iff it is positive."""
+    bracket = results[f"bracket.{e}"]
+    return float(min(-bracket["plant_abscissa"], 1 - bracket["filter_radius"]))
 
 
 def no_grid(e: int, results: Results) -> Evidence:
