@@ -36,13 +36,7 @@ def plot_curves(figure: FigureData) -> Any:
     for e, axis in zip(EXAMPLES, axes, strict=True):
         h, low, top = c[f"h_{e}"], c[f"lower_{e}"][0], c[f"upper_{e}"][0]
         axis.axhspan(low, top, color=OURS, linewidth=0.8)
-        say(
-            axis,
-            f"period varies: at least {down(low)}, ×{_excess(figure, e)}",
-            (h[0], top),
-            ha="left",
-            color=OURS,
-        )
+        say(axis, f"period varies: at least {down(low)}, ×{_excess(figure, e)}", (h[0], top), ha="left", color=OURS)
         (own,) = axis.plot(h, c[f"filter_{e}"], **line(0))
         (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
         name_end(axis, own, OF_FILTER[e].replace(" ", "\n"), lift=8)
@@ -148,9 +142,7 @@ def plot_worst(figure: FigureData) -> Any:
     drawing, axes = new_axes(3, row_height=1.15)
     instants = [sum(c["h"][:k]) for k in range(ZOOMED)]
     for axis, (name, label, colour) in zip(
-        axes,
-        (("h", "period h (s)", GREY), ("w", "disturbance w", FOREGROUND), ("e", "error e", OURS)),
-        strict=True,
+        axes, (("h", "period h (s)", GREY), ("w", "disturbance w", FOREGROUND), ("e", "error e", OURS)), strict=True
     ):
         axis.step(instants, c[name][:ZOOMED], where="post", linewidth=1.3, color=colour)
         name_axes(axis, label, ticks=3)

@@ -43,7 +43,7 @@ BRIEF = TOLD.brief(
             label("designed for", 8, 106),
             label("sampled at", 8, 131, Draws.LABEL_OURS),
         ),
-    ),
+    )
 )
 
 

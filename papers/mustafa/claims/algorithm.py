@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.claims.preliminaries import (
-    SLIP,
-    WITH_U3,
-    for_both,
-    no_grid,
-    of_example,
-    on_motor,
-    reordered_map,
-)
+from papers.mustafa.claims.preliminaries import SLIP, WITH_U3, for_both, no_grid, of_example, on_motor, reordered_map
 from papers.mustafa.experiments.declared import CELLS
 from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA
@@ -66,10 +58,7 @@ def grid_size(e: int, results: Results) -> Evidence:
         outcomes=tuple(Outcome(reading=reading, value=float(size)) for reading, size in sizes.items()),
         cross_check="alpha does not depend on the filter, so the grid does not: Sigma_11 with random filters "
         f"against the plant's part, largest relative residual {results['identities']['sigma 11']:.1e}.",
-        quantities={
-            "alpha": r["alpha"],
-            "passes": float(run["rounds"]),
-        },
+        quantities={"alpha": r["alpha"], "passes": float(run["rounds"])},
         as_printed=no_grid(e, results),
         note="Step 3 says that an element covers the interval (9), which bounds (8); Theorem 3 asks for (8) alone. "
         "Where an element covers what (8) itself allows, a new one goes to the middle of each gap. Forms of (9), by "

@@ -105,12 +105,7 @@ declare_level(2, "compatible")
 
 
 @LEVELS.value(
-    "filter.norm",
-    GAMMA[2],
-    uses=("bracket.2", "nominal.2"),
-    erratum=MISNAMED,
-    pinned="reproduced",
-    says=OF_PRINTED,
+    "filter.norm", GAMMA[2], uses=("bracket.2", "nominal.2"), erratum=MISNAMED, pinned="reproduced", says=OF_PRINTED
 )
 def norm_of_printed_filter(results: Results) -> Evidence:
     """The printed filter attains the printed level at the printed grid period."""

@@ -53,11 +53,7 @@ def reached(results: Results, end: str) -> Evidence:
 
 
 @THEOREM_1.feasible(
-    "l3",
-    place="Theorem 1, case L3",
-    uses=CONDITIONS,
-    erratum=MISNAMED,
-    says=for_both("sharp lower end (9)"),
+    "l3", place="Theorem 1, case L3", uses=CONDITIONS, erratum=MISNAMED, says=for_both("sharp lower end (9)")
 )
 @on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
@@ -66,11 +62,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
 
 
 @THEOREM_1.feasible(
-    "u3",
-    place="Theorem 1, case U3",
-    uses=CONDITIONS,
-    erratum="u3",
-    says=for_both("sharp upper end (9)"),
+    "u3", place="Theorem 1, case U3", uses=CONDITIONS, erratum="u3", says=for_both("sharp upper end (9)")
 )
 @on_motor
 def u3_covers(results: Results) -> Evidence:

@@ -18,10 +18,7 @@ from replication.verify.predicate import Predicate, Term, term
 
 LEMMAS = Part("Sec. III, Lemmas 1 to 3, the map below (7)", reading=NO_READING)
 
-FILTER = {
-    1: "our filter next to the nominal optimum (no filter is printed)",
-    2: "the printed filter",
-}
+FILTER = {1: "our filter next to the nominal optimum (no filter is printed)", 2: "the printed filter"}
 """The filter that an example is about."""
 MISNAMED = "motor-constant"
 """The erratum without which A of Example 2 has no value."""

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from math import lcm
 
-from papers.okajima2023.claims.levels import (
-    PREDICTORS,
-    counterexamples,
-    level,
-    of_gains,
-    solvers_of,
-)
+from papers.okajima2023.claims.levels import PREDICTORS, counterexamples, level, of_gains, solvers_of
 from papers.okajima2023.experiments.declared import (
     DESIGNS,
     GAIN_SETS,

@@ -311,10 +311,7 @@ def timing_matters(results: Results) -> Evidence:
 
 
 @TIMING.order(
-    "order.timing-best",
-    place="Sec. IV-B; blog",
-    uses=TIMINGS,
-    says=below_others(TIMINGS[1], TIMINGS[0], TIMINGS[2]),
+    "order.timing-best", place="Sec. IV-B; blog", uses=TIMINGS, says=below_others(TIMINGS[1], TIMINGS[0], TIMINGS[2])
 )
 def second_timing_best(results: Results) -> Evidence:
     """Of the three timings for N₁ = N₂ = 3, Case 2 has the smallest optimal level."""

@@ -51,10 +51,7 @@ def printed_ratio_among_draws(name: str, results: Results) -> Evidence:
         ),
         cross_check=f"The same draws under all {len(readings)} readings of the denominator; {gains}.",
         outcomes=tuple(
-            Outcome(
-                reading=READING_OF[what],
-                holds=one["probability"] >= SMALLEST_PROBABILITY,
-            )
+            Outcome(reading=READING_OF[what], holds=one["probability"] >= SMALLEST_PROBABILITY)
             for what, one in readings.items()
         ),
         probability=readings[ALL_NOISE]["probability"],
@@ -154,12 +151,7 @@ def lowest_error(results: Results) -> Evidence:
     )
 
 
-@SIMULATION.statistical(
-    "order.more-outputs",
-    place="Sec. IV-A, on Figs. 2-5",
-    uses=DRAWS,
-    reading=OWN_PERIODS,
-)
+@SIMULATION.statistical("order.more-outputs", place="Sec. IV-A, on Figs. 2-5", uses=DRAWS, reading=OWN_PERIODS)
 def more_outputs_are_better(results: Results) -> Evidence:
     """Observers that use more outputs have a smaller error (Figs. 2-5)."""
     fractions = {name: _fractions(results, name) for name in ("proposed", "C")}
