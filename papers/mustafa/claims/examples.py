@@ -174,8 +174,8 @@ def first_column(results: Results) -> Evidence:
     return Evidence(
         method="First column of Phi(0.05) - B_f C, with B_f as printed.",
         value=tuple((r[0] - b[0],) for r, b in zip(Phi, B, strict=True)),
-        note="The relation was found from these numbers, so that the print bears it out and does not test it. "
-        + MOTOR_CONSTANT,
+        note="The relation was found from these numbers. It has no constant to fit, so their digits bear it out; that "
+        f"it was meant is an inference. {MOTOR_CONSTANT}",
     )
 
 
