@@ -87,7 +87,6 @@ class Told:
         """The file beside a module, which is given as `__file__`."""
         return cls(tomllib.loads(Path(module).with_name("told.toml").read_text(encoding="utf-8")), numbers)
 
-    @property
     def simple(self) -> dict[str, Any]:
         """What needs nothing else, as `paper` takes it: readings, formulas and tables."""
         readings = [{"name": name, **self._filled(said)} for name, said in self.said["readings"].items()]
@@ -108,23 +107,28 @@ class Told:
 
     def errata(self, proofs: Mapping[str, Callable[[Results], Proof]]) -> tuple[Erratum, ...]:
         """The errata, each with the function of its name that proves it."""
-        said = {
-            name: {**self._filled(one), "uses": tuple(one.get("uses", ()))} for name, one in self.said["errata"].items()
-        }
-        _require_same("errata", said, proofs)
-        return tuple(Erratum(id=name, prove=proofs[name], **one) for name, one in said.items())
+        _require_same("errata", self.said["errata"], proofs)
+        return tuple(
+            Erratum(id=name, prove=proofs[name], **{**self._filled(one), "uses": tuple(one.get("uses", ()))})
+            for name, one in self.said["errata"].items()
+        )
 
     def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
         """The figures; drawn: by name what gives the data of each, what draws them, its title, and its words."""
+        _require_same("figures", self.said["figures"], drawn)
         said = {name: {**one, "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
-        _require_same("figures", said, drawn)
         return tuple(
             Figure(name=name, data=data, plot=plot, title=title, alt=alt, **said[name])
             for name, (data, plot, title, alt) in drawn.items()
         )
 
     def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
-        return {name: one.format(**self.numbers) if isinstance(one, str) else one for name, one in said.items()}
+        try:
+            return {name: one.format(**self.numbers) if isinstance(one, str) else one for name, one in said.items()}
+        except KeyError as missing:
+            raise AuditError(
+                f"told.toml has {{{missing.args[0]}}} in {said}; give that number to `Told.read`"
+            ) from None
 
 
 def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:

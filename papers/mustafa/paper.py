@@ -106,7 +106,7 @@ def findings(results: Results) -> tuple[str, ...]:
 
 PAPER = paper(
     **about(__file__),
-    **TOLD.simple,
+    **TOLD.simple(),
     parts=TOLD.parts(
         ABSTRACT, LEMMAS, THEOREM_1, THEOREM_2, THEOREM_3, ALGORITHM_1, ROBUST_PERFORMANCE, LEVELS, RESPONSE
     ),

@@ -161,7 +161,7 @@ def _timing(found: Mapping[str, Any]) -> str:
 
 PAPER = paper(
     **about(__file__),
-    **TOLD.simple,
+    **TOLD.simple(),
     parts=TOLD.parts(
         theorems.EARLIER,
         theorems.FORMULATION,

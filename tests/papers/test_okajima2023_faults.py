@@ -18,9 +18,10 @@ from papers.okajima2023 import PAPER, errata
 from papers.okajima2023.claims import levels
 from papers.okajima2023.experiments.declared import CASES, DRAWS, GAIN_SETS, PERIOD_TABLE, TIMINGS, case, gain_set, pair
 from papers.okajima2023.experiments.simulations import DENOMINATORS
-from papers.okajima2023.printed import GAINS, PLANT, SCHEDULES, TABLE_1
+from papers.okajima2023.printed import DATA, GAINS, PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Claim, Proof, Verdict
+from replication.errors import AuditError
 
 KEY = PAPER.key
 Change = Callable[[Any], Any]
@@ -208,6 +209,17 @@ def test_a_fault_changes_the_verdict(name: str) -> None:
     faulty = results_of(claim.uses)
     FAULTS[name](faulty)
     assert verdict(claim, faulty) not in (before, Verdict.ERROR)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LACKING)
+def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
+    (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.unstable.{name}")
+    results = results_of(claim.uses)
+    assert verdict(claim, results) is claim.expected is Verdict.UNDETERMINED
+    at("unstable.as-printed", "poles", to=to(poles(DATA["poles"])))(results)
+    with pytest.raises(AuditError, match="judge the claims on it by that matrix"):
+        claim.answer(results)
 
 
 @pytest.mark.parametrize("name", named(ERRATA))
