@@ -92,8 +92,12 @@ class Lab:
 
     def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
         if environment:  # which may be for the interpreter or for packages that it loads
-            return self.python("-m", "replication", *arguments, **environment)
+            return self.fresh(*arguments, **environment)
         return self._child(("replication", *arguments), _command_line)
+
+    def fresh(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        """The command line in an interpreter of its own, for what it imports, and beside threads of this one."""
+        return self.python("-m", "replication", *arguments, **environment)
 
     def audit(self, *keys: str, jobs: int = 1, read: bool = True, **environment: str) -> dict[str, Any]:
         options = json.dumps({"papers": keys, "jobs": jobs, "read": read})

@@ -70,15 +70,10 @@ def on(cluster: Any) -> tuple[str, ...]:
     return "run", "--no-cache", "--backend", "dask", "--scheduler", cluster.scheduler_address
 
 
-def command(lab: Lab, *words: str) -> subprocess.CompletedProcess[str]:
-    """In an interpreter of its own: this one has the threads of the cluster."""
-    return lab.python("-m", "replication", *words)
-
-
 def test_two_workers_give_what_one_process_gives(theirs: Lab, cluster: Any) -> None:
-    alone = command(theirs, "run", "--jobs", "1", "--no-cache")
+    alone = theirs.fresh("run", "--jobs", "1", "--no-cache")
     first = results(theirs)
-    together = command(theirs, *on(cluster))
+    together = theirs.fresh(*on(cluster))
     assert together.returncode == alone.returncode, together.stderr
     assert without_seconds(results(theirs)) == without_seconds(first)
 
@@ -86,7 +81,7 @@ def test_two_workers_give_what_one_process_gives(theirs: Lab, cluster: Any) -> N
 def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(theirs: Lab, cluster: Any) -> None:
     theirs.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
     theirs.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
-    done = command(theirs, *on(cluster))
+    done = theirs.fresh(*on(cluster))
     assert done.returncode == 3
     errors = {record["name"]: record["error"] for record in results(theirs)["experiments"] if record["error"]}
     assert list(errors) == ["toy2020.square"]
@@ -106,7 +101,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(theirs: Lab, cluster: Any) 
     run.communicate(timeout=PATIENCE)
     assert run.returncode == 0
     killed = without_seconds(results(theirs))
-    command(theirs, "run", "--jobs", "1", "--no-cache")
+    theirs.fresh("run", "--jobs", "1", "--no-cache")
     assert killed == without_seconds(results(theirs))
 
 

@@ -182,15 +182,15 @@ def test_a_program_in_another_language_is_computed_again_when_its_files_change(t
     if shutil.which(program) is None:
         pytest.skip(f"{program} is missing; this language is tried where it is installed")
     lab = project(tmp_path, commands, *("ab" if '"b"' in commands else "a"), **files)
-    first = lab.cli("run")
+    first = lab.fresh("run")
     assert first.returncode == 0, first.stdout + first.stderr
     before = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
     assert f"./{name}" in {label for experiment in before for label in experiment["read"]}
     assert not [experiment["untraced"] for experiment in before if experiment["untraced"]]
-    assert "0 computed" in lab.cli("run").stdout
+    assert "0 computed" in lab.fresh("run").stdout
     path = lab.root / name
     path.write_text(path.read_text().replace(old, new))
-    assert f"{len(before)} computed, 0 reused" in lab.cli("run").stdout
+    assert f"{len(before)} computed, 0 reused" in lab.fresh("run").stdout
     after = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
     assert all(one["key"] != other["key"] for one, other in zip(before, after, strict=True))
 
@@ -200,12 +200,12 @@ def test_chains_stop_where_one_fails_and_earlier_results_stay(tmp_path: Path) ->
     made = 'command("a", ["sh", "-c", "echo 1 > a.txt"], writes=["a.txt"]),'
     used = 'command("b", ["sh", "-c", "{}"], needs="a"), command("c", ["sh", "-c", "echo 3"], needs="b"),'
     lab = project(tmp_path, made + used.format("cat a.txt"), "a", "b", "c")
-    assert "3 computed" in lab.cli("run").stdout
+    assert "3 computed" in lab.fresh("run").stdout
     source = lab.path("roe/__init__.py")
     source.write_text(
         source.read_text().replace("cat a.txt", "sleep 60 & sleep 60").replace('needs="a"', 'needs="a", timeout=0.5')
     )
-    done = lab.cli("run")
+    done = lab.fresh("run")
     assert done.returncode == 3 and "0 computed, 1 reused" in done.stdout
     assert "experiment roe.b: it took longer than 0.5 s" in done.stdout
     assert "experiment roe.c: it needs roe.b, which failed" in done.stdout
@@ -221,5 +221,5 @@ def test_a_circle_and_an_unknown_name_are_told_before_anything_runs(
     both = "".join(
         f'command("{name}", ["sh", "-c", "echo 1"], needs="{other}"),' for name, other in zip("ab", needs, strict=True)
     )
-    done = project(tmp_path, both, "a", "b").cli("run")
+    done = project(tmp_path, both, "a", "b").fresh("run")
     assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr

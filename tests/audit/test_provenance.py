@@ -224,8 +224,8 @@ def test_a_source_edited_meanwhile_is_not_taken_for_what_was_run(a_project: Path
 @pytest.mark.slow
 def test_the_second_run_after_a_run_reads_no_result(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
-    assert lab.cli("run").returncode == 0
-    first = lab.cli("run")
+    assert lab.fresh("run").returncode == 0
+    first = lab.fresh("run")
     again = lab.python("-X", "importtime", "-m", "replication", "run")
     assert (again.stdout, again.returncode) == (first.stdout, first.returncode)
     assert "0 computed" in again.stdout and "papers.toy2020" not in again.stderr
