@@ -14,8 +14,8 @@ import scipy
 
 from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.delay.models import pade_model, riccati_gain
-from replication.estimation.delay.observer import ErrorSystem, hinf_norm
-from replication.estimation.delay.system import delay_system
+from replication.estimation.delay.plant import delay_system
+from replication.estimation.delay.sos.observer import ErrorSystem, hinf_norm
 from replication.estimation.validation import Array
 
 N, INPUTS, OUTPUTS, MEASURED = 3, 2, 2, 1

@@ -31,7 +31,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
 from replication.estimation.delay.models import lmi_gain, pade_model
 from replication.estimation.delay.spectrum import rightmost_roots
-from replication.estimation.delay.system import natural_units
+from replication.estimation.delay.units import natural_units
 from replication.estimation.validation import Array
 from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.reading import written

@@ -17,14 +17,12 @@ from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.result import InnovationsResult, signals_of
-from replication.estimation.delay.result import DelayAnalysis, DelayDesign, DelayResult, result_of
+from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
+from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of, signals_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
-from replication.estimation.delay.system import delay_system, require_independent
 from replication.estimation.validation import at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
@@ -75,7 +73,7 @@ def design(
     delayed: Sequence[Any] | None = None,
     delays: Sequence[float] | None = None,
     measured: int | Sequence[int | str] | None = None,
-) -> DelayResult | InnovationsResult:
+) -> DelayResult:
     """An observer whose level is `margin` above the least that polynomials of `degree` prove, or is `level`.
 
     Parameters
@@ -107,7 +105,7 @@ def design(
 
     Returns
     -------
-    DelayResult or InnovationsResult
+    DelayResult
         The gains of eq. (9), the level that they prove and the certificate; for a plant with noise,
         gains on the present innovation. With "h2" and "mixed" the exact gain, which nothing certifies, and the
         covariance of the error of z.
@@ -218,12 +216,12 @@ def analyse(
     return DelayAnalysis(plant=system, evidence=tuple(facts))
 
 
-def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: Any) -> Simulation:
+def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
     """The estimation error from rest.
 
     Parameters
     ----------
-    result : DelayResult or InnovationsResult
+    result : DelayResult
         What `design` gave.
     times : array (M,)
         Equidistant instants, s.
@@ -240,8 +238,8 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
     InvalidInputError
         Another shape, unequal steps or a disturbance that is zero.
     """
-    DelayDesign.require(result)
-    found = result.trajectory(times, disturbance)
+    DelayResult.require(result)
+    found = result.gains_of.trajectory(times, disturbance, result.order)
     names = result.signals
     signals = {
         "error of z": (found.output, names.called(names.outputs)),

@@ -15,7 +15,7 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import solve_modelled
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import generator
 from replication.estimation.validation import Array, positive_integer, positive_scalar, undetectable_mode
 

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.system import natural_units, reach
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.units import natural_units, reach
 from replication.estimation.validation import Array, as_matrix, positive_integer, positive_scalar
 
 # Discretisation of a history on [-1, 0]: Chebyshev collocation, or the forward difference with lumped states.

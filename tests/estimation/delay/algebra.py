@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.delay.operators import QUADRATURE, Inverse, Operator, multiplier_inverse, padded, resized
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.operators import (
+    QUADRATURE,
+    Inverse,
+    Operator,
+    multiplier_inverse,
+    padded,
+    resized,
+)
 from replication.estimation.validation import Array
 
 

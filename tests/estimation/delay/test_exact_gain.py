@@ -13,16 +13,13 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
 from replication.estimation.delay.exact.loop import (
     error_response,
-    exact_gain,
-    injection_terms,
     mismatched_response,
     plant_terms,
-    worst_gain,
 )
 from replication.estimation.delay.exact.response import Cells, Response, right_roots
 from replication.estimation.delay.exact.terms import Terms, _spherical, fitted, polynomial
-from replication.estimation.delay.general.lines import DelayObserver
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
+from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
 
 OMEGA = np.linspace(0.0, 12.0, 241)
@@ -34,7 +31,7 @@ OBSERVERS = {
 
 
 def response(observer: DelayObserver):  # type: ignore[no-untyped-def]
-    return error_response(plant_terms(observer.plant), injection_terms(observer))
+    return error_response(plant_terms(observer.plant), observer.terms)
 
 
 def test_bessel_functions_by_recurrence() -> None:
@@ -108,7 +105,7 @@ def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     observer, rng = made_up(two_delays(), 0.02), np.random.default_rng(6)
     nominal = observer.plant.delays
     ranges = [(0.9 * delay, 1.1 * delay) for delay in nominal]
-    made = mismatched_response(plant_terms(observer.plant), injection_terms(observer), nominal, ranges)
+    made = mismatched_response(plant_terms(observer.plant), observer.terms, nominal, ranges)
     omega, half = rng.uniform(0.5, 20.0, 60), 10.0 ** rng.uniform(-5.0, -0.5, 60)
     delays = np.tile(made.loop.delays, (60, 1))
     spread = np.zeros(delays.shape)
@@ -185,7 +182,7 @@ def test_worst_gain_over_a_range_holds_for_random_delays() -> None:
     found = worst_gain(observer)
     assert found.lower <= found.upper <= found.lower * (1 + 1e-3)
     omega = np.linspace(found.frequency - 1.0, found.frequency + 1.0, 401)
-    plant, gains = plant_terms(observer.plant), injection_terms(observer)
+    plant, gains = plant_terms(observer.plant), observer.terms
     rng = np.random.default_rng(3)
     for _ in range(20):
         delays = [float(rng.uniform(*ends)) for ends in ranges]

@@ -13,13 +13,12 @@ import scipy.linalg
 
 from benchmarks.delay_plants import random_plant
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay import DelayObserver, DelayPlant, InnovationsResult, delay_system, design, limit
+from replication.estimation.delay import DelayObserver, DelayPlant, DelayResult, delay_system, design, limit
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import filter_level
-from replication.estimation.delay.exact.loop import injection_terms, plant_terms
+from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.terms import Terms
 from replication.estimation.delay.general.mean_square import error_covariance, integrated
-from replication.estimation.delay.general.result import moment_model
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
@@ -29,12 +28,12 @@ EXACT = 1e-7
 """Of mean squares by their spectrum."""
 
 
-def rms(result: InnovationsResult) -> float:
+def rms(result: DelayResult) -> float:
     return float(result.fact("rms error of z").value)
 
 
 def mean_square(observer: DelayObserver) -> float:
-    return float(np.trace(error_covariance(plant_terms(observer.plant), injection_terms(observer))[0]))
+    return float(np.trace(error_covariance(plant_terms(observer.plant), observer.terms)[0]))
 
 
 def predicted(rate: float, noise: float, delay: float) -> float:
@@ -94,7 +93,7 @@ def test_random_plants_reach_the_least_mean_square(seed: int) -> None:
 @pytest.mark.parametrize("plant", [delayed_output, two_delays])
 def test_the_spectrum_agrees_with_a_model_that_knows_many_moments(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), goal="h2", degree=6)
-    error, _ = moment_model(result.gains_of, 60)
+    error, _ = result.gains_of.error_model(60)
     P = scipy.linalg.solve_continuous_lyapunov(error.a, -error.b @ error.b.T)
     assert np.trace(error.c @ P @ error.c.T) == pytest.approx(rms(result) ** 2, rel=1e-4)
 

@@ -19,7 +19,7 @@ from replication.estimation.delay.models import (
     pade_model,
     riccati_gain,
 )
-from replication.estimation.delay.observer import ErrorSystem, hinf_norm
+from replication.estimation.delay.sos.observer import ErrorSystem, hinf_norm
 from replication.estimation.delay.spectrum import Scheme, frequency_response, grid, hinf_gain
 from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, two_delays, unstable_pair
 

@@ -13,7 +13,7 @@ from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_
 from replication.estimation.delay.sos.certificate import STATED_GAP, certificate_at
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
 from replication.estimation.delay.spectrum import hinf_gain
-from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
+from replication.estimation.delay.units import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,
     blind_two_delays,

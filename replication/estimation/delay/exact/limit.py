@@ -13,8 +13,8 @@ from replication.estimation.delay.exact.central import FilterModel, ladder_model
 from replication.estimation.delay.exact.loop import decided, plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.synthesis import scaling_of
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.validation import Array, positive_scalar
 
 # The least H-infinity level of a filter for a delay-free model, by the filter Riccati equation; D_11 and D_21 at will.

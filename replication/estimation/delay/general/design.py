@@ -14,19 +14,14 @@ from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, climbed, limit, require_seen
 from replication.estimation.delay.exact.loop import (
     error_response,
-    exact_gain,
-    injection_terms,
     no_injection,
     plant_terms,
-    worst_gain,
 )
 from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
+from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.general.synthesis import (
     GeneralLevel,
     degree_of,
@@ -35,6 +30,8 @@ from replication.estimation.delay.general.synthesis import (
     require_noise,
     scaling_of,
 )
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.result import DelayResult, signals_of
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
@@ -50,7 +47,7 @@ AGREES = 1e-4
 
 def design_general(
     plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, order: int
-) -> InnovationsResult:
+) -> DelayResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
     require_noise(plant)
     scaling = scaling_of(plant)
@@ -154,7 +151,7 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     return *facts, *known_levels(plant)
 
 
-def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
+def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> DelayResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
     if lower > proof.level * (1.0 + AGREES):
@@ -162,9 +159,8 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
             f"the gains prove the level {proof.level:.6g}, and have the gain {lower:.6g}: rounding spoils the "
             "kernels; raise `margin`"
         )
-    arrays, axes = arrays_of(observer)
     plant = observer.plant
-    evidence = [
+    evidence = (
         *facts,
         *closed,
         *_mean(observer),
@@ -172,17 +168,9 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
         *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
-    ]
-    return InnovationsResult(
-        bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),
-        gains=frozen(arrays),
-        axes=axes,
-        evidence=tuple(evidence),
-        signals=signals_of(plant),
-        gains_of=observer,
-        proof=proof,
-        order=order,
     )
+    bracket = Bracket(min(lower, proof.level), proof.level, BOTH_ENDS)
+    return DelayResult.of(observer, bracket, evidence, signals=signals_of(plant), proof=proof, order=order)
 
 
 def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
@@ -192,7 +180,7 @@ def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
     except SolverError as error:
         # Roots next to the axis are hard to count; that the error dies out rests on the storage function then.
         omega = np.concatenate([[0.0], np.logspace(-DECADES, DECADES, FREQUENCIES) / observer.plant.delays[-1]])
-        gains = error_response(plant_terms(observer.plant), injection_terms(observer)).gains(omega)
+        gains = observer.gain_at(omega)
         where = Evidence("lower end attained at", float(omega[gains.argmax()]), "on a grid of frequencies", "rad/s")
         return float(gains.max()), [where, Evidence("exact gain, upper end", "open", str(error))]
     return gain.lower, [
@@ -233,9 +221,7 @@ TOLERANCE, NOTICED = 1e-8, 1e-3
 """Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""
 
 
-def mean_design(
-    plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, order: int
-) -> InnovationsResult:
+def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, order: int) -> DelayResult:
     """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share.
 
     Raises as `design`: InvalidInputError, InfeasibleError and SolverError.
@@ -251,8 +237,7 @@ def mean_design(
         )
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
-    covariance, reach = error_covariance(plant_terms(plant), injection_terms(observer))
-    arrays, axes = arrays_of(observer)
+    covariance, reach = error_covariance(plant_terms(plant), observer.terms)
     evidence = (
         *asked,
         *_mean_facts(plant, covariance, reach, alone),
@@ -262,16 +247,8 @@ def mean_design(
         *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
         *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
     )
-    return InnovationsResult(
-        bracket=Bracket(gain.lower, gain.upper, EXACT_ENDS),
-        gains=frozen(arrays),
-        axes=axes,
-        evidence=evidence,
-        signals=signals_of(plant),
-        gains_of=observer,
-        covariance=frozen({"z": covariance})["z"],
-        order=order,
-    )
+    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
+    return DelayResult.of(observer, bracket, evidence, signals=signals_of(plant), covariance=held, order=order)
 
 
 WHITE = "white noise of unit intensity; spectrum over all frequencies, true exponentials"
@@ -283,7 +260,7 @@ def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
     if np.any(plant.d11 - observer.lz @ plant.d21) or any(np.any(observer.lz @ d) for d in plant.d21_delayed):
         return (Evidence(OF, "infinite", "white noise enters the error of z itself"),)
     try:
-        covariance, _ = error_covariance(plant_terms(plant), injection_terms(observer))
+        covariance, _ = error_covariance(plant_terms(plant), observer.terms)
     except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
         return (Evidence(OF, "open", str(error)),)
     own = float(np.sqrt(np.trace(covariance)))

@@ -14,14 +14,15 @@ from replication.estimation.api.shown import Measures, TradeOff, balanced
 from replication.estimation.api.shown import tradeoff as curve
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, limit, require_seen
-from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
+from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
 from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import moment_plant
-from replication.estimation.delay.general.lines import DelayObserver, line_form
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.lines import line_form
+from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import require_noise, scaling_of
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
@@ -230,7 +231,7 @@ class Designs:
     def measures(self, level: float) -> Measures:
         """The exact gain and root mean square of the design at a level."""
         observer, gain = self.exact(level)
-        covariance, _ = error_covariance(plant_terms(self.plant), injection_terms(observer))
+        covariance, _ = error_covariance(plant_terms(self.plant), observer.terms)
         return gain.upper, float(np.sqrt(np.trace(covariance)))
 
     @cached_property

@@ -22,9 +22,10 @@ from replication.estimation.delay.general.cone import (
     rates,
     storage_of,
 )
-from replication.estimation.delay.general.lines import DelayObserver, Line, LineForm, line_form
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.system import natural_units
+from replication.estimation.delay.general.lines import Line, LineForm, line_form
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.units import converted, natural_units
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 # Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
@@ -55,25 +56,10 @@ class Scaling:
 
     def plant(self, plant: DelayPlant) -> DelayPlant:
         """The plant in these units."""
-        left, right = self.time * self.states[:, None], 1.0 / self.states
-        root, seen = self.gain**0.5, self.sensors[:, None]
-        return DelayPlant(
-            a0=left * plant.a0 * right,
-            delays=tuple(delay / self.time for delay in plant.delays),
-            b=left * plant.b / root,
-            c10=plant.c10 * right / root,
-            c2=seen * plant.c2 * right,
-            a=tuple(left * a * right for a in plant.a),
-            c1=tuple(c * right / root for c in plant.c1),
-            b_delayed=tuple(left * b / root for b in plant.b_delayed),
-            c2_delayed=tuple(seen * c * right for c in plant.c2_delayed),
-            d11=plant.d11 / self.gain,
-            d21=seen * plant.d21 / root,
-            d21_delayed=tuple(seen * d / root for d in plant.d21_delayed),
-            a_spread=tuple(left * a * right for a in plant.a_spread),
-            c1_spread=tuple(c * right / root for c in plant.c1_spread),
-            c2_spread=tuple(seen * c * right for c in plant.c2_spread),
-        )
+        left, root, seen = self.time * self.states[:, None], self.gain**0.5, self.sensors[:, None]
+        rows = {"n": lambda part: left * part, "p": lambda part: part / root, "q": lambda part: seen * part}
+        columns = {"n": lambda part: part / self.states, "r": lambda part: part / root}
+        return converted(plant, rows, columns, self.time)
 
     def back(self, form: LineForm) -> LineForm:
         """A line form in these units in those of the plant, with the same signals on the lines."""

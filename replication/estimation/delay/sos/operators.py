@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.validation import Array, positive_integer
