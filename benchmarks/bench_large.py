@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.clock import processor_seconds
+from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.estimation.delay.facade import design
-from replication.estimation.delay.models import chebyshev_model, riccati_gain
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos.certificate import minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule

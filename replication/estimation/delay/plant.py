@@ -265,7 +265,9 @@ def delay_system(
         dependent rows of C_2 (then a measurement is redundant or zero).
     """
     delays = checked_delays(delays)
-    terms: dict[str, Any] = {name: listed(name, given) for name, given in (("a", a), ("c1", c1)) if given is not None or name == "a"}
+    terms: dict[str, Any] = {
+        name: listed(name, given) for name, given in (("a", a), ("c1", c1)) if given is not None or name == "a"
+    }
     for name, matrices in terms.items():
         if not matrices:
             raise InvalidInputError(f"{name} must hold one matrix per delay, got none; for none use zeros")

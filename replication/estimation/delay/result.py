@@ -20,8 +20,9 @@ from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.observer import HistoryObserver, RunningDelayObserver, hinf_norm
+from replication.estimation.delay.sos.observer import hinf_norm
 from replication.estimation.delay.sos.operators import check, observer_gains
+from replication.estimation.delay.sos.running import HistoryObserver, RunningDelayObserver
 from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:

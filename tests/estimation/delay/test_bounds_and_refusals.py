@@ -9,6 +9,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from papers.peet2019.method import _IntervalBound, frequency_response, pade_model
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, design
 from replication.estimation.delay.exact.central import FilterModel
@@ -16,12 +17,11 @@ from replication.estimation.delay.exact.limit import _angle, _hamiltonian, filte
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import Cells
 from replication.estimation.delay.general.synthesis import _Program, require_noise
-from replication.estimation.delay.models import pade_model
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import _found, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.operators import check, generator
-from replication.estimation.delay.spectrum import _IntervalBound, frequency_response, undetectable_root
+from replication.estimation.delay.spectrum import undetectable_root
 from tests.estimation.delay.exact_cases import late, two_delays
 
 EYE = np.eye(2)

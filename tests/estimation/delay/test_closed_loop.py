@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelayPlant
-from replication.estimation.delay.models import chebyshev_model, riccati_gain
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at
 from replication.estimation.delay.sos.observer import ErrorSystem, error_system, hinf_norm, simulate

@@ -14,6 +14,7 @@ from numpy.polynomial import legendre
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from papers.peet2019.method import hinf_gain, pade_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import delay
 from replication.estimation.api.results import Evidence
@@ -23,8 +24,6 @@ from replication.estimation.delay.exact.central import FilterModel, ladder_model
 from replication.estimation.delay.exact.limit import filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import kalman_level, smoother_gains, worth
-from replication.estimation.delay.models import pade_model, riccati_gain
-from replication.estimation.delay.spectrum import hinf_gain
 from tests.estimation.delay import plants
 from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
 

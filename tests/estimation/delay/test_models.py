@@ -7,20 +7,22 @@ import numpy as np
 import pytest
 import scipy
 
-from replication.errors import InvalidInputError, ReplicationError
-from replication.estimation.delay import DelayPlant
-from replication.estimation.delay import models as lmi
-from replication.estimation.delay.models import (
+from papers.peet2019 import method as lmi
+from papers.peet2019.method import (
     AllPass,
     Model,
     chebyshev_model,
+    frequency_response,
+    hinf_gain,
     lmi_gain,
     lossless_delay,
     pade_model,
     riccati_gain,
 )
+from replication.errors import InvalidInputError, ReplicationError
+from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.sos.observer import ErrorSystem, hinf_norm
-from replication.estimation.delay.spectrum import Scheme, frequency_response, grid, hinf_gain
+from replication.estimation.delay.spectrum import Scheme, grid
 from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, two_delays, unstable_pair
 
 OMEGA = np.array([0.1, 1.0, 4.0])

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from papers.peet2019.experiments.examples import cross_checked
+from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
-from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
 from replication.estimation.delay.sos.certificate import STATED_GAP, certificate_at
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
-from replication.estimation.delay.spectrum import hinf_gain
 from replication.estimation.delay.units import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,
