@@ -25,8 +25,7 @@ from replication.estimation.multirate.losses.models import InARow
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.result import NonuniformResult
-from replication.estimation.nonuniform.stamped.result import StampedResult
+from replication.estimation.nonuniform.result import NonuniformResult, StampedResult
 from replication.verify.run import check
 from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused

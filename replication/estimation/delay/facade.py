@@ -15,7 +15,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import PlantReader, Signals, measured_outputs, numbered
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
-from replication.estimation.delay.exact.loop import decided, error_response, no_injection, plant_terms
+from replication.estimation.delay.exact.loop import decided, error_response, plant_terms
 from replication.estimation.delay.exact.response import gain_bracket
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
@@ -213,7 +213,7 @@ def analyse(
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
     if root.real < 0:
         terms = plant_terms(system)
-        gain = gain_bracket(error_response(terms, no_injection(terms)), OPEN_LOOP)
+        gain = gain_bracket(error_response(terms), OPEN_LOOP)
         facts.append(Evidence("gain from w to z", gain.upper, "upper bound over all frequencies, exact response"))
     else:
         facts.append(Evidence("gain from w to z", "infinite", "the plant is not stable"))

@@ -206,23 +206,24 @@ class DelayPlant:
         spread = (*self.b_u_delayed, *self.a_spread, *self.c1_spread, *self.c2_spread)
         return not any(np.any(part) for part in (*more, *spread))
 
-    @property
-    def now(self) -> Array:
-        """[[A_0, B], [C_10, D_11], [C_2, D_21]]."""
-        return np.block([[self.a0, self.b], [self.c10, self.d11], [self.c2, self.d21]])
 
-    def late(self, i: int) -> Array:
-        """The same of delay i, from zero."""
-        nothing = np.zeros((self.outputs, self.inputs))
-        state, output = [self.a[i], self.b_delayed[i]], [self.c1[i], nothing]
-        return np.block([state, output, [self.c2_delayed[i], self.d21_delayed[i]]])
+def present(plant: DelayPlant) -> Array:
+    """[[A_0, B], [C_10, D_11], [C_2, D_21]]."""
+    return np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
 
-    def averages(self, i: int) -> Array:
-        """The same of the mean over delay i, (k, n + p + q, n + r): coefficients of the powers of age / delay."""
-        parts = [getattr(self, name)[i] for name in SPREAD]
-        count = max(len(part) for part in parts)
-        padding = [((0, count - len(part)), (0, 0), (0, self.inputs)) for part in parts]
-        return np.concatenate([np.pad(*part) for part in zip(parts, padding, strict=True)], axis=1)
+
+def late(plant: DelayPlant, i: int) -> Array:
+    """The same of delay i, from zero."""
+    state, output = [plant.a[i], plant.b_delayed[i]], [plant.c1[i], np.zeros((plant.outputs, plant.inputs))]
+    return np.block([state, output, [plant.c2_delayed[i], plant.d21_delayed[i]]])
+
+
+def averages(plant: DelayPlant, i: int) -> Array:
+    """The same of the mean over delay i, (k, n + p + q, n + r): coefficients of the powers of age / delay."""
+    parts = [getattr(plant, name)[i] for name in SPREAD]
+    count = max(len(part) for part in parts)
+    padded = [np.pad(part, ((0, count - len(part)), (0, 0), (0, plant.inputs))) for part in parts]
+    return np.concatenate(padded, axis=1)
 
 
 def delay_system(

@@ -12,17 +12,15 @@ from replication.errors import SolverError
 from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Shown, TradeOff
-from replication.estimation.delay.exact.loop import error_response, no_injection, plant_terms
+from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.smoothing import worth
 from replication.estimation.delay.general.mean_square import tradeoff
-from replication.estimation.delay.general.observer import DelayObserver
-from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.observer import hinf_norm
+from replication.estimation.delay.sos.observer import DelayGains, hinf_norm
 from replication.estimation.delay.sos.operators import check, observer_gains
-from replication.estimation.delay.sos.running import HistoryObserver, RunningDelayObserver
+from replication.estimation.delay.sos.running import HistoryObserver
 from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
@@ -67,25 +65,18 @@ class DelayResult(GainResult):
 
     method: str = "delay"
     quantity: str = "L2 gain from the disturbance w to the estimation error of z"
-    gains_of: HistoryObserver | DelayObserver
+    gains_of: Any
     order: int
     proof: Certificate | GeneralLevel | None = None
     covariance: Array | None = None
 
-    @classmethod
-    def of(
-        cls, gains_of: HistoryObserver | DelayObserver, bracket: Bracket, evidence: tuple[Evidence, ...], **own: Any
-    ) -> DelayResult:
-        """The result with the gains as arrays."""
-        arrays, axes = gains_of.arrays(own["order"])
-        return cls(gains_of=gains_of, bracket=bracket, evidence=evidence, gains=frozen(arrays), axes=axes, **own)
-
     @property
     def plant(self) -> DelayPlant:
         """The plant for which the level holds."""
-        return self.gains_of.plant
+        plant: DelayPlant = self.gains_of.plant
+        return plant
 
-    def observer(self, dt: float) -> RunningDelayObserver | InnovationsObserver:
+    def observer(self, dt: float) -> Any:
         """The observer on measurements sampled every `dt` (s); `step(u, y)` gives the estimate at the same instant."""
         return self.gains_of.running(dt, self.order).named(self.signals)
 
@@ -128,6 +119,12 @@ class DelayResult(GainResult):
         return tradeoff(self.plant, points)
 
 
+def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **own: Any) -> DelayResult:
+    """The result with the gains as arrays."""
+    arrays, axes = gains_of.arrays(own["order"])
+    return DelayResult(gains_of=gains_of, bracket=bracket, evidence=evidence, gains=frozen(arrays), axes=axes, **own)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class DelayAnalysis(Shown):
     """What the plant does by itself: its rightmost root, and the gain from w to z if it is stable.
@@ -151,7 +148,7 @@ class DelayAnalysis(Shown):
         """The exact gain from w to z over the frequency."""
         omega = _frequencies(self.plant)
         terms = plant_terms(self.plant)
-        gains = error_response(terms, no_injection(terms)).gains(omega)
+        gains = error_response(terms).gains(omega)
         return (Panel(np.log10(omega), "frequency, log10 of rad/s", "gain from w to z", {"gain": gains}, {}),)
 
     def to_dict(self) -> dict[str, Any]:
@@ -191,4 +188,4 @@ def result_of(
         *worth(plant_terms(system), certificate.gamma),
     )
     bracket = Bracket(min(norm.lower, certificate.gamma), certificate.gamma, BOTH_ENDS)
-    return DelayResult.of(observer, bracket, evidence, signals=signals, proof=certificate, order=order)
+    return made(observer, bracket, evidence, signals=signals, proof=certificate, order=order)

@@ -17,7 +17,7 @@ import numpy as np
 from replication.errors import SolverError
 from replication.estimation.delay.exact.response import Response
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, polynomial, projected, stacked
-from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant, averages, late, present
 from replication.estimation.validation import Array
 
 # A delay plant as matrix functions of s; field by field, apart from the synthesis
@@ -31,9 +31,8 @@ def plant_terms(plant: DelayPlant) -> PlantTerms:
         return np.vstack([b_u, np.zeros((p + q, m))])
 
     each = range(plant.delay_count)
-    terms = Terms(
-        plant.now, plant.delays, tuple(map(plant.late, each)), tuple(_average(plant.averages(i)) for i in each)
-    )
+    kernels = tuple(_average(averages(plant, i)) for i in each)
+    terms = Terms(present(plant), plant.delays, tuple(late(plant, i) for i in each), kernels)
     known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(each))
     return PlantTerms((n, p, q, r), terms, known)
 
@@ -44,11 +43,6 @@ def _average(powers: Array) -> Kernel | None:
         return None
     exponents = np.arange(len(powers))
     return polynomial(projected(lambda lags: np.tensordot(lags[:, None] ** exponents, powers, axes=1), len(powers) - 1))
-
-
-def no_injection(plant: PlantTerms) -> Terms:
-    """That of the estimate zero."""
-    return Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
 
 
 P = ParamSpec("P")
@@ -71,9 +65,10 @@ def decided(door: Callable[P, T]) -> Callable[P, T]:
     return refusing
 
 
-def error_response(plant: PlantTerms, injection: Terms) -> Response:
-    """From w to the error of z, for an observer of the plant itself; signals e, eps, z, w."""
+def error_response(plant: PlantTerms, injection: Terms | None = None) -> Response:
+    """From w to the error of z, for an observer of the plant itself, or the estimate zero; signals e, eps, z, w."""
     n, p, q, r = plant.sizes
+    injection = Terms(np.zeros((len(plant.terms.constant), q))) if injection is None else injection
     rows, e, eps, z, w = _places(n, q, p, r)
     # Rows (x', z, y) of the plant go to those of e, z and eps.
     to = np.hstack([rows[e].T, rows[z].T, rows[eps].T])

@@ -13,7 +13,7 @@ import numpy as np
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.delay.exact.central import FilterModel, central, ladder_model
-from replication.estimation.delay.exact.loop import error_response, no_injection
+from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.exact.response import gain_bracket
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, axis
 from replication.estimation.linear.norms import hinf_norm
@@ -102,7 +102,7 @@ def worth(plant: PlantTerms, level: float | Bracket) -> tuple[Evidence, ...]:
     """The facts to set beside `level`, with advice where it is hardly below that without sensors."""
     how = "gain from w to the error of z, true exponentials"
     try:
-        found = gain_bracket(error_response(plant, no_injection(plant)), WIDTH)
+        found = gain_bracket(error_response(plant), WIDTH)
         without = Bracket(found.lower, found.upper, "attained")
     except InfeasibleError:
         without = None

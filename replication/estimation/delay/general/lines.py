@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant, averages, late, present
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 
@@ -68,11 +68,11 @@ class LineForm:
 def line_form(plant: DelayPlant) -> LineForm:
     """The plant as lines; known inputs are left out: the observer copies them."""
     lines = (_line(plant, i) for i in range(plant.delay_count))
-    return LineForm(plant.states, plant.outputs, plant.now, tuple(line for line in lines if line.width))
+    return LineForm(plant.states, plant.outputs, present(plant), tuple(line for line in lines if line.width))
 
 
 def _line(plant: DelayPlant, i: int) -> Line:
-    end, moments = plant.late(i), _legendre(plant.averages(i))
+    end, moments = late(plant, i), _legendre(averages(plant, i))
     carry = carried(np.concatenate([end[None], moments]))
     return Line(plant.delays[i], carry, end @ carry.T, moments @ carry.T)
 

@@ -46,8 +46,8 @@ MOST = 2_000_000
 Function = Callable[[Array], Complex | Array]
 
 
-def error_covariance(plant: PlantTerms, injection: Terms) -> tuple[Array, float]:
-    """Covariance (p, p) of the error of z for an observer that adds `injection` times its innovation.
+def error_covariance(plant: PlantTerms, injection: Terms | None = None) -> tuple[Array, float]:
+    """Covariance (p, p) of the error of z for an observer that adds `injection` times its innovation, or of z itself.
 
     And the frequency beyond which its error has no dynamics, rad/s.
 

@@ -13,7 +13,6 @@ from replication.estimation.delay.exact.loop import (
     decided,
     error_response,
     mismatched_response,
-    no_injection,
     plant_terms,
 )
 from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
@@ -23,7 +22,7 @@ from replication.estimation.delay.general.lines import LineForm
 from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.sos.observer import ErrorSystem, Trajectory, equidistant
+from replication.estimation.delay.sos.observer import DelayGains, ErrorSystem, Trajectory, equidistant
 from replication.estimation.validation import Array, as_array, positive_integer, positive_scalar
 
 # The observer of a delay plant: gains on the present innovation, as data.
@@ -42,7 +41,7 @@ from replication.estimation.validation import Array, as_array, positive_integer,
 
 
 @dataclass(frozen=True)
-class DelayObserver:
+class DelayObserver(DelayGains):
     """The gains of an observer, in the units of the plant.
 
     Attributes
@@ -119,8 +118,8 @@ class DelayObserver:
         """From w to the error of z, true exponentials."""
         return error_response(plant_terms(self.plant), self.terms)
 
-    def arrays(self, order: int = 0) -> tuple[dict[str, Array], dict[str, str]]:
-        """The gains by name, and what their axes are; a line that carries nothing has none."""
+    def arrays(self, order: int) -> tuple[dict[str, Array], dict[str, str]]:
+        """A line that carries nothing has none."""
         gains, axes = {"L0": self.l0, "Lz": self.lz}, {"L0": "(state, measurement)", "Lz": "(output, measurement)"}
         for i, (line, kernel) in enumerate(zip(self.form.lines, self.kernels, strict=True), start=1):
             gains |= {f"L{i}": kernel, f"E{i}": line.carry}
@@ -128,11 +127,7 @@ class DelayObserver:
         return gains, axes
 
     def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
-        """The error with each line replaced by `order` moments (Legendre-tau method), and its direct part (p, r).
-
-
-        Its first n states are the error of x. Raises InvalidInputError where `order` is below what the averages need.
-        """
+        """Each line by `order` moments (Legendre-tau method), no fewer than the averages need."""
         plant = moment_plant(self.form, positive_integer("order", order))
         moments = [np.zeros((order, *kernel.shape[1:])) for kernel in self.kernels]
         for held, kernel in zip(moments, self.kernels, strict=True):
@@ -141,19 +136,16 @@ class DelayObserver:
         a, b = plant.a - injection @ plant.cy, plant.b - injection @ plant.dy
         return ErrorSystem(a, b, plant.cz - self.lz @ plant.cy), plant.dz - self.lz @ plant.dy
 
-    def gain_at(self, omega: Array, order: int = 0) -> Array:
-        """The largest gain from w to the error of z at frequencies (M,), rad/s; with true exponentials."""
+    def gain_at(self, omega: Array, order: int) -> Array:
+        """With true exponentials."""
         return self.error.gains(omega)
 
-    def running(self, dt: float, order: int = 0) -> InnovationsObserver:
-        """The observer on samples, every `dt` (s); raises as `InnovationsObserver`."""
+    def running(self, dt: float, order: int) -> InnovationsObserver:
+        """With the recursion `sampled`."""
         return InnovationsObserver(plant_terms(self.plant), self.terms, dt=dt)
 
-    def trajectory(self, times: object, disturbance: object, order: int = 0) -> Trajectory:
-        """The error from rest, by the recursion that runs: of second order in the step.
-
-        Arguments and InvalidInputError as in `simulate`, also for steps that are too long.
-        """
+    def trajectory(self, times: object, disturbance: object, order: int) -> Trajectory:
+        """By the recursion that runs: of second order in the step."""
         instants, w, dt = equidistant(times, disturbance, self.plant.inputs)
         plant = plant_terms(self.plant)
         n, _, q, _ = plant.sizes
@@ -239,7 +231,7 @@ def worst_gain(
     ends = as_array("ranges", given, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
-    roots = decided(right_roots)(error_response(plant, no_injection(plant)))[1]
+    roots = decided(right_roots)(error_response(plant))[1]
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "

@@ -5,7 +5,9 @@ State: e and the values of φ_i at the points other than η = 0, where φ_i(0) =
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
@@ -15,6 +17,9 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
 from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
+
+if TYPE_CHECKING:
+    from replication.estimation.api.running import RunningObserver
 
 
 @dataclass(frozen=True)
@@ -152,6 +157,32 @@ def _crossings(error: ErrorSystem, level: float) -> Array:
     return result
 
 
+class DelayGains(ABC):
+    """The gains of an observer of a delay plant, and what follows from them; `order` resolves each delay."""
+
+    plant: DelayPlant
+
+    @abstractmethod
+    def arrays(self, order: int) -> tuple[dict[str, Array], dict[str, str]]:
+        """The gains by name, and what their axes are."""
+
+    @abstractmethod
+    def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
+        """The error of the estimate without delays, its first n states that of x; and its direct part (p, r)."""
+
+    @abstractmethod
+    def gain_at(self, omega: Array, order: int) -> Array:
+        """The largest gain from w to the error of z at frequencies (M,), rad/s."""
+
+    @abstractmethod
+    def running(self, dt: float, order: int) -> RunningObserver:
+        """The observer on samples, every `dt` (s); raises InvalidInputError for a step that does not do."""
+
+    @abstractmethod
+    def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
+        """The error from rest; raises InvalidInputError as `simulate`."""
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Answer of the error system to a disturbance."""
@@ -183,6 +214,15 @@ def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array,
     return instants, w, float(steps.mean())
 
 
+def over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
+    """e^{a dt}, and the effect of an input of b that is constant, and of one that grows from 0 to 1 over the step."""
+    n, r = b.shape
+    augmented = np.zeros((n + 2 * r, n + 2 * r))
+    augmented[:n, :n], augmented[:n, n : n + r], augmented[n : n + r, n + r :] = a, b, np.eye(r) / dt
+    phi = scipy.linalg.expm(augmented * dt)
+    return phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
+
+
 def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
     """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
 
@@ -190,13 +230,8 @@ def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) 
     that is zero.
     """
     instants, w, h = equidistant(times, disturbance, error.b.shape[1])
-    n, r = error.a.shape[0], error.b.shape[1]
-    augmented = np.zeros((n + 2 * r, n + 2 * r))
-    augmented[:n, :n], augmented[:n, n : n + r] = error.a, error.b
-    augmented[n : n + r, n + r :] = np.eye(r) / h
-    phi = scipy.linalg.expm(augmented * h)
-    step, hold, ramp = phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
-    state = np.zeros((len(instants), n))
+    step, hold, ramp = over_step(error.a, error.b, h)
+    state = np.zeros((len(instants), len(step)))
     for m in range(len(instants) - 1):
         state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
     return Trajectory(instants, w, state @ error.c.T, state[:, :states])

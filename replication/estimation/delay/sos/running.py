@@ -16,12 +16,14 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.observer import (
+    DelayGains,
     ErrorSystem,
     Trajectory,
     assembled,
     error_system,
     histories,
     injected,
+    over_step,
     simulate,
 )
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
@@ -68,7 +70,7 @@ class RunningDelayObserver(RunningObserver):
         self._system, self._net = system, grid(order)
         values = evaluate(gains, self._net.points)
         a, G, E = assembled(system, values, self._net).a, injection(values, self._net), reading(system, self._net)
-        self._step, hold, ramp = _over_step(a, -G, self.dt)
+        self._step, hold, ramp = over_step(a, -G, self.dt)
         # Y at the end of the step weighs by the ramp, Y at its start by the rest.
         self._old, self._new = hold - ramp, ramp
         self._free = scipy.linalg.expm((a - G @ E) * self.dt)
@@ -139,15 +141,6 @@ def reading(system: DelayPlant, net: Grid) -> Array:
     return np.asarray(rows.reshape(-1, rows.shape[-1]))
 
 
-def _over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
-    """e^{a dt}, and the effect of an input b v with v constant, and with v growing from 0 to 1 over the step."""
-    n = len(a)
-    whole = np.zeros((3 * n, 3 * n))
-    whole[:n, :n], whole[:n, n : 2 * n], whole[n : 2 * n, 2 * n :] = a, np.eye(n), np.eye(n) / dt
-    power = scipy.linalg.expm(whole * dt)
-    return power[:n, :n], power[:n, n : 2 * n] @ b, power[:n, 2 * n :] @ b
-
-
 AXES = {
     "points": "(point)",
     "L0": "(state, measurement)",
@@ -161,7 +154,7 @@ AXES = {
 
 
 @dataclass(frozen=True, eq=False)
-class HistoryObserver:
+class HistoryObserver(DelayGains):
     """The observer (2) of a plant whose y is free of noise: it keeps the histories of y.
 
     Attributes
@@ -176,26 +169,26 @@ class HistoryObserver:
     operators: ObserverGains
 
     def arrays(self, order: int) -> tuple[dict[str, Array], dict[str, str]]:
-        """The gains at `order` + 1 points of the scaled histories [-1, 0], and what their axes are."""
+        """At `order` + 1 points of the scaled histories [-1, 0]."""
         points = grid(order).points
         values = evaluate(self.operators, points)
         return {"points": points} | {f"L{i}": getattr(values, f"l{i}") for i in (0, 2, 3, 4, 5, 6, 7)}, AXES.copy()
 
     def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
-        """The error with histories at `order` + 1 points, and its direct part: none."""
+        """Histories at `order` + 1 points."""
         error = error_system(self.plant, self.operators, order)
         return error, np.zeros((len(error.c), error.b.shape[1]))
 
     def gain_at(self, omega: Array, order: int) -> Array:
-        """The largest gain from w to the error of z at frequencies (M,), rad/s; of that model."""
+        """Of that model."""
         error, _ = self.error_model(order)
         eye = np.eye(len(error.a))
         return np.array([np.linalg.norm(error.c @ np.linalg.solve(1j * w * eye - error.a, error.b), 2) for w in omega])
 
     def running(self, dt: float, order: int) -> RunningDelayObserver:
-        """The observer on samples, every `dt` (s); raises as `RunningDelayObserver`."""
+        """With y linear between samples."""
         return RunningDelayObserver(self.plant, self.operators, dt=dt, order=order)
 
     def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
-        """The error from rest, of that model and exact for it; raises InvalidInputError as `simulate`."""
+        """Of that model, and exact for it."""
         return simulate(self.error_model(order)[0], times, disturbance, self.plant.states)
