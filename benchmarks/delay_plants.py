@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.clock import processor_seconds
 from replication.errors import ReplicationError
 from replication.estimation.delay import DelayPlant, delay_system, exact_gain, limit, minimum_gain
-from replication.estimation.delay.general.lines import line_form
+from replication.estimation.delay.general.cone import line_form
 from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
 from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule

@@ -21,9 +21,8 @@ from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import NonuniformResult, StampedResult, gains_of
-from replication.estimation.nonuniform.sequences import sequence_gain
 from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant
-from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
+from replication.estimation.nonuniform.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.validation import as_matrix
 
 if TYPE_CHECKING:

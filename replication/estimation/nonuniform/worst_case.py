@@ -10,15 +10,183 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.nonuniform.sequences import sequence_gain, sequence_gains
 from replication.estimation.validation import Array, as_array, positive_integer
+
+SEARCH_TOLERANCE = 1e-4
+FINAL_TOLERANCE = 1e-10
+"""Of Lanczos; the error of the singular value is about its square."""
+DENSE, RESTARTS = 2000, 200
+"""Disturbances of at most so many numbers come from a singular value decomposition if Lanczos restarts more often."""
+BLOCK = 32
+"""Samples, a power of two, whose map is one matrix."""
+TOGETHER = 4096
+"""Numbers of the disturbances of one batch, which then stay in the cache of the processor."""
+LOOKS = (10, 14, 18, 24, 32, 42, 56, 75, 100, 135, 180)
+"""After so many Lanczos steps the gains of a batch are looked at; those not known then are found one by one."""
+
+
+def sequence_gain(
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: Array,
+    *,
+    per_duration: bool = False,
+    tolerance: float = FINAL_TOLERANCE,
+) -> tuple[float, Array]:
+    """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
+
+    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period). Raises InvalidInputError
+    for fewer than two periods, periods that are not positive, or a filter that does not fit.
+    """
+    periods = as_periods("periods", periods)
+    if len(periods) < 2:
+        raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
+    filter_.error_output(plant)
+    (root,), blocks = _blocks(plant, filter_, [periods], per_duration)
+    count, numbers = root.size * plant.B.shape[1], blocks.inner[:, 0].size
+    operator = scipy.sparse.linalg.LinearOperator((numbers, numbers), matvec=blocks.normal, dtype=float)
+    # A fixed first guess, and fixed ones after a restart, make the result reproducible.
+    rng = np.random.default_rng(0)
+    guess = np.zeros(numbers)
+    guess[:count] = rng.standard_normal(count)
+    try:
+        most = RESTARTS if count <= DENSE else None
+        found = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[1]
+    except scipy.sparse.linalg.ArpackNoConvergence:
+        # The largest values lie too close together for Lanczos.
+        if count > DENSE:
+            raise
+        found = np.linalg.svd(np.array([blocks.forward(unit).ravel() for unit in np.eye(numbers)])).U
+    w = found[:, 0] / np.linalg.norm(found[:, 0])
+    return float(np.linalg.norm(blocks.forward(w))), np.asarray(w[:count].reshape(len(periods), -1) / root)
+
+
+def sequence_gains(
+    plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array], *, per_duration: bool = False
+) -> list[float]:
+    """The gains of sequences of one length to SEARCH_TOLERANCE."""
+    size = max(1, TOGETHER // (len(sequences[0]) * plant.B.shape[1]))
+    alone = partial(sequence_gain, per_duration=per_duration, tolerance=SEARCH_TOLERANCE)
+    found: list[float] = []
+    for start in range(0, len(sequences), size):
+        some = sequences[start : start + size]
+        squares, known = _largest(_blocks(plant, filter_, some, per_duration)[1], len(some), len(some[0]))
+        for periods, square, settled in zip(some, squares, known, strict=True):
+            found.append(float(np.sqrt(square)) if settled else alone(plant, filter_, periods)[0])
+    return found
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """The map of sequences after one another, S of them, with J blocks of L samples.
+
+    band: the system that gives the states after each block, for LAPACK; inner (J, N, L m): what the disturbances of a
+    block add to the state after it; errors (J, L s, N + L m): its errors; rest (J,): whether it starts from rest.
+    """
+
+    band: Array
+    inner: Array
+    errors: Array
+    rest: Array
+
+    def solved(self, right: Array, trans: str = "N") -> Array:
+        """States, or costates, from what is added to them."""
+        x, _ = scipy.linalg.lapack.dtbtrs(self.band, right.reshape(-1, 1), uplo="L", trans=trans, diag="U")
+        return np.asarray(x).reshape(self.inner.shape[:2])
+
+    def forward(self, w: Array) -> Array:
+        """The errors (J, L s, 1)."""
+        count, size, width = self.inner.shape
+        known = np.zeros((count, size + width, 1))
+        known[:, size:, 0] = w.reshape(count, width)
+        known[1:, :size, 0] = self.solved(self.inner @ known[:, size:])[:-1]
+        known[self.rest, :size] = 0.0
+        return np.asarray(self.errors @ known)
+
+    def normal(self, w: Array) -> Array:
+        """The map and its adjoint, one after the other."""
+        size = self.inner.shape[1]
+        pulled = np.swapaxes(self.errors, 1, 2) @ self.forward(w)
+        costs = np.zeros((len(pulled), size))
+        costs[:-1] = np.where(self.rest[1:, None], 0.0, pulled[1:, :size, 0])
+        return np.asarray((pulled[:, size:, 0] + (self.solved(costs, "T")[:, None] @ self.inner)[:, 0]).ravel())
+
+
+def _blocks(
+    plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array], per_duration: bool
+) -> tuple[list[Array], _Blocks]:
+    """For each of the sequences, all of one length, the roots (K, 1) of its weights; and their map."""
+    length, output = len(sequences[0]), filter_.error_output(plant)
+    upper = np.split(plant.transitions(np.concatenate(sequences))[:, : plant.order], len(sequences))
+    roots = [np.sqrt(periods)[:, None] if per_duration else np.ones((length, 1)) for periods in sequences]
+    moves, errors = [], []
+    for periods, rows, root in zip(sequences, upper, roots, strict=True):
+        steps, drives = filter_.steps_along(plant, periods, rows)
+        moves.append(np.concatenate([steps, drives / root[:, :, None]], axis=2))
+        errors.append(output * np.vstack([root[1:], root[-1:]])[:, :, None] @ moves[-1])
+    missing = ((0, 0), (0, -length % BLOCK), (0, 0), (0, 0))
+    maps, seen = _doubled(np.pad(moves, missing), np.pad(errors, missing))
+    count, size = maps.shape[1], maps.shape[2]
+    rest = np.arange(len(sequences) * count) % count == 0
+    maps, seen = (part.reshape(-1, *part.shape[2:]) for part in (maps, seen))
+    return roots, _Blocks(_banded(maps[:, :, :size], rest), maps[:, :, size:], seen, rest)
+
+
+def _doubled(moves: Array, errors: Array) -> tuple[Array, Array]:
+    """From one sample (S, K, N, N + m) and its errors (S, K, s, N + m) to BLOCK samples at a time."""
+    size = moves.shape[2]
+    for _ in range(BLOCK.bit_length() - 1):
+        before, after, early, late = moves[:, ::2], moves[:, 1::2], errors[:, ::2], errors[:, 1::2]
+        fresh = np.zeros((*early.shape[:3], late.shape[3] - size))
+        moves = np.concatenate([after[..., :size] @ before, after[..., size:]], axis=3)
+        late = np.concatenate([late[..., :size] @ before, late[..., size:]], axis=3)
+        errors = np.concatenate([np.concatenate([early, fresh], axis=3), late], axis=2)
+    return moves, errors
+
+
+def _banded(steps: Array, rest: Array) -> Array:
+    """The matrix that takes x_1 ... x_J to x_{j+1} - A_j x_j, without A_j where x_j starts from rest, and whose
+    diagonal is one: its lower band, for LAPACK."""
+    count, size, _ = steps.shape
+    band = np.zeros((2 * size, count, size))
+    row, column = np.indices((size, size))
+    band[size + row - column, :-1, column] = -np.moveaxis(np.where(rest[1:, None, None], 0.0, steps[1:]), 0, -1)
+    return band.reshape(2 * size, count * size)
+
+
+def _largest(blocks: _Blocks, count: int, length: int) -> tuple[Array, Array]:
+    """The squared gain of each sequence, and whether it is known to SEARCH_TOLERANCE, by Lanczos steps of them all."""
+    width = len(blocks.inner) // count * BLOCK
+    now = np.zeros((count, width, blocks.inner.shape[2] // BLOCK))
+    now[:, :length] = np.random.default_rng(0).standard_normal(now[0, :length].shape)
+    now = now.reshape(count, -1) / np.linalg.norm(now.reshape(count, -1), axis=1)[:, None]
+    last, beta = np.zeros_like(now), np.zeros(count)
+    tridiagonal = np.zeros((count, LOOKS[-1] + 1, LOOKS[-1] + 1))
+    for step in range(LOOKS[-1]):
+        following = blocks.normal(now).reshape(now.shape) - beta[:, None] * last
+        alpha = np.einsum("sk,sk->s", following, now)
+        following -= alpha[:, None] * now
+        beta = np.linalg.norm(following, axis=1)
+        tridiagonal[:, step, step] = alpha
+        tridiagonal[:, step, step + 1] = tridiagonal[:, step + 1, step] = beta
+        if step + 1 in LOOKS:
+            values, vectors = np.linalg.eigh(tridiagonal[:, : step + 1, : step + 1])
+            known = beta * np.abs(vectors[:, -1, -1]) <= SEARCH_TOLERANCE * values[:, -1]
+            if np.all(known):
+                break
+        # A sequence whose space is used up goes on with zeros.
+        last, now = now, following / np.where(beta > 0, beta, 1.0)[:, None]
+    return values[:, -1], known
+
 
 Runs = tuple[int, ...]
 

@@ -26,7 +26,6 @@ from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
-from replication.estimation.nonuniform.sequences import sequence_gain
 from replication.estimation.nonuniform.stamped import design as proof_module
 from replication.estimation.nonuniform.stamped.design import (
     LOOSE,
@@ -38,7 +37,7 @@ from replication.estimation.nonuniform.stamped.design import (
     stamped_design,
     violations,
 )
-from replication.estimation.nonuniform.worst_case import simulate_error, worst_sequence
+from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error, worst_sequence
 
 OMEGA = 2 * np.pi * 0.8
 SWING = SampledPlant([[0, 1], [-(OMEGA**2), -0.6]], [[0, 0], [OMEGA**2, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])

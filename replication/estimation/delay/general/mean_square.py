@@ -18,8 +18,7 @@ from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
 from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
-from replication.estimation.delay.general.cone import moment_plant
-from replication.estimation.delay.general.lines import line_form
+from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant

@@ -17,8 +17,7 @@ from replication.estimation.delay.exact.loop import (
 )
 from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
 from replication.estimation.delay.exact.terms import Terms, polynomial, projected
-from replication.estimation.delay.general.cone import moment_plant
-from replication.estimation.delay.general.lines import LineForm
+from replication.estimation.delay.general.cone import LineForm, moment_plant
 from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre

@@ -14,15 +14,17 @@ from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import axis
 from replication.estimation.delay.general.cone import (
+    Line,
+    LineForm,
     Rates,
     Storage,
     dissipation,
     injection,
+    line_form,
     positivity,
     rates,
     storage_of,
 )
-from replication.estimation.delay.general.lines import Line, LineForm, line_form
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.units import converted, natural_units
