@@ -47,16 +47,16 @@ class DelayPlantReader(PlantReader[DelayPlant]):
         """x[0], u[0], y[0], z[0] and so on."""
         return signals_of(plant)
 
-    def read(self, system: Any, **given: Any) -> tuple[DelayPlant, Signals]:
+    def read(self, system: Any, **split: Any) -> tuple[DelayPlant, Signals]:
         """The delay-free part, with the delayed terms and the outputs that are measured."""
-        if any(value is None for value in given.values()):
+        if any(value is None for value in split.values()):
             raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
         if not system.isctime(strict=True) or np.any(system.D):
             raise InvalidInputError(
                 f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
             )
-        seen, others, signals = measured_outputs(system, given["measured"])
-        plant = delay_system(system.A, given["delayed"], given["delays"], system.B, system.C[others], system.C[seen])
+        seen, others, signals = measured_outputs(system, split["measured"])
+        plant = delay_system(system.A, split["delayed"], split["delays"], system.B, system.C[others], system.C[seen])
         return plant, replace(signals, disturbances=tuple(system.input_labels))
 
 
@@ -243,14 +243,14 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
         Another shape, unequal steps or a disturbance that is zero.
     """
     DelayResult.require(result)
-    found = result.gains_of.trajectory(times, disturbance, result.order)
+    trajectory = result.gains_of.trajectory(times, disturbance, result.order)
     names = result.signals
     signals = {
-        "error of z": (found.output, names.called(names.outputs)),
-        "error of x": (found.state, names.called(names.states)),
-        "disturbance": (found.disturbance, names.disturbances or numbered("w", found.disturbance.shape[1])),
+        "error of z": (trajectory.output, names.called(names.outputs)),
+        "error of x": (trajectory.state, names.called(names.states)),
+        "disturbance": (trajectory.disturbance, names.disturbances or numbered("w", trajectory.disturbance.shape[1])),
     }
-    return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
+    return simulated(result.method, trajectory.times, signals, ratio=trajectory.gain, steps=False)
 
 
 def _minimum(system: DelayPlant, degree: int, rule: DegreeRule) -> LeastGain:

@@ -306,37 +306,37 @@ def listed(name: str, value: Any) -> list[Any]:
 
 def _checked(plant: DelayPlant) -> dict[str, Any]:
     """The fields by name as read-only arrays and tuples of them."""
-    given = {field.name: getattr(plant, field.name) for field in fields(plant)}
-    n = as_matrix("a0", given["a0"]).shape[0]
+    values = {field.name: getattr(plant, field.name) for field in fields(plant)}
+    n = as_matrix("a0", values["a0"]).shape[0]
     if n < 1:
         raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
     r, p, q, m = (
-        as_matrix(name, given[name]).shape[axis] if given[name] is not None else 0
+        as_matrix(name, values[name]).shape[axis] if values[name] is not None else 0
         for name, axis in (("b", 1), ("c10", 0), ("c2", 0), ("b_u", 1))
     )
-    if given["b_u"] is None and len(listed("b_u_delayed", given["b_u_delayed"])):
-        m = as_matrix("b_u_delayed[0]", given["b_u_delayed"][0]).shape[1]
+    if values["b_u"] is None and len(listed("b_u_delayed", values["b_u_delayed"])):
+        m = as_matrix("b_u_delayed[0]", values["b_u_delayed"][0]).shape[1]
     if min(r, p, q) < 1:
         raise InvalidInputError(
             f"b must have a column, c10 and c2 a row, got {r} columns and {p} and {q} rows; for none use zeros"
         )
-    delays = checked_delays(given["delays"])
+    delays = checked_delays(values["delays"])
     sizes = {"n": n, "p": p, "q": q, "r": r, "m": m}
-    checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(given["ranges"], delays)}
+    checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(values["ranges"], delays)}
     for name, kinds in (ONCE | PER_DELAY | SPREAD).items():
         shape = sizes[kinds[0]], sizes[kinds[1]]
         if name in ONCE:
-            checked[name] = _matrix(name, np.zeros(shape) if given[name] is None else given[name], shape)
+            checked[name] = _matrix(name, np.zeros(shape) if values[name] is None else values[name], shape)
         else:
             checked[name] = _per_delay(
-                name, given[name], len(delays), shape, _matrix if name in PER_DELAY else _weights
+                name, values[name], len(delays), shape, _matrix if name in PER_DELAY else _weights
             )
     return checked
 
 
-def _ranges(given: Any, delays: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
+def _ranges(value: Any, delays: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
     """Ends of the ranges, each around its delay."""
-    pairs = listed("ranges", given) or [(delay, delay) for delay in delays]
+    pairs = listed("ranges", value) or [(delay, delay) for delay in delays]
     if len(pairs) != len(delays):
         raise InvalidInputError(f"ranges must hold one pair per delay: {len(delays)} delays, {len(pairs)} pairs")
     checked = []
@@ -357,10 +357,10 @@ def _per_delay(
     name: str, values: Any, count: int, shape: tuple[int, int], read: Callable[[str, Any, tuple[int, int]], Array]
 ) -> Matrices:
     """One value per delay, each as `read` takes it; zeros if there are none."""
-    given = listed(name, values) or [np.zeros(shape)] * count
-    if len(given) != count:
-        raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(given)} matrices")
-    return tuple(read(f"{name}[{i}]", value, shape) for i, value in enumerate(given))
+    each = listed(name, values) or [np.zeros(shape)] * count
+    if len(each) != count:
+        raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(each)} matrices")
+    return tuple(read(f"{name}[{i}]", value, shape) for i, value in enumerate(each))
 
 
 def _matrix(name: str, value: Any, shape: tuple[int, int]) -> Array:

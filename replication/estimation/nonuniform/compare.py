@@ -73,8 +73,10 @@ def beside(
     without = without_sensors(plant, periods, level.upper, horizon)
     facts += baselines(level, "all sampling sequences", without=without, kalman=kalman, limit=limit, others=how)
     if not isinstance(filter_, StampedFilter) and kalman is not None and kalman < own / KNOWN:
-        told = f"Kalman filters that know the period have {kalman / own:.2g} times this level"
-        facts.append(Evidence("advice", told, "if each sample has a time stamp, use `design_stamped`, which takes it"))
+        advice = f"Kalman filters that know the period have {kalman / own:.2g} times this level"
+        facts.append(
+            Evidence("advice", advice, "if each sample has a time stamp, use `design_stamped`, which takes it")
+        )
     return Beside(own, level.lower, tuple(facts))
 
 

@@ -47,11 +47,11 @@ class SampledPlantReader(PlantReader[SampledPlant]):
         """x[0], y[0], z[0] and so on."""
         return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
 
-    def read(self, system: Any, **given: Any) -> tuple[SampledPlant, Signals]:
+    def read(self, system: Any, **split: Any) -> tuple[SampledPlant, Signals]:
         """With the outputs that are measured; the others are estimated."""
-        if given["measured"] is None:
+        if split["measured"] is None:
             raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
-        measured = given["measured"]
+        measured = split["measured"]
         signals = parts_of(system, continuous=True, measured=measured).signals
         return self.makes.from_statespace(system, measured), signals
 
@@ -198,8 +198,8 @@ def simulate(
         low, high = result.periods.h_l, result.periods.h_u
         if np.any(periods < low) or np.any(periods > high):
             raise InvalidInputError(f"sampling_periods must lie in [{low:g}, {high:g}] s, where the level holds")
-        given = sequence_gain(result.plant, result.filter, periods)[1] if disturbance is None else disturbance
-        w = np.asarray(given)
+        inputs = sequence_gain(result.plant, result.filter, periods)[1] if disturbance is None else disturbance
+        w = np.asarray(inputs)
     error = simulate_error(result.plant, result.filter, periods, w)
     # Nothing is held after the last sample.
     signals = {
@@ -210,16 +210,16 @@ def simulate(
     return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)
 
 
-def _filter(given: Filter | control.StateSpace) -> Filter:
-    if isinstance(given, Filter):
-        return given
-    if not is_statespace(given):
-        raise InvalidInputError(f"filter_ must be Filter(A_f, B_f, C_f) or a StateSpace, got {type(given).__name__}")
-    if given.dt == 0:
+def _filter(filter_: Filter | control.StateSpace) -> Filter:
+    if isinstance(filter_, Filter):
+        return filter_
+    if not is_statespace(filter_):
+        raise InvalidInputError(f"filter_ must be Filter(A_f, B_f, C_f) or a StateSpace, got {type(filter_).__name__}")
+    if filter_.dt == 0:
         raise InvalidInputError("filter_ runs from sample to sample, got a continuous-time one; sample it first")
-    if np.any(given.D):
+    if np.any(filter_.D):
         raise InvalidInputError("the filter must be strictly proper: form (4) has no D")
-    return Filter(given.A, given.B, given.C)
+    return Filter(filter_.A, filter_.B, filter_.C)
 
 
 def _require_memory(plant: SampledPlant, periods: PeriodRange) -> None:

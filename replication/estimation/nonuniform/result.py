@@ -157,7 +157,7 @@ class SequenceResult(Design):
     @classmethod
     def bracketed(
         cls,
-        found: Solution,
+        solution: Solution,
         upper: float,
         matrices: int,
         more: Sequence[Evidence],
@@ -168,10 +168,10 @@ class SequenceResult(Design):
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
         compared = beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
-        facts = [*found.evidence, *ends_found(attack, compared.lower, matrices), *more]
+        facts = [*solution.evidence, *ends_found(attack, compared.lower, matrices), *more]
         facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
         bracket = Bracket(compared.lower, upper, BOTH_ENDS)
-        return cls(bracket=bracket, gains=frozen(found.gains), evidence=(*facts, *compared.facts), **own)
+        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *compared.facts), **own)
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""
@@ -244,16 +244,16 @@ class NonuniformResult(SequenceResult):
         return Solution(gains_of(design.filter), facts)
 
     @classmethod
-    def worst(cls, found: Solution, *, leaves: int, horizon: int, **own: Any) -> Self:
+    def worst(cls, solution: Solution, *, leaves: int, horizon: int, **own: Any) -> Self:
         """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
-        plant, periods, filter_ = own["plant"], own["periods"], Filter(*found.gains.values())
+        plant, periods, filter_ = own["plant"], own["periods"], Filter(*solution.gains.values())
         with threadpool_limits(1, user_api="blas"), searched(horizon):
             gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
             radius = Evidence(
                 "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
             )
             own |= {"filter": filter_, "gain": gain}
-            return cls.bracketed(found, gain.upper, gain.guarantee.leaves, [radius], horizon=horizon, **own)
+            return cls.bracketed(solution, gain.upper, gain.guarantee.leaves, [radius], horizon=horizon, **own)
 
     def constant(self, h: float) -> Filter:
         """The filter itself."""
@@ -312,16 +312,16 @@ class StampedResult(SequenceResult):
         return Solution(gains, facts, {"filter": filter_, "proof": proof})
 
     @classmethod
-    def worst(cls, found: Solution, *, horizon: int, **own: Any) -> Self:
+    def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
         """The result for the gains of a solution, with a bad sequence and a floor of any filter."""
-        plant, periods, filter_, proof = own["plant"], own["periods"], found.own["filter"], found.own["proof"]
+        plant, periods, filter_, proof = own["plant"], own["periods"], solution.own["filter"], solution.own["proof"]
         with searched(horizon):
             own |= {"filter": filter_}
             own["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
             floor = floor_of_any_filter(plant, periods, proof.level)
             how = "Riccati recursion, the worst constant period"
             more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
-            return cls.bracketed(found, proof.level, len(proof.storage), more, horizon=horizon, **own)
+            return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **own)
 
     def constant(self, h: float) -> Filter:
         """x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)) with the gain after that period."""

@@ -21,6 +21,12 @@ from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_le
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, as_array, positive_integer
 
+# The gain of given sampling sequences, one to the last digit or many at once to those that a search needs.
+#
+# The gain of h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K. The map is
+# applied by blocks of samples, each of which is one matrix, and a banded triangular system in the states between them;
+# sequences that are asked for together are one long sequence that starts from rest several times.
+
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
 """Of Lanczos; the error of the singular value is about its square."""
@@ -60,13 +66,15 @@ def sequence_gain(
     guess[:count] = rng.standard_normal(count)
     try:
         most = RESTARTS if count <= DENSE else None
-        found = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[1]
+        largest = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[
+            1
+        ]
     except scipy.sparse.linalg.ArpackNoConvergence:
         # The largest values lie too close together for Lanczos.
         if count > DENSE:
             raise
-        found = np.linalg.svd(np.array([blocks.forward(unit).ravel() for unit in np.eye(numbers)])).U
-    w = found[:, 0] / np.linalg.norm(found[:, 0])
+        largest = np.linalg.svd(np.array([blocks.forward(unit).ravel() for unit in np.eye(numbers)])).U
+    w = largest[:, 0] / np.linalg.norm(largest[:, 0])
     return float(np.linalg.norm(blocks.forward(w))), np.asarray(w[:count].reshape(len(periods), -1) / root)
 
 
@@ -76,13 +84,13 @@ def sequence_gains(
     """The gains of sequences of one length to SEARCH_TOLERANCE."""
     size = max(1, TOGETHER // (len(sequences[0]) * plant.B.shape[1]))
     alone = partial(sequence_gain, per_duration=per_duration, tolerance=SEARCH_TOLERANCE)
-    found: list[float] = []
+    gains: list[float] = []
     for start in range(0, len(sequences), size):
         some = sequences[start : start + size]
         squares, known = _largest(_blocks(plant, filter_, some, per_duration)[1], len(some), len(some[0]))
         for periods, square, settled in zip(some, squares, known, strict=True):
-            found.append(float(np.sqrt(square)) if settled else alone(plant, filter_, periods)[0])
-    return found
+            gains.append(float(np.sqrt(square)) if settled else alone(plant, filter_, periods)[0])
+    return gains
 
 
 @dataclass(frozen=True)
@@ -279,10 +287,10 @@ class Search:
     def best(self, tried: Iterable[Runs]) -> tuple[float, Runs]:
         """The largest gain, and the first runs that have it."""
         sequences = {runs: repeated(self._periods, runs, self.horizon) for runs in tried}
-        new = {one.tobytes(): one for one in sequences.values() if one.tobytes() not in self._known}
+        new = {sequence.tobytes(): sequence for sequence in sequences.values() if sequence.tobytes() not in self._known}
         if new:
             self._known |= dict(zip(new, self._gains(list(new.values())), strict=True))
-        values = {runs: self._known[one.tobytes()] for runs, one in sequences.items()}
+        values = {runs: self._known[sequence.tobytes()] for runs, sequence in sequences.items()}
         best = max(values, key=values.__getitem__)
         return values[best], best
 
@@ -320,11 +328,11 @@ def adjusted(runs: Runs, search: Search) -> Runs:
 
 def _interrupted(runs: Runs) -> list[Runs]:
     """The runs with a few samples of the other kind put into one of them: near its ends, at its quarters or middle."""
-    found = []
+    longer = []
     for i, n in enumerate(runs):
         for before in sorted({1, n // 16, n // 4, n // 2, 3 * n // 4, n - n // 16, n - 1} & set(range(n + 1))):
-            found += [(*runs[:i], before, size, n - before, *runs[i + 1 :]) for size in (1, 4, 16)]
-    return found
+            longer += [(*runs[:i], before, size, n - before, *runs[i + 1 :]) for size in (1, 4, 16)]
+    return longer
 
 
 @dataclass(frozen=True)

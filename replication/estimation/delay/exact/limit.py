@@ -197,10 +197,10 @@ def _smoother(model: FilterModel, least: float) -> float:
         if not crossings.size:
             return best
         edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))
-        found = float(_gains(model, np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0])).max())
-        if found <= level:
-            return max(best, found)
-        best = found
+        reached = float(_gains(model, np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0])).max())
+        if reached <= level:
+            return max(best, reached)
+        best = reached
     return best
 
 
@@ -331,10 +331,10 @@ def climbed(
         model = ladder_model(plant, order)
         if len(model.a) > LARGEST and len(rungs) >= FEWEST:
             break
-        found = value(model, rungs[-1][1] if rungs else floor)
-        changes = (changes[1], abs(found - rungs[-1][1]) if rungs else np.inf)
-        rungs.append((order, found))
-        if max(*changes, floor - found) <= tolerance * found:
+        rung = value(model, rungs[-1][1] if rungs else floor)
+        changes = (changes[1], abs(rung - rungs[-1][1]) if rungs else np.inf)
+        rungs.append((order, rung))
+        if max(*changes, floor - rung) <= tolerance * rung:
             break
     return tuple(rungs), float(max(*changes, floor - rungs[-1][1]))
 

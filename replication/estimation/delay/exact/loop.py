@@ -53,9 +53,9 @@ def decided(door: Callable[P, T]) -> Callable[P, T]:
     """`door`, with SolverError where a matrix in it is singular to rounding: no number comes of that."""
 
     @wraps(door)
-    def refusing(*given: P.args, **more: P.kwargs) -> T:
+    def refusing(*args: P.args, **named: P.kwargs) -> T:
         try:
-            return door(*given, **more)
+            return door(*args, **named)
         except np.linalg.LinAlgError as error:
             raise SolverError(
                 f"rounding decides ({error}): a root of the plant lies on the imaginary axis where nothing moves it or "

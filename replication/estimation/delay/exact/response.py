@@ -241,10 +241,10 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
     upper, used = response.beyond(top), 0
     cells = response.cells(np.concatenate([grid, np.geomspace(reach, max(top, 1.1 * reach), FIRST)]))
     while cells.omega.size:
-        found = [
+        bounds = [
             response.bounded(Cells(*(part[i : i + CHUNK] for part in cells))) for i in range(0, len(cells.omega), CHUNK)
         ]
-        middle, above, widest = (np.concatenate(part) for part in zip(*found, strict=True))
+        middle, above, widest = (np.concatenate(part) for part in zip(*bounds, strict=True))
         used += len(middle)
         top_cell = int(np.argmax(middle))
         if middle[top_cell] > best.lower:
@@ -283,8 +283,8 @@ def right_roots(response: Response) -> tuple[float, int]:
             raise SolverError(
                 f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
             )
-        found = response.around(cells)
-        inverse, done = found.inverse, found.room
+        around = response.around(cells)
+        inverse, done = around.inverse, around.room
         for side in (-1.0, 1.0):
             ends = response.matrix(1j * (cells.omega + side * cells.half)[done])
             phase -= side * float(np.sum(np.angle(np.linalg.eigvals(inverse[done] @ ends))))

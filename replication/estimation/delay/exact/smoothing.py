@@ -51,10 +51,10 @@ def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherB
     left, right = omega[inner - 1], omega[inner + 1]
     for _ in range(ROUNDS if inner.size else 0):
         first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        found = smoother_gains(plant, np.concatenate([first, second]))
-        if found.max() > best:
-            best, where = float(found.max()), float(np.concatenate([first, second])[int(found.argmax())])
-        low, high = np.split(found, 2)
+        gains = smoother_gains(plant, np.concatenate([first, second]))
+        if gains.max() > best:
+            best, where = float(gains.max()), float(np.concatenate([first, second])[int(gains.argmax())])
+        low, high = np.split(gains, 2)
         left, right = np.where(low < high, first, left), np.where(low < high, right, second)
     return SmootherBound(best, where)
 
@@ -81,9 +81,9 @@ def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
     output, noise = values[:, plant.rows[1]] @ kernel, kernel[:, n:]
     _, sizes, right = np.linalg.svd(noise, full_matrices=False)
     moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)
-    turned = output @ right.conj().swapaxes(1, 2)
-    hidden = np.linalg.norm(turned * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
-    return turned * moved[:, None, :], hidden
+    maps = output @ right.conj().swapaxes(1, 2)
+    hidden = np.linalg.norm(maps * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
+    return maps * moved[:, None, :], hidden
 
 
 # Comparisons of the level of a delay observer: the gain without sensors, of a Kalman filter, of a smoother
@@ -102,8 +102,8 @@ def worth(plant: PlantTerms, level: float | Bracket) -> tuple[Evidence, ...]:
     """The facts to set beside `level`, with advice where it is hardly below that without sensors."""
     how = "gain from w to the error of z, true exponentials"
     try:
-        found = gain_bracket(error_response(plant), WIDTH)
-        without = Bracket(found.lower, found.upper, "attained")
+        gain = gain_bracket(error_response(plant), WIDTH)
+        without = Bracket(gain.lower, gain.upper, "attained")
     except InfeasibleError:
         without = None
     except (SolverError, np.linalg.LinAlgError):

@@ -119,22 +119,22 @@ def _spherical(x: Array, count: int) -> Array:
     x = np.maximum(np.abs(x), 1e-30)
     first = np.sinc(x / np.pi)
     second = np.where(x > 1e-2, (first - np.cos(x)) / x, x / 3.0 - x**3 / 30.0 + x**5 / 840.0)
-    found = np.zeros((len(x), max(count, 2)))
-    found[:, 0], found[:, 1] = first, second
+    bessel = np.zeros((len(x), max(count, 2)))
+    bessel[:, 0], bessel[:, 1] = first, second
     up = x > count
     for k in range(2, count):
-        found[up, k] = (2 * k - 1) / x[up] * found[up, k - 1] - found[up, k - 2]
+        bessel[up, k] = (2 * k - 1) / x[up] * bessel[up, k - 1] - bessel[up, k - 2]
     down = x[~up]
-    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), found.shape[1]))
+    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), bessel.shape[1]))
     for k in range(count + 10 + int(np.sqrt(40.0 * count)), 0, -1):
         ratio = 1.0 / ((2 * k + 1) / down - ratio)
-        if k < found.shape[1]:
+        if k < bessel.shape[1]:
             ratios[:, k] = ratio
     # From j_0 or j_1, whichever is the larger: one of them may be next to zero.
     later = np.where(np.abs(second[~up]) > np.abs(first[~up]), second[~up], first[~up] * ratios[:, 1])
-    found[~up, 1] = later
-    found[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
-    return np.asarray(sign * found[:, :count])
+    bessel[~up, 1] = later
+    bessel[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
+    return np.asarray(sign * bessel[:, :count])
 
 
 def polynomial(series: Array) -> Kernel:
@@ -200,13 +200,13 @@ class Terms:
     def lines_at(self, s: Complex, delays: Array | None = None) -> list[Complex]:
         """The part of each line."""
         times = np.tile(self.delays, (len(s), 1)) if delays is None else delays
-        found = []
+        parts = []
         for i, (_, matrix, kernel) in enumerate(self.spread):
             value = np.asarray(np.exp(-s * times[:, i])[:, None, None] * matrix, dtype=complex)
             if kernel is not None:
                 value += kernel.transform(s * times[:, i])
-            found.append(value)
-        return found
+            parts.append(value)
+        return parts
 
     def aged(self) -> Terms:
         """Each line weighted with its lag: the far end as it is, the kernels as lag·K(lag); no constant."""
@@ -232,14 +232,14 @@ class Terms:
 
     def sizes_beyond(self, phases: Array) -> list[Array]:
         """Bounds (M, a, b) of the part of line i on the imaginary axis where w tau_i >= phases[:, i]."""
-        found = []
+        sizes = []
         for i, (_, matrix, kernel) in enumerate(self.spread):
             size = np.tile(np.abs(matrix), (len(phases), 1, 1))
             if kernel is not None:
                 with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                     size += np.fmin(kernel.size(), kernel.variation() / phases[:, i, None, None])
-            found.append(size)
-        return found
+            sizes.append(size)
+        return sizes
 
     def variation(self, shortest: Sequence[float]) -> Array:
         """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
@@ -283,10 +283,10 @@ class PlantTerms:
         """
         n = self.sizes[0]
         states, _, measured = self.rows
-        found = np.concatenate([values[:, states], values[:, measured]], axis=1)
-        found[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
-        found /= np.maximum(np.linalg.norm(found, axis=2, keepdims=True), np.finfo(float).tiny)
-        return found
+        pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
+        pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+        pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
+        return pencil
 
     @property
     def columns(self) -> tuple[slice, slice]:

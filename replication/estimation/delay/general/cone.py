@@ -18,10 +18,18 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.conic.interior import Block
+from replication.estimation.conic.program import symmetric_basis
 from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.plant import DelayPlant, averages, late, present
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
+
+# A delay plant as lines: delay i carries psi_i(0, t) = E_i [x; w] and nothing else.
+#
+# A line of length tau holds psi(s, t) = psi(0, t + s tau) for -1 <= s <= 0. The plant uses the far end psi(-1, t) and
+# the Legendre moments mu_c(t), the integrals of p_c(s) psi(s, t) over s:
+#
+#     [x'; z; y] = now [x; w] + sum_i (end_i psi_i(-1) + sum_c moments_i[c] mu_ic).
 
 RANK = 1e-12
 """Singular values below this share of the largest carry nothing."""
@@ -303,14 +311,7 @@ def _forms(units: Array, left: Array, right: Array) -> Array:
 def _line_units(rates: Rates) -> list[Array]:
     """The symmetric unit matrices of each S_i, then of each T_i."""
     widths = [len(line.entry) for line in rates.lines]
-    return [_units(width) for width in (*widths, *widths)]
-
-
-def _units(order: int) -> Array:
-    rows, columns = np.triu_indices(order)
-    units = np.zeros((len(rows), order, order))
-    units[np.arange(len(rows)), rows, columns] = units[np.arange(len(rows)), columns, rows] = 1.0
-    return units
+    return [symmetric_basis(width) for width in (*widths, *widths)]
 
 
 # From a storage function to the gains of the observer: Z and L_z between the two inequalities, then their inverse
@@ -332,8 +333,8 @@ def multiplier(rates: Rates, storage: Storage) -> tuple[Array, Array]:
     free = np.r_[0:k, len(whole) - p : len(whole)]
     eps, rest = np.arange(k, k + q), np.arange(k + q, len(whole) - p)
     wanted = whole[np.ix_(free, rest)] @ np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, eps)])
-    found = np.linalg.solve(rates.unit, (wanted - whole[np.ix_(free, eps)]).T).T
-    return found[:k], found[k:]
+    injected = np.linalg.solve(rates.unit, (wanted - whole[np.ix_(free, eps)]).T).T
+    return injected[:k], injected[k:]
 
 
 def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, Array, tuple[Array, ...]]:

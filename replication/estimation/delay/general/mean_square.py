@@ -241,22 +241,22 @@ class Designs:
                 "a disturbance that y has shown acts again later (b_delayed or d21_delayed): the gains between both "
                 "goals jump there, and are not found; take the goal hinf or h2, or let that noise pass a state"
             )
-        found = limit(self.plant)
-        if found.level <= 0.0:
+        least = limit(self.plant)
+        if least.level <= 0.0:
             raise InfeasibleError("the least level cannot be told from zero: there is nothing to trade; take goal h2")
-        return found
+        return least
 
     def least(self) -> float:
         """The smallest level of a design."""
-        found = self.limit
-        return (1 + MARGIN) * (found.level + found.moving)
+        limit = self.limit
+        return (1 + MARGIN) * (limit.level + limit.moving)
 
     def above_least(self, level: float) -> float:
         """The level if some observer keeps it."""
-        found = self.limit
-        if level <= found.level - found.moving:
+        limit = self.limit
+        if level <= limit.level - limit.moving:
             raise InfeasibleError(
-                f"no observer has a gain below {level!r}: the least is {found.level:.6g}; ask for more"
+                f"no observer has a gain below {level!r}: the least is {limit.level:.6g}; ask for more"
             )
         return level
 

@@ -150,8 +150,8 @@ class DelayObserver(DelayGains):
         n, _, q, _ = plant.sizes
         # An observer that measures y = 0 and is told -w as if it were known estimates -e.
         rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
-        told = replace(plant, known=plant.terms.applied(-rows, columns[:, plant.columns[1]]))
-        copy = InnovationsObserver(told, self.terms, dt=dt)
+        driven = replace(plant, known=plant.terms.applied(-rows, columns[:, plant.columns[1]]))
+        copy = InnovationsObserver(driven, self.terms, dt=dt)
         output, state = np.zeros((len(w), plant.sizes[1])), np.zeros((len(w), n))
         for k, value in enumerate(w):
             state[k] = -copy.step(value, np.zeros(q))
@@ -226,8 +226,8 @@ def worst_gain(
     """
     plant = plant_terms(observer.plant)
     positive_scalar("relative", relative)
-    given = observer.plant.ranges if ranges is None else ranges
-    ends = as_array("ranges", given, (len(plant.terms.delays), 2), axes="(delays, 2)")
+    asked = observer.plant.ranges if ranges is None else ranges
+    ends = as_array("ranges", asked, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
     roots = decided(right_roots)(error_response(plant))[1]
@@ -239,5 +239,5 @@ def worst_gain(
     middle = [float(value) for value in ends.mean(axis=1)]
     pairs = [(float(low), float(high)) for low, high in ends]
     response = mismatched_response(plant, observer.terms, middle, pairs)
-    found = decided(gain_bracket)(response, relative)
-    return replace(found, delays=found.delays[: len(pairs)])
+    gain = decided(gain_bracket)(response, relative)
+    return replace(gain, delays=gain.delays[: len(pairs)])

@@ -291,10 +291,10 @@ class InnovationsObserver(RunningObserver):
         rate, past, u, y = np.split(whole, np.cumsum([n, taps.shape[1], m]))
         known = taps @ past + first[:, n + q :] @ u
         target = past[:n] + self.dt / 2.0 * (rate + known[states])
-        found = self._solve @ np.vstack([target, y - known[measured]])
-        later = np.vstack([found, u, past])[: len(past)]
-        rate = known[states] + first[states, : n + q] @ found
-        return single(np.vstack([rate, later]), found[:n], self.dt, self.signals)
+        now = self._solve @ np.vstack([target, y - known[measured]])
+        later = np.vstack([now, u, past])[: len(past)]
+        rate = known[states] + first[states, : n + q] @ now
+        return single(np.vstack([rate, later]), now[:n], self.dt, self.signals)
 
     def discretisation_error(self, omega: object) -> Array:
         """How far the recursion is from the observer in continuous time, for sampled sinusoids.
@@ -339,10 +339,10 @@ class InnovationsObserver(RunningObserver):
         expected = known[measured] + now[measured, :n] @ free
         y = self._completed(y, expected, np.ones(q, dtype=bool))
         if moves:
-            found = self._solve @ np.concatenate([target, y - known[measured]])
+            unknowns = self._solve @ np.concatenate([target, y - known[measured]])
         else:
-            found = np.concatenate([free, self._first @ (y - expected)])
-        rows = known + now[:, : n + q] @ found
-        self._state, self._rate, self._output = found[:n], rows[states], rows[estimated]
-        self._innovation = found[n:]
-        self._past = np.vstack([np.concatenate([found, u])[None], self._past[:-1]])
+            unknowns = np.concatenate([free, self._first @ (y - expected)])
+        rows = known + now[:, : n + q] @ unknowns
+        self._state, self._rate, self._output = unknowns[:n], rows[states], rows[estimated]
+        self._innovation = unknowns[n:]
+        self._past = np.vstack([np.concatenate([unknowns, u])[None], self._past[:-1]])

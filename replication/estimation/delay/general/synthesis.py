@@ -165,8 +165,8 @@ def _least(values: Callable[[Array], Array], omega: Array) -> tuple[float, float
         low, high = values(np.array([first, second]))
         left, right = (left, second) if low < high else (first, right)
     middle = (left + right) / 2.0
-    found = float(values(np.array([middle]))[0])
-    return (middle, found) if found < on_grid[best] else (float(omega[best]), float(on_grid[best]))
+    value = float(values(np.array([middle]))[0])
+    return (middle, value) if value < on_grid[best] else (float(omega[best]), float(on_grid[best]))
 
 
 DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 50
@@ -262,13 +262,13 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
         raise InfeasibleError(
             f"the level {level:.6g} is not found to be in reach of degree {degree}; relax it or raise the degree"
         )
-    found = program.proved(point, np.append(point.y[:-1], target), degree)
-    if found.slack <= found.rounding:
+    proof = program.proved(point, np.append(point.y[:-1], target), degree)
+    if proof.slack <= proof.rounding:
         raise SolverError(
-            f"whether {level:.6g} is reached is lost in rounding (slack {found.slack:.1e}); ask for a higher level"
+            f"whether {level:.6g} is reached is lost in rounding (slack {proof.slack:.1e}); ask for a higher level"
         )
-    l0, lz, kernels = injection(program.form, program.rates, found.storage)
-    return found, DelayObserver(
+    l0, lz, kernels = injection(program.form, program.rates, proof.storage)
+    return proof, DelayObserver(
         plant,
         scaling.back(program.form),
         l0 / scaling.states[:, None] / scaling.time * scaling.sensors,

@@ -210,9 +210,9 @@ def certificate_at(
     except (InfeasibleError, SolverError) as error:
         least = _bracket(error, system, level, degree, rule)
         solution = _retried(task, looser(options), level, least)
-    found = certificate_of(assembly, epsilon, level / gain, solution)
-    plain = gain_scaled(found.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
-    return replace(found, system=plain, gamma=level, change=found.change @ units.change, time=units.time)
+    certificate = certificate_of(assembly, epsilon, level / gain, solution)
+    plain = gain_scaled(certificate.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
+    return replace(certificate, system=plain, gamma=level, change=certificate.change @ units.change, time=units.time)
 
 
 def _bracket(
