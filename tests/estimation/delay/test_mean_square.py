@@ -19,6 +19,7 @@ from replication.estimation.delay.exact.limit import filter_level
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.terms import Terms
 from replication.estimation.delay.general.mean_square import error_covariance, integrated
+from replication.estimation.delay.units import converted
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
@@ -191,17 +192,9 @@ def test_units_of_states_time_and_noise_do_not_matter() -> None:
     result = design(two_delays(), goal="h2")
     units, hour = np.diag([1e3, 1e-4]), 3600.0
     back = np.linalg.inv(units)
-    plant = two_delays()
-    other = DelayPlant(
-        units @ plant.a0 @ back / hour,
-        [delay * hour for delay in plant.delays],
-        units @ plant.b / np.sqrt(hour),
-        plant.c10 @ back,
-        plant.c2 @ back,
-        a=[units @ a @ back / hour for a in plant.a],
-        c2_delayed=[c @ back for c in plant.c2_delayed],
-        d21=plant.d21 * np.sqrt(hour),
-    )
+    columns = {"n": lambda part: part @ back, "r": lambda part: part * np.sqrt(hour)}
+    other = converted(two_delays(), {"n": lambda part: units @ part / hour}, columns, 1 / hour)
+    assert other.delays == (0.3 * hour, 0.5 * hour)
     assert rms(design(other, goal="h2")) == pytest.approx(rms(result), rel=1e-6)
 
 

@@ -157,12 +157,6 @@ def _hamiltonian(model: FilterModel, level: float) -> Array | None:
     return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
 
 
-def _on_axis(matrix: Array) -> Array:
-    """Frequencies of the eigenvalues on the imaginary axis."""
-    values = np.linalg.eigvals(matrix).astype(complex)
-    return np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
-
-
 def _angle(model: FilterModel, level: float) -> float:
     """Positive iff a filter exists at `level`: pi/2 less the largest angle of Y, whose eigenvalues are tangents.
 
@@ -193,7 +187,10 @@ def _smoother(model: FilterModel, least: float) -> float:
     for _ in range(MOST_ROUNDS):
         level = max(best * (1.0 + 1e-10), least)
         matrix = _hamiltonian(model, level)
-        crossings = _on_axis(matrix) if matrix is not None else np.array([])
+        if matrix is None:
+            return best
+        values = np.linalg.eigvals(matrix).astype(complex)
+        crossings = np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
         if not crossings.size:
             return best
         edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))

@@ -142,13 +142,11 @@ def kalman_level(model: FilterModel) -> float:
 
 
 def continuous_norm(a: Array, b: Array, c: Array, d: Array) -> float:
-    """The H-infinity norm of a stable continuous-time system."""
-    return hinf_norm(*_sampled(a, b, c, d)).upper
+    """The H-infinity norm of a stable continuous-time system: that of a discrete-time one with the same norm.
 
-
-def _sampled(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Array, Array]:
-    """A discrete-time system with the same norm: s = rate (z - 1) / (z + 1) takes the axis to the unit circle."""
+    s = rate (z - 1) / (z + 1) takes the axis to the unit circle.
+    """
     rate = float(np.abs(np.linalg.eigvals(a)).max()) or 1.0
     resolvent = np.linalg.inv(rate * np.eye(len(a)) - a)
-    root = np.sqrt(2 * rate)
-    return resolvent @ (rate * np.eye(len(a)) + a), root * resolvent @ b, root * c @ resolvent, d + c @ resolvent @ b
+    root, state = np.sqrt(2 * rate), resolvent @ (rate * np.eye(len(a)) + a)
+    return hinf_norm(state, root * resolvent @ b, root * c @ resolvent, d + c @ resolvent @ b).upper

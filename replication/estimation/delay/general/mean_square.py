@@ -186,25 +186,20 @@ class Designs:
 
     def exact(self, level: float) -> tuple[DelayObserver, GainBracket]:
         """The observer and its exact gain; raises SolverError if it does not keep the level."""
-        observer = self.at(level)
+        observer, few = self.at(level), f"the gains of {self.degree} moments of each delay"
+        why = " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
         try:
             gain = exact_gain(observer, WIDTH)
         except InfeasibleError as error:
-            raise SolverError(f"{self._few()} do not stabilise the error{self._why()}; set `degree`") from error
+            raise SolverError(f"{few} do not stabilise the error{why}; set `degree`") from error
         except SolverError as error:
-            raise SolverError(f"{self._few()} are of no use: {error}; raise the level, or set `degree`") from error
+            raise SolverError(f"{few} are of no use: {error}; raise the level, or set `degree`") from error
         if gain.upper > level * (1 + KEPT):
             raise SolverError(
-                f"{self._few()} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
+                f"{few} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
                 "or set `degree`"
             )
         return observer, gain
-
-    def _few(self) -> str:
-        return f"the gains of {self.degree} moments of each delay"
-
-    def _why(self) -> str:
-        return " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
 
     def at(self, level: float) -> DelayObserver:
         """The observer, in the units of the plant."""
