@@ -182,10 +182,6 @@ class SequenceResult(Design):
         """At the middle of the range, as a constant period."""
         return recursion(self.constant(self.periods.middle))
 
-    def estimator(self, *settings: Any, **named: Any) -> control.StateSpace:
-        """The same as `to_statespace`."""
-        return self.to_statespace(*settings, **named)
-
     def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
         """By name, filters for each of the periods to compare with."""
         return {}
@@ -267,6 +263,10 @@ class NonuniformResult(SequenceResult):
         """The filter from y to z^; its dt is the sampling period if there is only one, else unspecified (True)."""
         single = self.periods.h_l == self.periods.h_u
         return labelled(self.filter, self.periods.h_l if single else True, self.signals)
+
+    def estimator(self, *settings: Any, **named: Any) -> control.StateSpace:
+        """The same as `to_statespace`."""
+        return self.to_statespace()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
