@@ -18,7 +18,7 @@ from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.nonuniform.compare import (
+from replication.estimation.nonuniform.bounds.compare import (
     beside,
     ends_found,
     floor_of_any_filter,
@@ -26,14 +26,19 @@ from replication.estimation.nonuniform.compare import (
     zero_at_constant_periods,
     zero_filter,
 )
+from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
+from replication.estimation.nonuniform.bounds.worst_case import (
+    BadSequence,
+    WorstCaseGain,
+    worst_case_gain,
+    worst_sequence,
+)
 from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, observer, periodic_gain
-from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filter, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
-from replication.estimation.nonuniform.worst_case import BadSequence, WorstCaseGain, worst_case_gain, worst_sequence
 from replication.estimation.validation import Array, frozen, positive_scalar
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from replication.estimation.api.running import MOST_STATES, PeriodicObserver, Ph
 from replication.estimation.delay import result as delay_result
 from replication.estimation.delay.sos.observer import error_system, hinf_norm
 from replication.estimation.dualrate.observers import over_time
-from replication.estimation.nonuniform.worst_case import simulate_error
+from replication.estimation.nonuniform.bounds.worst_case import simulate_error
 from tests.estimation.api.api_plants import CASES, METHODS, TANKS, TIMES, WAVES, result_of
 
 EXACT = 1e-10

@@ -36,9 +36,9 @@ from replication.estimation.conic.program import (
     symmetric_basis,
 )
 from replication.estimation.linear.riccati import symmetric
+from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, balancing, cell_needs
+from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.guarantee import UNPROVED, balancing, cell_needs
-from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
