@@ -19,7 +19,7 @@ from replication.estimation.delay.exact.loop import decided, error_response, pla
 from replication.estimation.delay.exact.response import gain_bracket
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
-from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of, signals_of
+from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
@@ -45,7 +45,8 @@ class DelayPlantReader(PlantReader[DelayPlant]):
 
     def signals_of(self, plant: DelayPlant) -> Signals:
         """x[0], u[0], y[0], z[0] and so on."""
-        return signals_of(plant)
+        states, inputs = numbered("x", plant.states), numbered("u", plant.known_inputs)
+        return Signals(states, inputs, numbered("y", plant.measurements), numbered("z", plant.outputs))
 
     def read(self, system: Any, **split: Any) -> tuple[DelayPlant, Signals]:
         """The delay-free part, with the delayed terms and the outputs that are measured."""
@@ -157,9 +158,9 @@ def design(
     order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
     level = None if level is None else positive_scalar("level", level)
     if goal is not Goal.HINF:
-        return mean_design(system, goal=goal, degree=degree, level=level, order=order)
+        return mean_design(system, goal=goal, degree=degree, level=level, signals=signals, order=order)
     if not system.noiseless:
-        return design_general(system, degree=degree, margin=margin, level=level, order=order)
+        return design_general(system, degree=degree, margin=margin, level=level, signals=signals, order=order)
     require_independent(system.c2)
     degree = degree_for(system, rule) if degree is None else degree
     if level is None:
@@ -169,7 +170,7 @@ def design(
         facts: tuple[Evidence, ...] = (Evidence("least level", least.gamma, how),)
     else:
         target, facts = level, ()
-    return result_of(system, signals, certificate_at(system, target, degree, rule), facts, order)
+    return result_of(system, certificate_at(system, target, degree, rule), facts, signals=signals, order=order)
 
 
 @decided

@@ -9,7 +9,6 @@ import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import SolverError
-from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Shown, TradeOff
 from replication.estimation.delay.exact.loop import error_response, plant_terms
@@ -31,16 +30,6 @@ AGREES = 1e-4
 """Relative excess of the gain of the discretised closed loop over the proved level that is left to discretisation."""
 DECADES, FREQUENCIES = 2, 200
 """The plots: decades on both sides of the rate of the longest delay, and points."""
-
-
-def signals_of(plant: DelayPlant) -> Signals:
-    """x[0], u[0], y[0], z[0] and so on."""
-    return Signals(
-        numbered("x", plant.states),
-        numbered("u", plant.known_inputs),
-        numbered("y", plant.measurements),
-        numbered("z", plant.outputs),
-    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -162,7 +151,7 @@ def _frequencies(plant: DelayPlant) -> Array:
 
 
 def result_of(
-    system: DelayPlant, signals: Signals, certificate: Certificate, facts: tuple[Evidence, ...], order: int
+    system: DelayPlant, certificate: Certificate, facts: tuple[Evidence, ...], *, order: int, **shown: Any
 ) -> DelayResult:
     """The gains of a certificate, evaluated in the closed loop by a method that shares nothing with the proof."""
     observer = HistoryObserver(system, observer_gains(certificate))
@@ -188,4 +177,4 @@ def result_of(
         *worth(plant_terms(system), certificate.gamma),
     )
     bracket = Bracket(min(norm.lower, certificate.gamma), certificate.gamma, BOTH_ENDS)
-    return made(observer, bracket, evidence, signals=signals, proof=certificate, order=order)
+    return made(observer, bracket, evidence, proof=certificate, order=order, **shown)

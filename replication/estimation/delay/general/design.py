@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from replication.estimation.delay.general.synthesis import (
     scaling_of,
 )
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.result import DelayResult, made, signals_of
+from replication.estimation.delay.result import DelayResult, made
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
@@ -45,7 +46,7 @@ AGREES = 1e-4
 
 
 def design_general(
-    plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, order: int
+    plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, **shown: Any
 ) -> DelayResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
     require_noise(plant)
@@ -62,12 +63,12 @@ def design_general(
         proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
         facts = (Evidence("least level", least.level, how), *known_levels(plant, least.level))
-        return _result(proof, observer, facts, order)
+        return _result(proof, observer, facts, shown)
     try:
         proof, observer = observer_at(plant, level, degree, scaling_of(plant).at(level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
-    return _result(proof, observer, known_levels(plant, level), order)
+    return _result(proof, observer, known_levels(plant, level), shown)
 
 
 def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
@@ -146,7 +147,9 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     return *facts, *known_levels(plant)
 
 
-def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> DelayResult:
+def _result(
+    proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], shown: Mapping[str, Any]
+) -> DelayResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
     if lower > proof.level * (1.0 + AGREES):
@@ -165,7 +168,7 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
     )
     bracket = Bracket(min(lower, proof.level), proof.level, BOTH_ENDS)
-    return made(observer, bracket, evidence, signals=signals_of(plant), proof=proof, order=order)
+    return made(observer, bracket, evidence, proof=proof, **shown)
 
 
 def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
@@ -216,7 +219,7 @@ TOLERANCE, NOTICED = 1e-8, 1e-3
 """Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""
 
 
-def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, order: int) -> DelayResult:
+def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, **shown: Any) -> DelayResult:
     """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share.
 
     Raises as `design`: InvalidInputError, InfeasibleError and SolverError.
@@ -243,7 +246,7 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
         *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
     )
     bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
-    return made(observer, bracket, evidence, signals=signals_of(plant), covariance=held, order=order)
+    return made(observer, bracket, evidence, covariance=held, **shown)
 
 
 WHITE = "white noise of unit intensity; spectrum over all frequencies, true exponentials"
