@@ -105,6 +105,8 @@ def generator(system: DelayPlant, order: int) -> tuple[Array, Array]:
 Complex = npt.NDArray[np.complexfloating[Any, Any]]
 NEWTON_STEPS = 60
 ROOT_TOLERANCE = 1e-9
+UNSEEN = 1e-7
+"""In `natural_units`, of the real part of a root, and of the rank, where a mode counts as not seen."""
 ORDER, FEW = 40, 16
 """Order of the collocation that starts Newton's iteration, and the least one where roots are known to be small."""
 
@@ -118,15 +120,15 @@ def characteristic(system: DelayPlant, s: complex | Complex) -> Complex:
     return np.asarray(matrix, dtype=complex)
 
 
-def rightmost_roots(system: DelayPlant, count: int = 5, order: int = ORDER) -> Complex:
+def rightmost_roots(system: DelayPlant, count: int = 5) -> Complex:
     """The `count` characteristic roots of largest real part (1/s), refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
 
-    Eigenvalues of the generator on `order` + 1 Chebyshev points start Newton's method. Raises SolverError where a start
+    Eigenvalues of the generator on ORDER + 1 Chebyshev points start Newton's method. Raises SolverError where a start
     does not converge.
     """
     positive_integer("count", count)
     units = natural_units(system)
-    starts = np.linalg.eigvals(generator(units.system, order)[0])
+    starts = np.linalg.eigvals(generator(units.system, ORDER)[0])
     starts = starts[np.argsort(-starts.real)][:count]
     roots = [_refined(units.system, complex(start)) / units.time for start in starts]
     return np.array(roots, dtype=complex)
@@ -156,11 +158,8 @@ def _refined(system: DelayPlant, start: complex) -> complex:
     return s
 
 
-def undetectable_root(system: DelayPlant, tolerance: float = 1e-7) -> complex | None:
-    """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None.
-
-    tolerance: in `natural_units`, for the real part of the root and for the rank.
-    """
+def undetectable_root(system: DelayPlant) -> complex | None:
+    """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None."""
     units = natural_units(system)
     plant = units.system
     # e^{sη} is resolved for all |s| up to the bound of the unstable roots, as far as ORDER goes.
@@ -168,10 +167,10 @@ def undetectable_root(system: DelayPlant, tolerance: float = 1e-7) -> complex | 
     starts = np.linalg.eigvals(generator(plant, order)[0])
     for start in starts[starts.real >= -1e-3]:
         root = _refined(plant, complex(start))
-        if root.real >= -tolerance:
+        if root.real >= -UNSEEN:
             sensor = plant.c2 / np.linalg.norm(plant.c2, axis=1, keepdims=True)
             pencil = np.vstack([characteristic(plant, root), sensor])
-            if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance:
+            if np.linalg.svd(pencil, compute_uv=False)[-1] <= UNSEEN:
                 return root / units.time
     return None
 

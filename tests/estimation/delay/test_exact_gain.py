@@ -17,7 +17,7 @@ from replication.estimation.delay.exact.loop import (
     plant_terms,
 )
 from replication.estimation.delay.exact.response import Cells, Response, right_roots
-from replication.estimation.delay.exact.terms import Terms, _spherical, fitted, polynomial
+from replication.estimation.delay.exact.terms import Kernel, Terms, _spherical, projected
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
@@ -43,10 +43,9 @@ def test_bessel_functions_by_recurrence() -> None:
 
 @pytest.mark.parametrize("s", [0.0, 3.0j, 250.0j, 2.0 + 5.0j, 1500.0])
 def test_transform_is_the_integral(s: complex) -> None:
-    kernel = fitted(lambda lags: np.stack([1.0 / (0.02 + lags), np.sin(9.0 * lags)], axis=-1)[:, None, :])
-    assert len(kernel.series) > 3
+    kernel = Kernel(projected(lambda lags: np.stack([1.0 / (0.5 + lags), np.sin(9.0 * lags)], axis=-1)[:, None, :], 35))
     found = kernel.transform(np.array([s]))[0, 0]
-    for entry, function in enumerate((lambda t: 1.0 / (0.02 + t), lambda t: np.sin(9.0 * t))):
+    for entry, function in enumerate((lambda t: 1.0 / (0.5 + t), lambda t: np.sin(9.0 * t))):
         parts = [
             quad(lambda t, f=function, p=part: f(t) * p(np.exp(-s * t)), 0.0, 1.0, limit=2000, epsabs=1e-11)[0]
             for part in (np.real, np.imag)
@@ -55,7 +54,7 @@ def test_transform_is_the_integral(s: complex) -> None:
 
 
 def test_bounds_of_a_kernel_hold() -> None:
-    kernel = polynomial(np.random.default_rng(1).standard_normal((9, 2, 3)))
+    kernel = Kernel(np.random.default_rng(1).standard_normal((9, 2, 3)))
     s = 1j * np.geomspace(0.01, 1e3, 300)
     found = np.abs(kernel.transform(s))
     assert np.all(found <= kernel.size() * (1 + 1e-12))
@@ -65,7 +64,7 @@ def test_bounds_of_a_kernel_hold() -> None:
 
 
 def test_weights_are_exact_for_broken_lines() -> None:
-    kernel = polynomial(np.random.default_rng(2).standard_normal((6, 1, 1)))
+    kernel = Kernel(np.random.default_rng(2).standard_normal((6, 1, 1)))
     weights, step = kernel.weights(0.3)[:, 0, 0], 0.3
     for sample in range(len(weights)):
         hat = lambda t, k=sample: float(kernel(np.array([t]))[0, 0, 0]) * max(0.0, 1.0 - abs(t / step - k))  # noqa: E731
@@ -135,7 +134,7 @@ def test_a_bend_counts_where_the_slope_is_zero(least: float) -> None:
 
 def test_few_cells_give_a_wide_bracket() -> None:
     observer = OBSERVERS["averages"]()
-    with patch.object(peak.gain_bracket, "__defaults__", (1e-6, 300)):
+    with patch.object(peak, "MOST", 300):
         wide = exact_gain(observer)
     narrow = exact_gain(observer)
     assert wide.lower <= narrow.upper and narrow.lower <= wide.upper

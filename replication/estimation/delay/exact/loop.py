@@ -16,7 +16,7 @@ import numpy as np
 
 from replication.errors import SolverError
 from replication.estimation.delay.exact.response import Response
-from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, polynomial, projected, stacked
+from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, projected, stacked
 from replication.estimation.delay.plant import DelayPlant, averages, late, present
 from replication.estimation.validation import Array
 
@@ -42,7 +42,7 @@ def _average(powers: Array) -> Kernel | None:
     if not np.any(powers):
         return None
     exponents = np.arange(len(powers))
-    return polynomial(projected(lambda lags: np.tensordot(lags[:, None] ** exponents, powers, axes=1), len(powers) - 1))
+    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** exponents, powers, axes=1), len(powers) - 1))
 
 
 P = ParamSpec("P")

@@ -219,8 +219,8 @@ class GainBracket:
     delays: tuple[float, ...]
 
 
-def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -> GainBracket:
-    """The supremum of the gain, within `relative`; in a wider bracket where `most` cells do not give that.
+def gain_bracket(response: Response, relative: float = 1e-6) -> GainBracket:
+    """The supremum of the gain, within `relative`; in a wider bracket where MOST cells do not give that.
 
     Where X is invertible over all cells, and has no roots with Re s >= 0 at the nominal delays, it has none for any.
 
@@ -252,7 +252,7 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
             best = GainBracket(float(middle[top_cell]), np.inf, float(cells.omega[top_cell]), where)
         done = above <= max(best.lower * (1.0 + relative), upper)
         upper = max(upper, float(above[done].max(initial=0.0)))
-        if used + 2 * int(np.sum(~done)) > most or best.lower > LOST * nominal:
+        if used + 2 * int(np.sum(~done)) > MOST or best.lower > LOST * nominal:
             upper = max(upper, float(above[~done].max(initial=0.0)))
             break
         cells = _halved(Cells(*(part[~done] for part in cells)), widest[~done])

@@ -32,16 +32,14 @@ class SmootherBound:
     frequency: float
 
 
-def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherBound:
-    """The bound over a grid that the delays and the plant set, refined at its peaks; further: other frequencies too."""
+def smoother_bound(plant: PlantTerms) -> SmootherBound:
+    """The bound over a grid that the delays and the plant set, refined at its peaks."""
     longest = max(plant.terms.delays, default=0.0)
     n = plant.sizes[0]
     rate = max(float(np.linalg.norm(plant.terms.bound()[:n, :n], 2)), 1e-6 / longest if longest else 1e-6)
     grid = [np.array([0.0]), rate * np.logspace(-DECADES, 2, POINTS)]
     if longest:
         grid.append(np.linspace(0.0, 2.0 * np.pi * TURNS / longest, TURNS * PER_TURN))
-    if further is not None:
-        grid.append(np.abs(further))
     omega = np.unique(np.concatenate(grid))
     values = smoother_gains(plant, omega)
     inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1

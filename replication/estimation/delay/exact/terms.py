@@ -14,90 +14,71 @@ import numpy.typing as npt
 import scipy
 from numpy.polynomial import legendre
 
-from replication.errors import SolverError
 from replication.estimation.validation import Array
 
-# Matrix functions of the lag on [0, 1], piecewise polynomial: exact Laplace transforms, bounds, weights for samples.
+# Polynomials of the lag on [0, 1], as Legendre series: exact Laplace transforms, bounds, weights for samples.
 #
-# On each panel a Legendre series. Its transform is a sum of modified spherical Bessel functions i_k, so that no
-# quadrature has to resolve an oscillation.
+# The transform is a sum of modified spherical Bessel functions i_k, so that no quadrature has to resolve an
+# oscillation.
 
 
 Complex = npt.NDArray[np.complexfloating[Any, Any]]
-DEGREE, MOST_PANELS = 15, 200
-"""Degree on each panel, and panels beyond which a function is refused."""
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """K(lag) on [0, 1]."""
+    """K(lag) on [0, 1]: coefficients (d+1, a, b) of the Legendre polynomials P_k(2 lag - 1)."""
 
-    edges: Array  # (m+1,) From 0 to 1, increasing
-    # (m, d+1, a, b) On each panel the Legendre coefficients, in the variable that runs from -1 to 1 over it
     series: Array
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns of a value."""
-        return self.series.shape[2], self.series.shape[3]
-
     def __call__(self, lags: Array) -> Array:
-        """The values at `lags` (M,), shape (M, a, b); at an edge those of the panel above it."""
-        panel = np.clip(np.searchsorted(self.edges, lags, side="right") - 1, 0, len(self.series) - 1)
-        left, right = self.edges[panel], self.edges[panel + 1]
-        basis = legendre.legvander(2.0 * (lags - left) / (right - left) - 1.0, self.series.shape[1] - 1)
-        return np.asarray(np.einsum("mk,mkab->mab", basis, self.series[panel]))
+        """The values at `lags` (M,), shape (M, a, b)."""
+        return np.asarray(np.tensordot(legendre.legvander(2.0 * lags - 1.0, len(self.series) - 1), self.series, axes=1))
 
     def applied(self, left: Array, right: Array | None = None) -> Kernel:
         """The kernel left·K(lag)·right."""
-        series = np.einsum("ca,mkab->mkcb", left, self.series)
-        return Kernel(self.edges, series if right is None else series @ right)
+        series = left @ self.series
+        return Kernel(series if right is None else series @ right)
 
     def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
-        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
-        total = np.zeros((len(s), *self.shape), dtype=complex)
-        for h, centre, series in zip(half, middle, self.series, strict=True):
-            factor = h * np.exp(-s * centre + (s * h).real)
-            total += np.einsum("m,mk,kab->mab", factor, _legendre_transforms(s * h, len(series)), series)
-        return total
+        factor = 0.5 * np.exp(-0.5 * s + 0.5 * s.real)
+        transforms = _legendre_transforms(0.5 * s, len(self.series))
+        return np.asarray(np.einsum("m,mk,kab->mab", factor, transforms, self.series))
 
     def lagged(self) -> Kernel:
         """The kernel lag·K(lag)."""
-        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
-        k = np.arange(self.series.shape[1])[:, None, None]
-        share = half[:, None, None, None] * self.series / (2 * k + 1)
-        series = np.pad(middle[:, None, None, None] * self.series, ((0, 0), (0, 1), (0, 0), (0, 0)))
-        series[:, 1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
-        series[:, : len(k) - 1] += (k * share)[:, 1:]
-        return Kernel(self.edges, series)
+        k = np.arange(len(self.series))[:, None, None]
+        share = 0.5 * self.series / (2 * k + 1)
+        series = np.pad(0.5 * self.series, ((0, 1), (0, 0), (0, 0)))
+        series[1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
+        series[: len(k) - 1] += (k * share)[1:]
+        return Kernel(series)
 
     def size(self) -> Array:
-        """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality on each panel."""
-        orders = 2.0 * np.arange(self.series.shape[1]) + 1.0
-        sizes = np.sqrt(np.einsum("mkab,k->mab", self.series**2, 1.0 / orders))
-        return np.asarray(np.tensordot(np.diff(self.edges), sizes, axes=1))
+        """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality."""
+        orders = 2.0 * np.arange(len(self.series)) + 1.0
+        return np.asarray(np.sqrt(np.einsum("kab,k->ab", self.series**2, 1.0 / orders)))
 
     def variation(self) -> Array:
         """V (a, b) with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
-        weights = 2.0 + 2.0 * np.arange(self.series.shape[1])
-        return np.asarray(np.einsum("mkab,k->ab", np.abs(self.series), weights))
+        weights = 2.0 + 2.0 * np.arange(len(self.series))
+        return np.asarray(np.einsum("kab,k->ab", np.abs(self.series), weights))
 
     def weights(self, step: float) -> Array:
         """Weights W_j (J, a, b) with sum W_j v_j the integral of K(lag) v(lag), v linear between v_j = v(j step).
 
-        The last sample lies at or just beyond lag 1. Exact: pieces between samples and edges, by Gauss' rule.
+        The last sample lies at or just beyond lag 1. Exact: pieces between samples, by Gauss' rule.
         """
         count = max(int(np.ceil(1.0 / step - 1e-9)), 1) + 1
-        cuts = np.concatenate([self.edges, np.clip(step * np.arange(count), 0.0, 1.0)])
-        cuts = np.unique(cuts)
-        nodes, weights = legendre.leggauss(self.series.shape[1] // 2 + 2)
+        cuts = np.unique(np.concatenate([[0.0, 1.0], np.clip(step * np.arange(count), 0.0, 1.0)]))
+        nodes, weights = legendre.leggauss(len(self.series) // 2 + 2)
         half, middle = np.diff(cuts) / 2.0, (cuts[1:] + cuts[:-1]) / 2.0
         lags = (middle[:, None] + half[:, None] * nodes).ravel()
         values = self(lags) * (half[:, None] * weights).ravel()[:, None, None]
         before = np.minimum((lags / step + 1e-12).astype(int), count - 2)
         share = (lags / step - before)[:, None, None]
-        total = np.zeros((count, *self.shape))
+        total = np.zeros((count, *self.series.shape[1:]))
         np.add.at(total, before, (1.0 - share) * values)
         np.add.at(total, before + 1, share * values)
         return total
@@ -137,38 +118,11 @@ def _spherical(x: Array, count: int) -> Array:
     return np.asarray(sign * bessel[:, :count])
 
 
-def polynomial(series: Array) -> Kernel:
-    """One panel: `series` (d+1, a, b) are coefficients of the Legendre polynomials P_k(2 lag - 1)."""
-    return Kernel(np.array([0.0, 1.0]), np.asarray(series)[None])
-
-
 def projected(function: Callable[[Array], Array], degree: int) -> Array:
-    """Coefficients (degree+1, a, b), for `polynomial`, of a function of the lags that is a polynomial of `degree`."""
+    """Coefficients (degree+1, a, b), for a `Kernel`, of a function of the lags that is a polynomial of `degree`."""
     nodes, weights = legendre.leggauss(degree + 1)
     project = (legendre.legvander(nodes, degree) * weights[:, None]).T * (np.arange(degree + 1) + 0.5)[:, None]
     return np.asarray(np.einsum("kt,tab->kab", project, function((nodes + 1.0) / 2.0)))
-
-
-def fitted(function: Callable[[Array], Array], tolerance: float = 1e-13) -> Kernel:
-    """A kernel that interpolates a smooth function of the lags, (M,) to (M, a, b), on panels cut until it is resolved.
-
-    Raises SolverError where MOST_PANELS do not resolve it to `tolerance` of its largest entry.
-    """
-    open_panels, done = [(0.0, 1.0)], []
-    size = 0.0
-    while open_panels:
-        left, right = open_panels.pop()
-        series = projected(lambda lags, a=left, b=right: function(a + (b - a) * lags), DEGREE)  # type: ignore[misc]
-        size = max(size, float(np.abs(series).max(initial=0.0)))
-        if np.abs(series[-2:]).max(initial=0.0) <= tolerance * size:
-            done.append((left, right, series))
-        elif len(open_panels) + len(done) >= MOST_PANELS or not np.isfinite(size):
-            raise SolverError(f"a kernel varies too quickly for {MOST_PANELS} panels; its least storage is too small")
-        else:
-            middle = (left + right) / 2.0
-            open_panels += [(middle, right), (left, middle)]
-    edges = np.array([0.0] + [right for _, right, _ in done])
-    return Kernel(edges, np.array([series for *_, series in done]))
 
 
 def axis(omega: Array) -> Complex:

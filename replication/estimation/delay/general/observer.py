@@ -16,7 +16,7 @@ from replication.estimation.delay.exact.loop import (
     plant_terms,
 )
 from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
-from replication.estimation.delay.exact.terms import Terms, polynomial, projected
+from replication.estimation.delay.exact.terms import Kernel, Terms, projected
 from replication.estimation.delay.general.cone import LineForm, moment_plant
 from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.plant import DelayPlant
@@ -108,7 +108,7 @@ class DelayObserver(DelayGains):
                         total[t] += np.einsum("cam,tc,tmq->aq", line.moments, basis, gains)
                 return np.asarray(line.delay * total)
 
-            kernels.append(polynomial(projected(values, degree)))
+            kernels.append(Kernel(projected(values, degree)))
         delays = tuple(line.delay for line in form.lines)
         return Terms(constant, delays, tuple(np.zeros_like(constant) for _ in delays), tuple(kernels))
 
