@@ -117,7 +117,7 @@ class DelayObserver(DelayGains):
         """From w to the error of z, true exponentials."""
         return error_response(plant_terms(self.plant), self.terms)
 
-    def arrays(self, order: int) -> tuple[dict[str, Array], dict[str, str]]:
+    def arrays(self, order: int = 0) -> tuple[dict[str, Array], dict[str, str]]:
         """A line that carries nothing has none."""
         gains, axes = {"L0": self.l0, "Lz": self.lz}, {"L0": "(state, measurement)", "Lz": "(output, measurement)"}
         for i, (line, kernel) in enumerate(zip(self.form.lines, self.kernels, strict=True), start=1):
@@ -135,15 +135,15 @@ class DelayObserver(DelayGains):
         a, b = plant.a - injection @ plant.cy, plant.b - injection @ plant.dy
         return ErrorSystem(a, b, plant.cz - self.lz @ plant.cy), plant.dz - self.lz @ plant.dy
 
-    def gain_at(self, omega: Array, order: int) -> Array:
+    def gain_at(self, omega: Array, order: int = 0) -> Array:
         """With true exponentials."""
         return self.error.gains(omega)
 
-    def running(self, dt: float, order: int) -> InnovationsObserver:
+    def running(self, dt: float, order: int = 0) -> InnovationsObserver:
         """With the recursion `sampled`."""
         return InnovationsObserver(plant_terms(self.plant), self.terms, dt=dt)
 
-    def trajectory(self, times: object, disturbance: object, order: int) -> Trajectory:
+    def trajectory(self, times: object, disturbance: object, order: int = 0) -> Trajectory:
         """By the recursion that runs: of second order in the step."""
         instants, w, dt = equidistant(times, disturbance, self.plant.inputs)
         plant = plant_terms(self.plant)
