@@ -21,7 +21,7 @@ from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.nonuniform.bounds.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.nonuniform.result import NonuniformResult, StampedResult, gains_of
+from replication.estimation.nonuniform.result import LEAVES, NonuniformResult, StampedResult, gains_of
 from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant
 from replication.estimation.validation import as_matrix
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import control
 
 
-LEAVES, HORIZON = 16, 400
-"""Default effort: Lyapunov matrices of the guarantee, and samples of the worst sequence searched for."""
+HORIZON = 400
+"""Default effort: samples of the worst sequence searched for."""
 FORGOTTEN = 1e-12
 """Share of the state left at the next sample below which a period is taken for a slip of the unit."""
 

@@ -58,8 +58,8 @@ STAMPED_AXES = {
     "G_w": "(cell of the period before, disturbance, measurement)",
     "edges": "(edge of a cell, s)",
 }
-ZERO_LEAVES = 16
-"""Lyapunov matrices for the level of no sensor, where that is to be less than the one of a design."""
+LEAVES = 16
+"""Lyapunov matrices of a guarantee, and for the level of no sensor where it is to be less than that of a design."""
 
 
 def recursion(filter_: Filter) -> Recursion:
@@ -160,6 +160,11 @@ class SequenceResult(Design):
         """The filter as it is at a constant period h, in form (4)."""
 
     @classmethod
+    @abstractmethod
+    def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
+        """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
+
+    @classmethod
     def bracketed(
         cls,
         solution: Solution,
@@ -245,8 +250,8 @@ class NonuniformResult(SequenceResult):
         return Solution(gains_of(design.filter), facts)
 
     @classmethod
-    def worst(cls, solution: Solution, *, leaves: int, horizon: int, **own: Any) -> Self:
-        """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
+    def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **own: Any) -> Self:
+        """With as many Lyapunov matrices as `leaves`."""
         plant, periods, filter_ = own["plant"], own["periods"], Filter(*solution.gains.values())
         with threadpool_limits(1, user_api="blas"), searched(horizon):
             gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
@@ -307,7 +312,7 @@ class StampedResult(SequenceResult):
         without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
         if without is not None and proof.level > without:
             zero = zero_filter(plant)
-            still = guaranteed_level(plant, zero, periods, max_leaves=ZERO_LEAVES)
+            still = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
             if still.level <= proof.level:
                 before = tuple(map(tuple, still.tree.before()))
                 storage = still.system.storage(still.P)
@@ -318,7 +323,7 @@ class StampedResult(SequenceResult):
 
     @classmethod
     def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
-        """The result for the gains of a solution, with a bad sequence and a floor of any filter."""
+        """With a floor of any filter."""
         plant, periods, filter_, proof = own["plant"], own["periods"], solution.own["filter"], solution.own["proof"]
         with searched(horizon):
             own |= {"filter": filter_}
