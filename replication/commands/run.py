@@ -68,7 +68,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    from replication.audit.declare import unlisted
     from replication.audit.run.tracing import LastRun, traced
     from replication.audit.store.sources import KEPT, kept_at
     from replication.files import require_writable
@@ -84,6 +83,8 @@ def command(chosen: argparse.Namespace) -> int:
         say(said.lines)
         say_tutorials(said.tutorials)
         return said.code
+    from replication.audit.declare import unlisted
+
     with traced(root) as trace:
         selected = project.load(wanted)
     lost = [words for paper in selected for words in unlisted(paper, project.folder)]

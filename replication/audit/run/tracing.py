@@ -29,7 +29,7 @@ import msgspec
 import replication
 from replication.audit.project import CONFIGURATION
 from replication.audit.run.chance import CLOCK, draws, listen
-from replication.audit.store.provenance import OWN, installed, kernel, listing, owners, run_record
+from replication.audit.store.provenance import OWN, installed, machine, owners
 from replication.audit.store.sources import KEPT, SourceTree, default_packages
 from replication.files import write_atomically
 
@@ -330,7 +330,7 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
 
 
 NAME = "last-run"
-LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV")
+LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV", "OPENBLAS_", "MKL_", "BLIS_", "NPY_")
 """How variables begin that may matter though nobody asks for them by name."""
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
@@ -387,14 +387,12 @@ class LastRun:
         return {name: state(name, tree) for name in names}
 
     def _files(self) -> dict[str, str]:
-        found = {path.resolve() for place in self._places for path in _visible(place)}
+        found = {path for place in self._places for path in _visible(place.resolve())}
         return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(found)}
 
     def _checksum(self, files: Mapping[str, str], said: Said, traced: Mapping[str, str]) -> str:
-        record = msgspec.structs.replace(run_record(self._root), date="", blas=kernel())
         language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
-        machine = [msgspec.to_builtins(record), language, listing()]
-        whole: list[Any] = [self._asked, machine, files, msgspec.to_builtins(said), traced]
+        whole: list[Any] = [self._asked, machine(self._root), language, files, msgspec.to_builtins(said), traced]
         return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
 
 
