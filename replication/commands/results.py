@@ -5,9 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from replication.commands import Command
 from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, here, results_path, say
+
+if TYPE_CHECKING:
+    from replication.audit.project import Project
+    from replication.audit.run.last import Last, Said
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
@@ -51,34 +56,46 @@ def show(chosen: argparse.Namespace) -> int:
 
 
 def check(chosen: argparse.Namespace) -> int:
-    """Print each problem found."""
+    """Print each problem found; where nothing has changed since the last check, what that one printed."""
+    from replication.audit.run.last import CHECK, Last
+
+    project, path = here(), results_path(chosen)
+    figures = chosen.figures or project.root / "figures"
+    last = Last(project.root, [figures, path], [str(path)], project.cache, CHECK)
+    said = last.said() or _checked(project, path, figures, last)
+    say(said.lines)
+    return said.code
+
+
+def _checked(project: Project, path: Path, figures: Path, last: Last) -> Said:
     from replication.audit.inspect.check import check, differences, kept, unfounded
     from replication.audit.inspect.coverage import faults
     from replication.audit.publish.readme import is_stale
+    from replication.audit.run.last import Said
+    from replication.audit.run.tracing import traced
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
     from replication.audit.store.sources import KEPT, kept_at
 
-    project = here()
-    results, root, papers = read_results(results_path(chosen)), project.root, project.load()
+    results, root, folder = read_results(path), project.root, project.folder
+    with traced(root) as loading:
+        papers = project.load()
     problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
-    directory = project.cache
-    with kept_at(directory / KEPT):
-        again = kept([paper for paper in papers if paper.key in held], root, Cache(directory))
-    found = differences(results, again, chosen.figures or root / "figures")
+    with kept_at(project.cache / KEPT):
+        again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
+    found = differences(results, again, figures)
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
         problems.append("README.md: stale: of other results; `python -m replication.audit.publish.readme` writes it")
-    say(problems)
-    if note := unfounded(results, again):
-        say([f"note: {note}"])
-    say([f"{len(problems)} problems in {len(results.claims)} claims"])
-    folder = project.folder
+    note = unfounded(results, again)
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
-    wrong = [fault for paper in listed for fault in faults(folder / paper.key, paper)]
-    say(f"coverage: {fault}" for fault in wrong)
-    return DIFFERENT if problems or wrong else FINE
+    wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
+    count = f"{len(problems)} problems in {len(results.claims)} claims"
+    lines = [*problems, *([f"note: {note}"] if note else []), count, *wrong]
+    said = Said(lines=tuple(lines), code=DIFFERENT if problems or wrong else FINE)
+    last.keep(said, loading, again.traced, again.untraced)
+    return said
 
 
 def diff(chosen: argparse.Namespace) -> int:
@@ -126,7 +143,8 @@ def _for_diff(parser: argparse.ArgumentParser) -> None:
 
 _CHECK_NOTES = """The verdicts must follow from the numbers of the file; and its evidence, findings, errata, proofs and
 figures from the results of the experiments, as far as .cache/ holds those of this run. Whether these come out again is
-for a new run: `replication run --no-cache`, then `replication diff`.
+for a new run: `replication run --no-cache`, then `replication diff`. Where neither a file of the project nor anything
+else that was read has changed since the last check, the words of that one are said again.
 
 """
 

@@ -26,9 +26,10 @@ from replication.errors import AuditError
 
 if TYPE_CHECKING:
     from replication.audit.parts import Paper
+    from replication.audit.run.last import Last
     from replication.audit.run.pool import Executor, Silent, Step
     from replication.audit.run.runner import Outcome
-    from replication.audit.run.tracing import LastRun, Trace
+    from replication.audit.run.tracing import Trace
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
@@ -68,7 +69,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    from replication.audit.run.tracing import LastRun, traced
+    from replication.audit.run.last import Last
+    from replication.audit.run.tracing import traced
     from replication.audit.store.sources import KEPT, kept_at
     from replication.files import require_writable
 
@@ -78,7 +80,7 @@ def command(chosen: argparse.Namespace) -> int:
     output = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
     figures = chosen.figures or root / "figures"
     directory = project.cache
-    last = LastRun(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
+    last = Last(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
         say(said.lines)
         say_tutorials(said.tutorials)
@@ -103,7 +105,7 @@ def _run(
     root: Path,
     executor: Executor,
     places: tuple[Path, Path, Path],
-    last: LastRun,
+    last: Last,
     loading: Trace,
     chosen: argparse.Namespace,
 ) -> int:
@@ -112,8 +114,9 @@ def _run(
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
+    from replication.audit.run.last import Said
     from replication.audit.run.runner import TIMEOUT, run
-    from replication.audit.run.tracing import Said, labels, traced, untraced
+    from replication.audit.run.tracing import labels, traced, untraced
     from replication.audit.store.sources import SourceTree, default_packages
 
     output, figures, folder = places
@@ -127,15 +130,12 @@ def _run(
     say_report(results, figures, output / "index.html")
     code = _code(results, outcome.failures)
     tree = SourceTree(default_packages(root))
-    loose = [*outcome.untraced, *untraced(loading, tree, None), *untraced(drawing, tree, ())]
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
-    if cache.write and code != FAILED and whole and not loose:
+    if cache.write and code != FAILED and whole:
         lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {output / 'index.html'}")
-        read = {**outcome.traced, **labels(loading, tree, None), **labels(drawing, tree, ())}
-        last.keep(
-            Said(lines=lines, tutorials=tutorials(results), code=code),
-            [label for label in sorted(read) if _hidden(label, folder.name)],
-        )
+        said = Said(lines=lines, tutorials=tutorials(results), code=code)
+        loose = [*outcome.untraced, *untraced(drawing, tree, ())]
+        last.keep(said, loading, [*outcome.traced, *labels(drawing, tree, ())], loose)
     if not chosen.twice:
         return code
     unread = replace(cache, read=False, write=False)
@@ -143,14 +143,6 @@ def _run(
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
-
-
-def _hidden(label: str, papers: str) -> bool:
-    """Whether the files of the project that a run looks through lack what was read."""
-    inside = label.removeprefix("./").split("/")
-    return (inside[0] not in ("replication", papers) and not label.startswith("./")) or any(
-        part.startswith(".") for part in inside
-    )
 
 
 def _seconds(text: str) -> float:

@@ -276,13 +276,15 @@ TAKEN = {
 class Kept:
     """What the cache gives: the file that a run would write now, and which experiments and figures it would have to do.
 
-    files: the checksums with which the files of a figure were left, by its name.
+    files: the checksums with which the files of a figure were left, by its name. traced, untraced: as of a run.
     """
 
     results: ResultsFile
     absent: frozenset[str]
     files: Mapping[str, Sequence[str]]
     environment: Environment
+    traced: Mapping[str, str]
+    untraced: tuple[str, ...]
 
 
 class _Nobody:
@@ -303,7 +305,7 @@ def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
     absent |= {name for name, entry in drawn.items() if entry is None}
     results = msgspec.structs.replace(outcome.results, figures=figures)
     files = {name: entry[1] for name, entry in drawn.items() if entry is not None}
-    return Kept(results, frozenset(absent), files, outcome.environment)
+    return Kept(results, frozenset(absent), files, outcome.environment, outcome.traced, outcome.untraced)
 
 
 def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tuple[str, str]]:
