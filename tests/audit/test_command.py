@@ -14,6 +14,7 @@ from lab import Lab, make_lab
 
 from replication.audit.declare import command
 from replication.audit.run.command import execute, held
+from replication.audit.run.tracing import traced
 from replication.errors import AuditError
 
 
@@ -41,6 +42,14 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
     ) == {"a": [1]}
     assert answer(tmp_path, sh("echo 1 > o.bin"), writes=["o.bin"]) == {"files": ["o.bin"]}
     assert {path.name for path in (tmp_path / "store").iterdir()} and not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize(("text", "named"), [("echo 1 # /tmp/x", True), ("mktemp > a; echo 1; rm a", False)])
+def test_a_folder_that_all_programs_share_is_named(tmp_path: Path, text: str, named: bool) -> None:
+    (tmp_path / "fit.sh").write_text(text)
+    with traced(tmp_path) as trace:
+        assert answer(tmp_path, ["sh", "fit.sh"], reads=["fit.sh"]) == 1
+    assert list(trace.untraced) == ["files in a folder that all programs share"] * named
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -20,7 +21,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from replication.audit.run.tracing import FIXED, note
+from replication.audit.run.tracing import FIXED, loose, note
 from replication.errors import AuditError
 from replication.files import write_atomically
 
@@ -28,6 +29,8 @@ HANDED_ON = ("PATH", "HOME")
 OUTPUT = "-"
 """The answer stands on the standard output, as JSON."""
 LONGEST = 300
+_SHARED = re.compile(rb"/tmp/|/dev/shm/")
+"""Where programs may leave something for one another. TMPDIR is a folder of the command's own."""
 
 
 def execute(
@@ -52,7 +55,8 @@ def execute(
     names = list(_files(project, [*reads, *([environment] if environment else [])]))
     with tempfile.TemporaryDirectory(prefix="replication-") as made:
         folder = Path(made).resolve() / "work"
-        folder.mkdir()
+        for inner in (folder, folder.with_name("tmp")):
+            inner.mkdir()
         for name in names:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(project / name, folder / name)
@@ -66,6 +70,8 @@ def execute(
         around = {folder.parent, project, *((project / name).parent for name in names)}
         there = _listed(around)
         note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
+        if any(_SHARED.search(text) for text in [" ".join(command).encode(), *map(_bytes, folder.rglob("*"))]):
+            loose("files in a folder that all programs share")
         output = _run(command, folder, variables)
         _require_kept(before, folder, project, names)
         if outside := sorted(_listed(around) - there):
@@ -128,7 +134,7 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> byte
         process = subprocess.Popen(
             list(command),
             cwd=folder,
-            env={**kept, **FIXED},
+            env={**kept, **FIXED, "TMPDIR": str(folder.with_name("tmp"))},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -183,7 +189,11 @@ def _checksums(folder: Path) -> dict[str, str]:
 
 
 def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+    return hashlib.sha256(_bytes(path)).hexdigest() if path.is_file() else ""
+
+
+def _bytes(path: Path) -> bytes:
+    return path.read_bytes() if path.is_file() else b""
 
 
 def _json(text: str | bytes, where: str) -> Any:

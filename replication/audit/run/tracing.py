@@ -52,6 +52,7 @@ _MAKERS = (".git", ".cache", ".venv", "__pycache__")
 class Trace:
     """What was noted: files and folders by path, variables, and in words what cannot be followed.
 
+    passing: files in a folder for a while, which must be gone when the computation ends.
     named: dependencies by the names of `state`, and files: made files by name and checksum, which a command declares.
     """
 
@@ -60,6 +61,7 @@ class Trace:
     written: set[str] = field(default_factory=set)
     variables: dict[str, None] = field(default_factory=dict)
     untraced: dict[str, None] = field(default_factory=dict)
+    passing: set[str] = field(default_factory=set)
     named: set[str] = field(default_factory=set)
     files: dict[str, str] = field(default_factory=dict)
 
@@ -78,6 +80,9 @@ def traced(root: Path | None) -> Iterator[Trace]:
     try:
         yield _active
     finally:
+        for path in sorted(_active.passing):
+            if os.path.exists(path):  # noqa: PTH110 - of each that was written
+                _active.untraced[f"writes {path}"] = None
         _active = before
 
 
@@ -209,15 +214,19 @@ def _chance(words: str, frame: FrameType) -> None:
         return
     place = draws(frame)
     by = place.f_code.co_filename if place is not None else ""
-    ours = by.startswith(_active.root) and _counts(by, _active.root)
-    if ours or (words != CLOCK and _library(by) and place is not None and not _importing(place)):
+    if ours(by) or (words != CLOCK and _library(by) and place is not None and not _importing(place)):
         _owner(frame).untraced[words] = None
 
 
-def unseeded(words: str) -> None:
-    """Note what was found when a computation ended."""
+def loose(words: str) -> None:
+    """Note what cannot be followed of the computation that goes on."""
     if _active is not None:
         _active.untraced[words] = None
+
+
+def ours(file: str) -> bool:
+    """Whether a file is one of the project, for the computation that goes on."""
+    return _active is not None and file.startswith(_active.root) and _counts(file, _active.root)
 
 
 def _hear(event: str, arguments: tuple[Any, ...]) -> None:
@@ -263,8 +272,11 @@ def _open(path: str, flags: int, frame: FrameType, *, library: bool) -> None:
             owner.written.add(path)
         assert _active is not None
         kept = not path.startswith(tempfile.gettempdir()) or path.startswith(_active.root)
-        if kept and _counts(path, _active.root) and not _asking(frame).startswith(_HOME):
+        asking = _asking(frame)
+        if kept and _counts(path, _active.root) and not asking.startswith(_HOME):
             owner.untraced[f"writes {path.removeprefix(_active.root)}"] = None
+        elif not kept and ours(asking):
+            owner.passing.add(path)
     elif path and path not in owner.written:
         owner.read[path] = None
 
@@ -290,7 +302,7 @@ def _owner(frame: FrameType) -> Trace:
     assert _active is not None
     for place in _frames(frame):
         by = place.f_code.co_filename
-        if place.f_code.co_name == "<module>" and by.startswith(_active.root) and _counts(by, _active.root):
+        if place.f_code.co_name == "<module>" and ours(by):
             return _imported.setdefault(by, Trace())
     return _active
 

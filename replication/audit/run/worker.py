@@ -17,8 +17,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.chance import shared_generators
-from replication.audit.run.tracing import labels, others, traced, unseeded, untraced
+from replication.audit.run.chance import CLOCK, dates, shared_generators
+from replication.audit.run.tracing import labels, loose, others, ours, traced, untraced
 from replication.audit.store.cache import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
@@ -90,24 +90,26 @@ def compute(task: Task) -> Answer:
     tree = SourceTree(task.packages)
     begin = time.perf_counter()
     text, error, data = None, "", {}
-    loose: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
     files: dict[str, str] = {}
     try:
         with traced(tree.root) as trace:
             function = _find(task.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(unseeded):
+            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(loose):
                 text = _encoded(task.name, function(**json.loads(task.inputs)))
+            if dates(function, ours):
+                loose(CLOCK)
         files = trace.files
         more = others(tree, task.sources, task.loaded) if task.alone else set()
-        data, loose = labels(trace, tree, task.sources, more), untraced(trace, tree, {*task.sources, *more})
+        data, unseen = labels(trace, tree, task.sources, more), untraced(trace, tree, {*task.sources, *more})
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
         error = describe(failure, tree, _place(task, tree))
         text = None
-    return Answer(task.name, text, time.perf_counter() - begin, error, data, loose, files)
+    return Answer(task.name, text, time.perf_counter() - begin, error, data, unseen, files)
 
 
 @contextlib.contextmanager
