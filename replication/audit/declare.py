@@ -282,7 +282,8 @@ def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Exp
 
     One that needs more or less time than `run --timeout` allows is `replace(experiment(...), timeout=seconds)`.
     """
-    return Experiment(name=name, function=function, inputs={key: _plain(value) for key, value in inputs.items()})
+    given = frozenset((str(value), value.place) for value in _prints(inputs))
+    return Experiment(name=name, function=function, inputs=_plain(inputs), given=given)
 
 
 def command(
@@ -511,6 +512,14 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(entry) for key, entry in value.items()}
     return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
+
+
+def _prints(value: Any) -> Iterator[PrintedValue]:
+    if isinstance(value, PrintedValue):
+        yield value
+    elif isinstance(value, Mapping | list | tuple):
+        for entry in value.values() if isinstance(value, Mapping) else value:
+            yield from _prints(entry)
 
 
 def _inner(function: Any) -> Any:

@@ -14,16 +14,18 @@ from sample import claim, paper_record
 from sample import results as sample
 
 from replication.audit.data import read_printed
-from replication.audit.declare import Part, paper
+from replication.audit.declare import Part, experiment, paper
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
+from replication.audit.inspect.headline import notes
 from replication.audit.judge.printed import parse, sensitivities, spread
 from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms
-from replication.audit.run.assemble import assemble
+from replication.audit.run.assemble import Computed, assemble
+from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, InfeasibleError
@@ -243,6 +245,29 @@ def test_a_claim_does_not_answer_itself(
     file, _, _ = assemble([whole], {}, results_file().run, SourceTree({}), (), {})
     error = file.claims[0].judgement.reason if file.claims[0].verdict is Verdict.ERROR else ""
     assert ("claim toy.it answers itself: with " + moved in error) if moved else not error, error
+
+
+@pytest.mark.parametrize(("value", "told"), [(0.75, True), (0.7501, False)])
+def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, value: float, told: bool) -> None:
+    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
+    print_ = read_printed(tmp_path / "printed.toml")["patients"]
+    part = Part("Sec. 2", reading="none")
+
+    @part.value("it", print_, uses="back")
+    def it(results: Any) -> Evidence:
+        """It is computed."""
+        return Evidence(method="by an experiment", value=results["back"])
+
+    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
+    back = experiment("back", float, x=[{"of": print_}])
+    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(back,), **about)
+    dependencies = Dependencies(sources={}, function="", inputs="{}", lock="", python="", packages={}, kernel="")
+    done = Computed(dependencies, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=value), "", 0.0)
+    file, _, _ = assemble([whole], {"toy.back": done}, results_file().run, SourceTree({}), (), {})
+    assert (file.claims[0].verdict is Verdict.ERROR) is told
+    assert told is ("toy.back is given 0.75 and its value is exactly that" in file.claims[0].judgement.reason)
+    (note,) = [note for note in notes([whole], file, (), tmp_path, tmp_path) if "only comes back" in note]
+    assert note.endswith(": toy.it")
 
 
 def bracket(end: float) -> Evidence:

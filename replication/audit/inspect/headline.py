@@ -251,6 +251,9 @@ def notes(
         yield f"a number that rests on no experiment: {listed(numbers)}"
     if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
         yield f"a statement that rests on no experiment: {listed(statements)}"
+    pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
+    if asked := [claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)]:
+        yield f"the print is an input of what the number rests on, so look whether it only comes back: {listed(asked)}"
     unchecked = [
         claim.id
         for claim in results.claims

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -12,11 +13,12 @@ from replication.audit.data import watched
 from replication.audit.judge.agreement import last_place
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
+from replication.audit.judge.printed import parse
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.typed import require_found
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Reading, Verdict
+from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry, encode
@@ -113,7 +115,7 @@ def assemble(
     failures: list[str] = []
     for paper in papers:
         proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
-        answered = [_claim(state, claim, paper.readings, proofs) for claim in paper.claims]
+        answered = [_claim(state, claim, paper, proofs) for claim in paper.claims]
         first = {record.id: record.judgement for record in answered}
         answered = [same_fact(record, first.get(record.claim.repeats)) for record in answered]
         claims.extend(answered)
@@ -180,10 +182,11 @@ def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Pr
 def _claim(
     state: _Run,
     claim: Claim,
-    readings: tuple[Reading, ...],
+    paper: Paper,
     proofs: Mapping[str, tuple[ErratumRecord, Proof | None]],
 ) -> ClaimRecord:
-    evidence, error = _answer(state, claim)
+    given = [one.name for one in paper.experiments if one.name in claim.uses and one.is_given(claim)]
+    evidence, error = _answer(state, claim, given)
     erratum, proof = proofs[claim.erratum] if claim.erratum is not None else (None, None)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
@@ -192,7 +195,7 @@ def _claim(
         proof,
         inferred=erratum is not None and erratum.inference,
         scanned=erratum is not None and erratum.scan,
-        readings=readings,
+        readings=paper.readings,
         code=state.sources.location(claim.answer),
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
@@ -202,8 +205,11 @@ def _claim(
     )
 
 
-def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
-    """What answers the claim. Asked again with its own print moved, it must not follow."""
+def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence | None, str]:
+    """What answers the claim. Asked again with its own print moved, it must not follow.
+
+    given: the experiments that have the print as an input, which may not hand it back.
+    """
     looked: set[str] = set()
 
     def ask(results: Available) -> Evidence:
@@ -219,6 +225,11 @@ def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
             f"claim {claim.id} looks at none of the experiments that it uses, {', '.join(claim.uses)}; answer it from "
             "their results, or take uses away"
         )
+    if given and evidence is not None and evidence.value is not None and _is_print(evidence.value, claim.printed):
+        return None, (
+            f"claim {claim.id} answers itself: {given[0]} is given {claim.printed} and its value is exactly that; give "
+            "the experiment what the print follows from"
+        )
     if not watch.met or evidence is None:
         return evidence, error
     moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
@@ -230,6 +241,12 @@ def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
         f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "
         f"{again.value}, not {evidence.value}; compute it from what its experiments give"
     )
+
+
+def _is_print(value: object, printed: str) -> bool:
+    with contextlib.suppress(AuditError):
+        return _flat(value) == [float(entry.value) for entry in parse(printed).entries]
+    return False
 
 
 def _moved_by_one(digit: re.Match[str]) -> str:
