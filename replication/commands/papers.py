@@ -28,6 +28,9 @@ def _for_new(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("key", metavar="KEY", help="name of the package in papers/, for example gosset1908")
     parser.add_argument(
+        "--tables", action="store_true", help="of a paper whose numbers are read from tables, without any Python"
+    )
+    parser.add_argument(
         "--ci", action="store_true", help="also write workflow, container, lock and wheel of the program"
     )
 
@@ -40,14 +43,16 @@ def new(chosen: argparse.Namespace) -> int:
     root = root_above(Path.cwd()) or Path.cwd()
     there = (root / read_settings(root).papers / chosen.key).is_dir()
     if not (chosen.ci and there):
-        say(map(str, scaffold(chosen.key, root)))
+        say(map(str, scaffold(chosen.key, root, tables=chosen.tables)))
     if chosen.ci:
-        from replication.audit.publish.rebuild import rebuild_files
+        from replication.audit.publish.rebuild import BARE, rebuild_files
+        from replication.audit.store.provenance import LOCK
         from replication.files import write_atomically
 
-        for name, data in rebuild_files(root).items():
+        for name, data in rebuild_files(root, ask=True).items():
             write_atomically(root / name, data)
-            say([str(root / name)])
+            lacks = name == LOCK and data.decode().splitlines()[1].removeprefix("# ")
+            say([f"{root / name}: {lacks}" if lacks and BARE in f"# {lacks}" else str(root / name)])
     say([f"next: replication run {chosen.key}"])
     return FINE
 

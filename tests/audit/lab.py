@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import io
+import itertools
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import papers
 import replication
+from replication.audit.run.worker import Answer, Task, compute
+from replication.cli import main
 from tests.patience import PATIENCE
 
 TOY = Path(__file__).parent / "toy"
@@ -78,6 +87,63 @@ class Lab:
         text = self.path(name).read_text(encoding="utf-8")
         assert old in text
         self.path(name).write_text(text.replace(old, new), encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Inside(Lab):
+    """The same in this process, which costs no imports; its package of papers has a name of its own, not in what it says.
+
+    Not for what processes do: their end, their environment when Python starts, interruptions.
+    """
+
+    package: str
+
+    def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        for name in [name for name in sys.modules if name.partition(".")[0] == self.package]:
+            del sys.modules[name]
+        importlib.invalidate_caches()
+        told, failed, path = io.StringIO(), io.StringIO(), list(sys.path)
+        around = {"SOURCE_DATE_EPOCH": "0", **environment}
+        with (
+            contextlib.chdir(self.root),
+            contextlib.redirect_stdout(told),
+            contextlib.redirect_stderr(failed),
+            patch.dict(os.environ, around),
+            patch.object(sys, "dont_write_bytecode", True),
+            patch("replication.commands.run._executor", lambda chosen: Here()),
+        ):
+            try:
+                code = main(arguments)
+            except SystemExit as error:
+                code = int(error.code or 0)
+            finally:
+                sys.path[:] = path
+        said = (re.sub(rf"\b{self.package}\b", "papers", stream.getvalue()) for stream in (told, failed))
+        return subprocess.CompletedProcess(arguments, code, *said)
+
+    def path(self, name: str) -> Path:
+        return self.root / self.package / name
+
+
+class Here:
+    """Computes in this process."""
+
+    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
+        return map(compute, tasks)
+
+
+def make_inside(root: Path) -> Inside:
+    """`make_lab` for this process."""
+    lab = make_lab(root)
+    package = f"texts{next(NUMBERS)}"
+    lab.root.joinpath("papers").rename(root / package)
+    (root / "replication.toml").write_text(f'title = "Toy"\npapers = "{package}"\n', encoding="utf-8")
+    for file in (root / package).rglob("*.py"):
+        file.write_text(re.sub(r"\bpapers(?=[. ])", package, file.read_text(encoding="utf-8")), encoding="utf-8")
+    return Inside(root, package)
+
+
+NUMBERS = itertools.count()
 
 
 def make_lab(root: Path) -> Lab:

@@ -251,6 +251,11 @@ def notes(
         yield f"a number that rests on no experiment: {listed(numbers)}"
     if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
         yield f"a statement that rests on no experiment: {listed(statements)}"
+    loose = [f"{', '.join(one.untraced)} ({one.name})" for one in results.experiments if one.untraced]
+    if loose:
+        yield f"not traced, and so computed again by every run: {listed(loose)}"
+    if unborne := [erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)]:
+        yield f"an erratum that its own proof does not bear out: {listed(unborne)}"
     pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
     if asked := [claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)]:
         yield f"the print is an input of what the number rests on, so look whether it only comes back: {listed(asked)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
@@ -58,6 +59,13 @@ class Interval:
         return Interval(*sorted((abs(self.low), abs(self.high))))
 
 
+def _positive(tolerance: str) -> Fraction:
+    with contextlib.suppress(AuditError):
+        if (found := decimal_fraction(tolerance)) > 0:
+            return found
+    raise AuditError(f'the tolerance must be a positive number, such as "0.005", got {tolerance!r}')
+
+
 @dataclass(frozen=True)
 class Target:
     """A printed value, and for each of its numbers the interval that it stands for; none beside a relation."""
@@ -71,9 +79,7 @@ class Target:
 
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
-        tolerance = None if claim.tolerance is None else decimal_fraction(claim.tolerance)
-        if tolerance is not None and tolerance <= 0:
-            raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
+        tolerance = None if claim.tolerance is None else _positive(claim.tolerance)
         printed = parse(claim.printed)
         spread = any(entry.spread for entry in printed.entries)
         if tolerance is not None and spread:

@@ -28,7 +28,8 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
     """
     known = {number for text in elsewhere for number in _numbers(text)}
     sentences = list(ask(given))
-    suspects = {place: number for place, number in _by_place(sentences).items() if number not in known}
+    found = _by_place(sentences).items()
+    suspects = {place: number for place, number in found if _tells(number) and number not in known}
     for turn in (0, 1):
         if not suspects:
             return
@@ -60,9 +61,12 @@ def _by_place(sentences: Iterable[str]) -> dict[tuple[str, int], str]:
 
 
 def _numbers(text: str) -> Iterator[str]:
-    for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")):
-        if "." in found[0] or float(found[0].replace(",", "")) >= WHOLE:
-            yield found[0]
+    return (found[0] for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")))
+
+
+def _tells(number: str) -> bool:
+    """Whether a number says more than how many, or which one."""
+    return "." in number or float(number.replace(",", "")) >= WHOLE
 
 
 def _share(turn: int) -> float:

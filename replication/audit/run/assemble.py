@@ -87,9 +87,19 @@ class _Run:
         try:
             return function(results), ""
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
-            return None, describe(failure, self.sources, place)
+            return None, describe(failure, self.sources, place) + _of_results(failure, results)
         finally:
             self.read.update(results.read)
+
+
+def _of_results(failure: Exception, results: Available) -> str:
+    """What an error of a paper's function has to do with the results that it read, in words; empty if nothing."""
+    read = {name: results[name] for name in sorted(results.read) if name in results}
+    if isinstance(failure, KeyError) and failure.args and isinstance(failure.args[0], str):
+        keys = {key for found in read.values() if isinstance(found, dict) for key in found}
+        return f"; of the keys of {', '.join(read)}, {meant(failure.args[0], keys)}" if keys else ""
+    nothing = [name for name, found in read.items() if found is None]
+    return f"; the result of {', '.join(nothing)} is None: return what the claims are to read" if nothing else ""
 
 
 def assemble(

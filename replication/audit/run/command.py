@@ -7,10 +7,12 @@ depend on is not there. It answers in JSON or CSV, on its output or in a file.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import hashlib
 import io
 import json
+import math
 import os
 import re
 import shutil
@@ -21,7 +23,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from replication.audit.run.tracing import FIXED, loose, note
+from replication.audit.run.tracing import ABSENT, FIXED, loose, note, said
 from replication.errors import AuditError
 from replication.files import write_atomically
 
@@ -69,6 +71,8 @@ def execute(
         before = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
         around = {folder.parent, project, *((project / name).parent for name in names)}
         there = _listed(around)
+        if version and said(tuple(version)) == ABSENT:
+            raise AuditError(f"`{' '.join(version)}` says no version; give the command that prints it, or none")
         note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
         if any(_SHARED.search(text) for text in [" ".join(command).encode(), *map(_bytes, folder.rglob("*"))]):
             loose("files in a folder that all programs share")
@@ -167,7 +171,7 @@ def _require_declared(new: set[str], writes: Sequence[str]) -> None:
     if more := sorted(new - set(writes)):
         raise AuditError(f"it writes {', '.join(more[:4])}, which it does not declare; add to writes=[...]")
     if absent := sorted(set(writes) - new):
-        raise AuditError(f"it did not write {', '.join(absent[:4])}, as it declares")
+        raise AuditError(f"it did not write {', '.join(absent[:4])}, as it declares; look whether it ends early")
 
 
 def _keep(path: Path, store: Path, command: Sequence[str]) -> str:
@@ -200,11 +204,12 @@ def _json(text: str | bytes, where: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise AuditError(f"{where} is no JSON: {error}; write the answer and nothing else") from None
+        begins = f", it begins with {text[:30]!r}".replace("b'", "'", 1) if text else ""
+        raise AuditError(f"{where} is no JSON{begins}: {error}; write the answer and nothing else") from None
 
 
 def _csv(text: str, where: str) -> dict[str, list[float | str]]:
-    """The columns by name; what reads as a number is one."""
+    """The columns by name; what reads as a finite number is one."""
     head, *rows = [row for row in csv.reader(io.StringIO(text), skipinitialspace=True) if row] or [[]]
     if len(head) == 1 and (mark := next((mark for mark in ";\t" if mark in head[0]), "")):
         raise AuditError(f"{where} is parted by {mark!r}; write a table with commas between its cells")
@@ -214,7 +219,6 @@ def _csv(text: str, where: str) -> dict[str, list[float | str]]:
 
 
 def _number(cell: str) -> float | str:
-    try:
-        return float(cell)
-    except ValueError:
-        return cell
+    with contextlib.suppress(ValueError):
+        return number if math.isfinite(number := float(cell)) else cell
+    return cell

@@ -269,7 +269,10 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
 
     with house_style(), mpl.rc_context({"svg.hashsalt": figure.name}):
         stream = io.StringIO()
-        figure.plot(data).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        drawn = figure.plot(data)
+        if not hasattr(drawn, "savefig"):
+            raise AuditError(f"its plot gave {drawn!r:.80}; return the figure of matplotlib")
+        drawn.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return svg.tidy(stream.getvalue(), figure.name).encode()
 
 
@@ -280,7 +283,9 @@ def _titled(figure: Figure, data: FigureData) -> str:
 
 def _described(figure: Figure, data: FigureData) -> str:
     """The alternative text; whoever cannot see the figure learns its numbers from it, so it must hold some."""
-    text = figure.alt(data)
+    text: object = figure.alt(data)
+    if not isinstance(text, str):
+        raise AuditError(f"its alternative text is {text!r:.80}; return a string")
     if not any(character.isdigit() for character in text):
         raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
 

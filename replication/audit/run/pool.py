@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 KILLED = (
     "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
-    "or the code ended it"
+    "or compiled code crashed, or the code ended it"
 )
 
 
@@ -142,12 +142,14 @@ def _single_process() -> Any:
 def _deaf_children() -> Iterator[None]:
     """Processes begun meanwhile ignore Ctrl-C, which reaches them too: this one decides, and ends them.
 
-    They have the language and the time zone of every experiment.
+    They have the language and the time zone of every experiment, and no handler that prints the stacks of all threads
+    when one crashes, of which their parent says a line.
     """
     main = threading.current_thread() is threading.main_thread()
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
-    before = {name: os.environ.get(name) for name in FIXED}
-    os.environ.update(FIXED)
+    settings = {**FIXED, "PYTHONFAULTHANDLER": ""}
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
     try:
         yield
     finally:

@@ -143,7 +143,7 @@ def state(label: str, tree: SourceTree) -> str:
         found = installed(name)
         return ABSENT if found is None else found.version
     if kind == "version":
-        return _said(tuple(json.loads(name)))
+        return said(tuple(json.loads(name)))
     if kind == "program":
         program = shutil.which(name)
         if program is None:
@@ -162,13 +162,14 @@ def state(label: str, tree: SourceTree) -> str:
 
 
 @functools.cache
-def _said(command: tuple[str, ...]) -> str:
-    """The first line of what a program says of its version."""
+def said(command: tuple[str, ...]) -> str:
+    """The first line of what a program says of its version; `ABSENT` if it fails or says nothing."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return ABSENT
-    return next(iter((done.stdout + done.stderr).strip().splitlines()), ABSENT)
+    lines = (done.stdout + done.stderr).strip().splitlines()
+    return lines[0] if lines and not done.returncode else ABSENT
 
 
 def _sha256(content: bytes) -> str:
