@@ -155,8 +155,8 @@ class Part:
             where = place or (printed.place if isinstance(printed, PrintedValue) else "")
             if not isinstance(printed, str):
                 raise AuditError(
-                    f"claim {name!r} prints {printed!r:.80}; write a string, whose digits are its tolerance, or declare "
-                    "a claim on each entry"
+                    f"claim {name!r} prints {printed!r:.80}; write a string, whose digits are its tolerance, or "
+                    "declare a claim on each entry"
                 )
             for what, text in (("place", where), ("statement", said)):
                 if not text:

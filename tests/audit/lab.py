@@ -91,7 +91,7 @@ class Lab:
 
 @dataclass(frozen=True)
 class Inside(Lab):
-    """The same in this process, which costs no imports; its package of papers has a name of its own, not in what it says.
+    """The same in this process, which costs no imports; its papers have a package of their own, not in what it says.
 
     Not for what processes do: their end, their environment when Python starts, interruptions.
     """

@@ -22,14 +22,13 @@ ORDER = """
 import msgspec, papers
 from pathlib import Path
 from replication.audit.store.cache import Cache
-from replication.audit.run.cluster import orders_of
 from replication.audit.run.pool import Processes
 from replication.audit.run.runner import run
 
 class Spy:
     def compute(self, tasks):
-        (order,) = (order for order in orders_of(tasks) if order.name == "toy2020.square")
-        print(msgspec.json.encode(order).decode())
+        (task,) = (task for task in tasks if task.name == "toy2020.square")
+        print(msgspec.json.encode(task).decode())
         return Processes(1).compute(tasks)
 
 run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=Spy())
@@ -95,7 +94,8 @@ def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(lab: Lab, clu
 def test_worker_with_other_sources_refuses(lab: Lab) -> None:
     order = lab.python("-c", ORDER).stdout
     assert fulfilled(lab, order)["error"] == ""
-    other = json.dumps({**json.loads(order), "kernel": "Z80"})
+    given = json.loads(order)
+    other = json.dumps({**given, "dependencies": {**given["dependencies"], "kernel": "Z80"}})
     assert "has not the same instruction set of the linear algebra" in fulfilled(lab, other)["error"]
     lab.edit("toy2020/squares.py", "product", "multiple")
     assert "has not the same papers/toy2020/squares.py; install the same commit" in fulfilled(lab, order)["error"]

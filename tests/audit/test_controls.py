@@ -261,7 +261,7 @@ def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, value: float
     about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
     back = experiment("back", float, x=[{"of": print_}])
     whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(back,), **about)
-    dependencies = Dependencies(sources={}, function="", inputs="{}", lock="", python="", packages={}, kernel="")
+    dependencies = Dependencies(function="", inputs="{}")
     done = Computed(dependencies, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=value), "", 0.0)
     file, _, _ = assemble([whole], {"toy.back": done}, results_file().run, SourceTree({}), (), {})
     assert (file.claims[0].verdict is Verdict.ERROR) is told

@@ -46,7 +46,7 @@ SOURCES = SourceTree({})
 
 def assembled(made: Paper, *certificates: CertificateRecord) -> ResultsFile:
     """The results of a paper whose experiments gave nothing."""
-    needed = Dependencies(sources={}, function="m:f", inputs="{}", lock="", python="3", packages={}, kernel="")
+    needed = Dependencies(function="m:f", inputs="{}")
     entry = Entry(dependencies=needed, seconds=0.5, solvers=(), result=None)
     computed = {one.name: Computed(needed, entry, "", 0.5) for one in made.experiments}
     return assemble([made], computed, RUN, SOURCES, certificates, {})[0]
@@ -85,7 +85,8 @@ def test_an_erratum_holds_by_a_proof_alone(proof: Any, holds: bool, error: str) 
 
 
 def test_a_result_that_is_too_large_is_an_error() -> None:
-    task = worker.Task("toy.big", "json:loads", '{"s": "[1, 2, 3, 4, 5, 6]"}', {})
+    needed = Dependencies(function="json:loads", inputs="")
+    task = worker.Task("toy.big", needed, '{"s": "[1, 2, 3, 4, 5, 6]"}', {})
     assert worker.compute(task).text is not None
     with patch.object(worker, "LARGEST", 10):
         answer = worker.compute(task)
@@ -93,9 +94,8 @@ def test_a_result_that_is_too_large_is_an_error() -> None:
 
 
 def test_what_took_longest_is_begun_first_and_before_it_what_never_ran() -> None:
-    needed = SimpleNamespace(function="m:f")
     plans: list[Any] = [
-        SimpleNamespace(name=name, dependencies=needed, lookup=SimpleNamespace(last_seconds=seconds), arguments="{}")
+        (SimpleNamespace(name=name), SimpleNamespace(last_seconds=seconds))
         for name, seconds in (("short", 1.0), ("long", 9.0), ("new", None), ("middle", 3.0))
     ]
     assert [task.name for task in _longest_first(plans)] == ["new", "long", "middle", "short"]
