@@ -20,9 +20,14 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import msgspec
+
 import papers
 import replication
+from replication.audit.project import find_project
+from replication.audit.run.runner import Outcome, run
 from replication.audit.run.worker import Answer, Task, compute
+from replication.audit.store.cache import Cache
 from replication.cli import main
 from tests.patience import PATIENCE
 
@@ -30,7 +35,8 @@ TOY = Path(__file__).parent / "toy"
 AUDIT = """
 import json, sys
 from pathlib import Path
-import msgspec, papers
+import papers
+from lab import told
 from replication.audit.store.cache import Cache
 from replication.audit.run.pool import Processes
 from replication.audit.run.pool import Plain
@@ -39,9 +45,14 @@ options = json.loads(sys.argv[1])
 root = Path.cwd()
 outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / ".cache", read=options["read"]),
               root=root, executor=Processes(options["jobs"]), progress=Plain(sys.stderr))
-print(json.dumps({"values": outcome.results_by_experiment, "log": {step.name: [step.action, step.reason, step.error]
-      for step in outcome.log}, "failures": outcome.failures, "file": msgspec.to_builtins(outcome.results)}))
+print(json.dumps(told(outcome)))
 """
+
+
+def told(outcome: Outcome) -> dict[str, Any]:
+    log = {step.name: [step.action, step.reason, step.error] for step in outcome.log}
+    file = msgspec.to_builtins(outcome.results)
+    return {"values": outcome.results_by_experiment, "log": log, "failures": outcome.failures, "file": file}
 
 
 def hear_interruptions() -> None:
@@ -67,7 +78,7 @@ class Lab:
         )
 
     def environment(self, **extra: str) -> dict[str, str]:
-        path = os.pathsep.join([str(self.root), str(Path(replication.__file__).parents[1])])
+        path = os.pathsep.join([str(self.root), str(Path(replication.__file__).parents[1]), str(TOY.parent)])
         return {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", "SOURCE_DATE_EPOCH": "0", **extra}
 
     def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -98,28 +109,42 @@ class Inside(Lab):
 
     package: str
 
-    def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    @contextlib.contextmanager
+    def _inside(self, environment: dict[str, str]) -> Iterator[None]:
         for name in [name for name in sys.modules if name.partition(".")[0] == self.package]:
             del sys.modules[name]
         importlib.invalidate_caches()
-        told, failed, path = io.StringIO(), io.StringIO(), list(sys.path)
-        around = {"SOURCE_DATE_EPOCH": "0", **environment}
         with (
             contextlib.chdir(self.root),
+            patch.dict(os.environ, {"SOURCE_DATE_EPOCH": "0", **environment}),
+            patch.object(sys, "dont_write_bytecode", True),
+            patch.object(sys, "path", list(sys.path)),
+        ):
+            yield
+
+    def _said(self, text: str) -> str:
+        return re.sub(rf"\b{self.package}\b", "papers", text)
+
+    def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        told, failed = io.StringIO(), io.StringIO()
+        with (
+            self._inside(environment),
             contextlib.redirect_stdout(told),
             contextlib.redirect_stderr(failed),
-            patch.dict(os.environ, around),
-            patch.object(sys, "dont_write_bytecode", True),
             patch("replication.commands.run._executor", lambda chosen: Here()),
         ):
             try:
                 code = main(arguments)
             except SystemExit as error:
                 code = int(error.code or 0)
-            finally:
-                sys.path[:] = path
-        said = (re.sub(rf"\b{self.package}\b", "papers", stream.getvalue()) for stream in (told, failed))
-        return subprocess.CompletedProcess(arguments, code, *said)
+        return subprocess.CompletedProcess(arguments, code, self._said(told.getvalue()), self._said(failed.getvalue()))
+
+    def audit(self, *keys: str, jobs: int = 1, read: bool = True, **environment: str) -> dict[str, Any]:
+        with self._inside(environment):
+            cache = Cache(self.root / ".cache", read=read)
+            outcome = run(find_project(self.root).load(keys), cache=cache, root=self.root, executor=Here())
+        answer: dict[str, Any] = json.loads(self._said(json.dumps(told(outcome))))
+        return answer
 
     def path(self, name: str) -> Path:
         return self.root / self.package / name

@@ -11,7 +11,7 @@ import pytest
 from cases import paper
 from hypothesis import given
 from hypothesis import strategies as st
-from lab import Lab, make_lab
+from lab import Lab, make_inside
 
 from replication.audit.data import printed_values
 from replication.audit.inspect.coverage import Text, differences, problems
@@ -107,7 +107,7 @@ def test_a_draft_of_any_text_is_whole_and_fits_itself(text: str, tex: bool) -> N
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path / "lab")
+    return make_inside(tmp_path / "lab")
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import AUDIT, Lab, hear_interruptions, make_lab
+from lab import AUDIT, Lab, hear_interruptions, make_inside, make_lab
 
 from tests.patience import PATIENCE, wait_for
 
@@ -20,6 +20,12 @@ ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a",
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Lab:
+    return make_inside(tmp_path)
+
+
+@pytest.fixture
+def apart(tmp_path: Path) -> Lab:
+    """For what is on processes."""
     return make_lab(tmp_path)
 
 
@@ -51,10 +57,10 @@ def test_second_run_computes_nothing_and_says_the_same(lab: Lab) -> None:
 
 
 @pytest.mark.slow
-def test_number_of_jobs_does_not_change_a_byte(lab: Lab) -> None:
-    one = lab.audit(jobs=1, read=False, OMP_NUM_THREADS="2")
-    two = lab.audit(jobs=2, read=False)
-    three = lab.audit(jobs=3, read=False)
+def test_number_of_jobs_does_not_change_a_byte(apart: Lab) -> None:
+    one = apart.audit(jobs=1, read=False, OMP_NUM_THREADS="2")
+    two = apart.audit(jobs=2, read=False)
+    three = apart.audit(jobs=3, read=False)
     assert done(one, "computed") == done(two, "computed") == done(three, "computed") == ALL
     for other in (two, three):
         assert json.dumps(other["values"]) == json.dumps(one["values"])
@@ -135,10 +141,10 @@ def test_one_paper_alone(lab: Lab) -> None:
     ],
 )
 def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
-    lab: Lab, planted: str, message: str, jobs: int
+    apart: Lab, planted: str, message: str, jobs: int
 ) -> None:
-    lab.edit("toy2020/squares.py", "    solver = ", f"    {planted}\n    solver = ")
-    answer = lab.audit(jobs=jobs)
+    apart.edit("toy2020/squares.py", "    solver = ", f"    {planted}\n    solver = ")
+    answer = apart.audit(jobs=jobs)
     assert done(answer, "failed") == {"toy2020.square"}
     assert answer["log"]["toy2020.square"][2].startswith(message)
     assert verdicts(answer) == {
@@ -153,14 +159,14 @@ def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
     assert answer["file"]["errata"][0]["holds"] is False
     assert answer["failures"][0].startswith("findings of toy2020:")
     assert "toy2020.square" not in answer["values"]
-    assert done(lab.audit(jobs=jobs), "failed") == {"toy2020.square"}
+    assert done(apart.audit(jobs=jobs), "failed") == {"toy2020.square"}
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(0)"])
-def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab, jobs: int, end: str) -> None:
-    lab.edit("toy2020/squares.py", "    solver = ", f"    import os\n    {end}\n    solver = ")
-    answer = lab.audit(jobs=jobs)
+def test_a_killed_process_is_an_error_of_its_experiment_alone(apart: Lab, jobs: int, end: str) -> None:
+    apart.edit("toy2020/squares.py", "    solver = ", f"    import os\n    {end}\n    solver = ")
+    answer = apart.audit(jobs=jobs)
     assert done(answer, "failed") == {"toy2020.square"}
     assert "the process was killed" in answer["log"]["toy2020.square"][2]
     assert done(answer, "computed") == ALL - {"toy2020.square"}
@@ -211,12 +217,12 @@ def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:
     assert findings.removeprefix("findings of toy2020: ") in answer["file"]["papers"][1]["findings"][0]
 
 
-def test_a_function_without_a_name_is_refused_before_anything_runs(lab: Lab) -> None:
-    lab.edit("other2021.py", "function=half", "function=lambda value: value")
-    answer = lab.python("-c", AUDIT, json.dumps({"papers": [], "jobs": 1, "read": True}))
+def test_a_function_without_a_name_is_refused_before_anything_runs(apart: Lab) -> None:
+    apart.edit("other2021.py", "function=half", "function=lambda value: value")
+    answer = apart.python("-c", AUDIT, json.dumps({"papers": [], "jobs": 1, "read": True}))
     assert answer.returncode == 1
     assert "experiment other2021.half" in answer.stderr and "define it with def at module level" in answer.stderr
-    assert not (lab.root / ".cache").exists()
+    assert not (apart.root / ".cache").exists()
 
 
 def test_sources_edited_during_the_run_are_not_taken_for_what_ran(lab: Lab) -> None:
@@ -251,16 +257,16 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
-def test_an_interrupted_run_resumes(lab: Lab, jobs: int, blow: signal.Signals) -> None:
-    process = start(lab, jobs)
+def test_an_interrupted_run_resumes(apart: Lab, jobs: int, blow: signal.Signals) -> None:
+    process = start(apart, jobs)
     os.killpg(process.pid, blow)
     process.communicate(timeout=PATIENCE)
     assert process.returncode != 0
-    lab.edit("toy2020/experiments.py", '"seconds": 60.0', '"seconds": 0.0')
-    answer = lab.audit(jobs=jobs)
+    apart.edit("toy2020/experiments.py", '"seconds": 60.0', '"seconds": 0.0')
+    answer = apart.audit(jobs=jobs)
     assert done(answer, "reused") == ALL - {"toy2020.wait-b"}
     assert done(answer, "computed") == {"toy2020.wait-b"}
-    assert sorted(path.name for path in (lab.root / ".cache").iterdir()) == sorted(f"{name}.json" for name in ALL)
+    assert sorted(path.name for path in (apart.root / ".cache").iterdir()) == sorted(f"{name}.json" for name in ALL)
 
 
 def alive(group: int) -> list[str]:
@@ -272,8 +278,8 @@ def alive(group: int) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
-    process = start(lab, 2)
+def test_no_process_outlives_the_run(apart: Lab, blow: signal.Signals) -> None:
+    process = start(apart, 2)
     os.kill(process.pid, blow)
     process.wait(timeout=PATIENCE)
     wait_for(lambda: alive(process.pid) == [])
