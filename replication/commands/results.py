@@ -75,15 +75,13 @@ def _checked(project: Project, path: Path, figures: Path, last: Last) -> Said:
     from replication.audit.run.tracing import traced
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
-    from replication.audit.store.sources import KEPT, kept_at
 
     results, root, folder = read_results(path), project.root, project.folder
     with traced(root) as loading:
         papers = project.load()
     problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
-    with kept_at(project.cache / KEPT):
-        again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
+    again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
     found = differences(results, again, figures)
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):

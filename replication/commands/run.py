@@ -25,11 +25,8 @@ from replication.commands.shared import (
 from replication.errors import AuditError
 
 if TYPE_CHECKING:
-    from replication.audit.parts import Paper
-    from replication.audit.run.last import Last
     from replication.audit.run.pool import Executor, Silent, Step
     from replication.audit.run.runner import Outcome
-    from replication.audit.run.tracing import Trace
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
@@ -69,10 +66,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    from replication.audit.run.last import Last
-    from replication.audit.run.tracing import traced
-    from replication.audit.store.sources import KEPT, kept_at
-    from replication.files import require_writable
+    from replication.audit.run.last import Last, Said
+    from replication.audit.run.tracing import labels, traced, untraced
 
     executor = _executor(chosen)
     project = here()
@@ -85,47 +80,30 @@ def command(chosen: argparse.Namespace) -> int:
         say(said.lines)
         say_tutorials(said.tutorials)
         return said.code
-    from replication.audit.declare import unlisted
+    import msgspec
 
-    with traced(root) as trace:
-        selected = project.load(wanted)
-    lost = [words for paper in selected for words in unlisted(paper, project.folder)]
+    from replication.audit.declare import unlisted
+    from replication.audit.inspect.headline import notes
+    from replication.audit.publish.terminal import run_lines
+    from replication.audit.run.draw import draw_figures
+    from replication.audit.run.runner import TIMEOUT, run
+    from replication.audit.store.sources import SourceTree, default_packages
+    from replication.files import require_writable
+
+    with traced(root) as loading:
+        papers = project.load(wanted)
+    lost = [words for paper in papers for words in unlisted(paper, project.folder)]
     if lost:
         raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
-    with kept_at(directory / KEPT):
-        return _run(selected, cache, root, executor, (output, figures, project.folder), last, trace, chosen)
-
-
-def _run(
-    papers: Sequence[Paper],
-    cache: Cache,
-    root: Path,
-    executor: Executor,
-    places: tuple[Path, Path, Path],
-    last: Last,
-    loading: Trace,
-    chosen: argparse.Namespace,
-) -> int:
-    import msgspec
-
-    from replication.audit.inspect.headline import notes
-    from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.draw import draw_figures
-    from replication.audit.run.last import Said
-    from replication.audit.run.runner import TIMEOUT, run
-    from replication.audit.run.tracing import labels, traced, untraced
-    from replication.audit.store.sources import SourceTree, default_packages
-
-    output, figures, folder = places
     limit = chosen.timeout or TIMEOUT
     outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
     with traced(root) as drawing:
         drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
-    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures, folder)]
+    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures, project.folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
     say_report(results, figures, output / "index.html")
     code = _code(results, outcome.failures)
@@ -210,7 +188,6 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 
 def _executor(chosen: argparse.Namespace) -> Executor:
-    from replication.audit.run.cluster import Cluster
     from replication.audit.run.pool import Processes
     from replication.errors import InvalidInputError
 
@@ -219,7 +196,11 @@ def _executor(chosen: argparse.Namespace) -> Executor:
         raise InvalidInputError("--backend dask and --scheduler ADDRESS go together; give both or neither")
     if on_cluster and chosen.jobs is not None:
         raise InvalidInputError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    return Cluster(chosen.scheduler) if on_cluster else Processes(chosen.jobs)
+    if not on_cluster:
+        return Processes(chosen.jobs)
+    from replication.audit.run.cluster import Cluster
+
+    return Cluster(chosen.scheduler)
 
 
 def _progress() -> Silent:

@@ -226,7 +226,7 @@ def test_a_function_without_a_name_is_refused_before_anything_runs(apart: Lab) -
 
 
 def test_sources_edited_during_the_run_are_not_taken_for_what_ran(lab: Lab) -> None:
-    edit = "Path('papers/toy2020/arithmetic.py').open('a').write('# edited')"
+    edit = "Path(__file__).with_name('arithmetic.py').open('a').write('# edited')"
     lab.edit("toy2020/squares.py", "    solver = ", f"    from pathlib import Path\n    {edit}\n    solver = ")
     answer = lab.audit()
     assert reason(answer, "toy2020.square") == "not kept: its sources or data were edited while it ran"

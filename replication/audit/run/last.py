@@ -20,7 +20,7 @@ import replication
 from replication.audit.project import read_settings
 from replication.audit.run.tracing import Trace, labels, state, untraced
 from replication.audit.store.provenance import machine
-from replication.audit.store.sources import KEPT, SourceTree, default_packages
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.files import write_atomically
 
 RUN, CHECK = "last-run.json", "last-check.json"
@@ -28,7 +28,7 @@ LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV", "OPENBLAS_
 """How variables begin that may matter though nobody asks for them by name."""
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
-INDEX = (RUN, CHECK, KEPT)
+INDEX = (RUN, CHECK)
 """Files of the cache that hold no result."""
 
 
@@ -66,14 +66,14 @@ class Last:
             return None
         return told if whole else None
 
-    def keep(self, said: Said, loading: Trace, read: Iterable[str] = (), untraced_too: Iterable[str] = ()) -> None:
+    def keep(self, said: Said, loading: Trace, read: Iterable[str] = (), loose: Iterable[str] = ()) -> None:
         """Keep what was said, unless something cannot be followed, or something else changed files meanwhile.
 
         loading: what was read while the papers were loaded. read: what was read besides, by the names of
         `tracing.state`.
         """
         tree = SourceTree(default_packages(self._root))
-        if untraced(loading, tree, None) or list(untraced_too):
+        if untraced(loading, tree, None) or list(loose):
             return
         after = self._files()
         changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
