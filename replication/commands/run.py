@@ -9,14 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.commands import command, option
 from replication.commands.shared import (
     DIFFERENT,
     FAILED,
     FINE,
-    add_figures,
-    add_output,
+    figures,
     here,
     jobs,
+    output,
     say,
     say_report,
     say_tutorials,
@@ -30,41 +31,44 @@ if TYPE_CHECKING:
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
-TEXT = "compute what changed, judge every claim, write figures and report"
-NOTES = """Results are kept in .cache/replication/ as long as the sources, inputs, lock and packages that they
-depend on are unchanged. The report goes to report/; a run of some papers only goes to report/PAPER/
-(report/PAPER+PAPER/), so that it never replaces the report on all papers.
 
-"""
+def _seconds(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
+    return number
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)")
-    parser.add_argument(
-        "--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
-    )
-    parser.add_argument(
-        "--no-cache", action="store_true", help="compute everything again; results are stored all the same"
-    )
-    parser.add_argument(
+@command(
+    "run",
+    "compute what changed, judge every claim, write figures and report",
+    option("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)"),
+    option("--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"),
+    option("--no-cache", action="store_true", help="compute everything again; results are stored all the same"),
+    option(
         "--backend",
         choices=("processes", "dask"),
         default="processes",
         help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
-    )
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786")
-    parser.add_argument(
+    ),
+    option("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786"),
+    option(
         "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
-    )
-    parser.add_argument(
-        "--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"
-    )
-    add_output(parser, "where results.json and index.html go")
-    add_figures(parser, "where the SVG and CSV files go")
+    ),
+    option("--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"),
+    output("where results.json and index.html go"),
+    figures("where the SVG and CSV files go"),
+    notes="""\
+Results are kept in .cache/replication/ as long as the sources, inputs, lock and packages that they
+depend on are unchanged. The report goes to report/; a run of some papers only goes to report/PAPER/
+(report/PAPER+PAPER/), so that it never replaces the report on all papers.
 
-
-def command(chosen: argparse.Namespace) -> int:
+""",
+)
+def audit(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
     from replication.audit.run.last import Last, Said
     from replication.audit.run.tracing import labels, traced, untraced
@@ -72,10 +76,10 @@ def command(chosen: argparse.Namespace) -> int:
     executor = _executor(chosen)
     project = here()
     root, wanted = project.root, sorted(set(chosen.papers or project.keys))
-    output = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
-    figures = chosen.figures or root / "figures"
+    target = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
+    drawings = chosen.figures or root / "figures"
     directory = project.cache
-    last = Last(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
+    last = Last(root, [drawings, target / "results.json", target / "index.html"], wanted, directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
         say(said.lines)
         say_tutorials(said.tutorials)
@@ -95,22 +99,22 @@ def command(chosen: argparse.Namespace) -> int:
     lost = [words for paper in papers for words in unlisted(paper, project.folder)]
     if lost:
         raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
-    require_writable(output, "--output")
-    require_writable(figures, "--figures")
+    require_writable(target, "--output")
+    require_writable(drawings, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     limit = chosen.timeout or TIMEOUT
     outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
     with traced(root) as drawing:
-        drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
-    results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
-    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures, project.folder)]
+        drawn = draw_figures(papers, outcome.results_by_experiment, drawings, cache=cache, root=root)
+    results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), target / "results.json")
+    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, drawings, project.folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
-    say_report(results, figures, output / "index.html")
+    say_report(results, drawings, target / "index.html")
     code = _code(results, outcome.failures)
     tree = SourceTree(default_packages(root))
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
     if cache.write and code != FAILED and whole:
-        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {output / 'index.html'}")
+        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {target / 'index.html'}")
         said = Said(lines=lines, tutorials=tutorials(results), code=code)
         loose = [*outcome.untraced, *untraced(drawing, tree, ())]
         last.keep(said, loading, [*outcome.traced, *labels(drawing, tree, ())], loose)
@@ -121,16 +125,6 @@ def command(chosen: argparse.Namespace) -> int:
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
-
-
-def _seconds(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
-    return number
 
 
 def _reused(log: Sequence[Step]) -> list[Step]:
