@@ -249,12 +249,12 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
     def way(given: str | list[str]) -> list[str]:
         return [step.replace("{key}", entry) for step in (given.split(":") if isinstance(given, str) else given)]
 
+    if not isinstance(printed, str):
+        raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
     if not entry and any("{key}" in str(text) for text in (claim.id, claim.statement, claim.source, claim.check)):
         raise AuditError(
             f"{where} {claim.id}: {{key}} stands for the entries of a table, and one number is printed here"
         )
-    if not isinstance(printed, str):
-        raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
     if bool(claim.source) == bool(claim.reason):
         raise AuditError(f"{where} {claim.id}: give from, where the number stands, or a reason why none settles it")
     name = claim.id.replace("{key}", entry) if "{key}" in claim.id else ".".join(filter(None, (claim.id, entry)))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -40,13 +41,25 @@ def lab(tmp_path: Path) -> Lab:
     return make_lab(tmp_path)
 
 
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Lab, Any]]:
+    """A project, and a cluster that has its environment."""
+    lab = make_lab(tmp_path_factory.mktemp("cluster"))
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in lab.environment().items():
+            patch.setenv(name, value)
+        patch.chdir(lab.root)
+        with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+            yield lab, cluster
+
+
 @pytest.fixture
-def cluster(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    for name, value in lab.environment().items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.chdir(lab.root)
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as running:
-        yield running
+def shared(running: tuple[Lab, Any], tmp_path: Path) -> Iterator[tuple[Lab, Any]]:
+    """The same for one test after another; its papers are as they were again."""
+    papers = running[0].path("")
+    shutil.copytree(papers, tmp_path / "kept")
+    yield running
+    shutil.copytree(tmp_path / "kept", papers, dirs_exist_ok=True)
 
 
 def results(lab: Lab) -> Any:
@@ -57,7 +70,8 @@ def on(cluster: Any) -> tuple[str, ...]:
     return "run", "--no-cache", "--backend", "dask", "--scheduler", cluster.scheduler_address
 
 
-def test_two_workers_give_what_one_process_gives(lab: Lab, cluster: Any) -> None:
+def test_two_workers_give_what_one_process_gives(shared: tuple[Lab, Any]) -> None:
+    lab, cluster = shared
     alone = lab.cli("run", "--jobs", "1", "--no-cache")
     first = results(lab)
     together = lab.cli(*on(cluster))
@@ -65,7 +79,19 @@ def test_two_workers_give_what_one_process_gives(lab: Lab, cluster: Any) -> None
     assert without_seconds(results(lab)) == without_seconds(first)
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing(lab: Lab, cluster: Any) -> None:
+def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(shared: tuple[Lab, Any]) -> None:
+    lab, cluster = shared
+    lab.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
+    lab.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
+    done = lab.cli(*on(cluster))
+    assert done.returncode == 3
+    errors = {record["name"]: record["error"] for record in results(lab)["experiments"] if record["error"]}
+    assert list(errors) == ["toy2020.square"]
+    assert "process was killed" in errors["toy2020.square"]
+
+
+def test_a_worker_killed_in_the_middle_loses_nothing(shared: tuple[Lab, Any]) -> None:
+    lab, cluster = shared
     for label in "ab":
         lab.edit("toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"')
     command = [sys.executable, "-m", "replication", *on(cluster)]
@@ -79,16 +105,6 @@ def test_a_worker_killed_in_the_middle_loses_nothing(lab: Lab, cluster: Any) -> 
     killed = without_seconds(results(lab))
     lab.cli("run", "--jobs", "1", "--no-cache")
     assert killed == without_seconds(results(lab))
-
-
-def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(lab: Lab, cluster: Any) -> None:
-    lab.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
-    lab.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
-    done = lab.cli(*on(cluster))
-    assert done.returncode == 3
-    errors = {record["name"]: record["error"] for record in results(lab)["experiments"] if record["error"]}
-    assert list(errors) == ["toy2020.square"]
-    assert "process was killed" in errors["toy2020.square"]
 
 
 def test_worker_with_other_sources_refuses(lab: Lab) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_lab
+from lab import Lab, make_inside
 
 from replication.audit.declare import command
 from replication.audit.run.command import execute, held
@@ -59,7 +59,7 @@ def test_a_folder_that_all_programs_share_is_named(tmp_path: Path, text: str, na
         (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
         (sh("exit 1"), {}, "ended with code 1: it says nothing"),
         (sh("kill -9 $$"), {}, "ended with code -9"),
-        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*write the answer and nothing else"),
+        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON, it begins with '{.a.: 1.*write the answer and nothing else"),
         (sh("true"), {}, "its output is no JSON"),
         (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
         (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
@@ -158,11 +158,11 @@ PAPER = paper(key="roe", title="T", authors=("A. Roe",), year=2020, venue="", do
 
 
 def project(root: Path, commands: str, *uses: str, **files: str) -> Lab:
-    lab = make_lab(root / "lab")
-    shutil.rmtree(lab.root / "papers" / "toy2020")
-    (lab.root / "papers" / "other2021.py").unlink()
-    (lab.root / "papers" / "roe").mkdir()
-    (lab.root / "papers" / "roe" / "__init__.py").write_text(PAPER.format(uses=uses, commands=commands))
+    lab = make_inside(root / "lab")
+    shutil.rmtree(lab.path("toy2020"))
+    lab.path("other2021.py").unlink()
+    lab.path("roe").mkdir()
+    lab.path("roe/__init__.py").write_text(PAPER.format(uses=uses, commands=commands))
     for name, text in files.items():
         (lab.root / name.replace("_", ".")).write_text(text)
     return lab
