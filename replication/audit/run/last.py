@@ -7,6 +7,7 @@ ended, so is what another one would write and say. Whatever is in doubt is done 
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -73,14 +74,15 @@ class Last:
         `tracing.state`.
         """
         tree = SourceTree(default_packages(self._root))
-        if untraced(loading, tree, None) or list(loose):
+        if untraced(loading, tree, None) or list(loose) or not self._path.parent.is_dir():
             return
         after = self._files()
         changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
         if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
             now = self._now(filter(self._hidden, sorted({*read, *labels(loading, tree, None)})))
             kept = {"said": msgspec.to_builtins(said), "read": now, "sha256": self._checksum(after, said, now)}
-            write_atomically(self._path, json.dumps(kept).encode())
+            with contextlib.suppress(OSError):
+                write_atomically(self._path, json.dumps(kept).encode())
 
     def _hidden(self, label: str) -> bool:
         """Whether the files that are looked through lack what was read."""
