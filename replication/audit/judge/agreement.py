@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
@@ -286,6 +287,13 @@ def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> s
 
 def _sentence(text: str) -> str:
     return text[0].upper() + text[1:] + "."
+
+
+def stands_there(numbers: Sequence[float], printed: str) -> bool:
+    """Whether these are the printed numbers, to the last bit; never raises."""
+    with contextlib.suppress(AuditError):
+        return list(numbers) == [float(entry.value) for entry in parse(printed).entries]
+    return False
 
 
 def last_place(printed: str) -> Fraction:

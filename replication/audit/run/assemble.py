@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -10,10 +9,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from replication.audit.data import watched
-from replication.audit.judge.agreement import last_place
+from replication.audit.judge.agreement import last_place, stands_there
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
-from replication.audit.judge.printed import parse
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.typed import require_found
 from replication.audit.judge.validate import unused_readings
@@ -235,7 +233,12 @@ def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence |
             f"claim {claim.id} looks at none of the experiments that it uses, {', '.join(claim.uses)}; answer it from "
             "their results, or take uses away"
         )
-    if given and evidence is not None and evidence.value is not None and _is_print(evidence.value, claim.printed):
+    if (
+        given
+        and evidence is not None
+        and evidence.value is not None
+        and stands_there(_flat(evidence.value), claim.printed)
+    ):
         return None, (
             f"claim {claim.id} answers itself: {given[0]} is given {claim.printed} and its value is exactly that; give "
             "the experiment what the print follows from"
@@ -251,12 +254,6 @@ def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence |
         f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "
         f"{again.value}, not {evidence.value}; compute it from what its experiments give"
     )
-
-
-def _is_print(value: object, printed: str) -> bool:
-    with contextlib.suppress(AuditError):
-        return _flat(value) == [float(entry.value) for entry in parse(printed).entries]
-    return False
 
 
 def _moved_by_one(digit: re.Match[str]) -> str:
