@@ -164,6 +164,7 @@ FIT = "echo '{\"mean\": 0.751}'"
         ("figures.py", "    return figure\n", "    return None\n", 3, "its plot gave None; return the figure of matplotlib"),
         ("figures.py", "    return f\"{len", "    return 3\n    return f\"{len", 3, "its alternative text is 3; return a string"),
         ("figures.py", "on a straight", "mean 99.9, on a straight", 3, "the alternative text .* says 99.9, which"),
+        ("figures.py", "g}-fold", "g}-fold, not 99.5", 3, "the title .* says 99.5, which the paper does not print"),
         ("figures.py", '("powers",)', '"powers"', 0, "1 reproduced, 1 consistent"),
         ("printed.toml", "# What", "\ufeff# What", 0, "1 reproduced, 1 consistent"),
         ("experiments.py", '    return {"power"', '    import random\n    random.random()\n    return {"power"', 0,

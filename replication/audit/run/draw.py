@@ -258,7 +258,13 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
 
 def _titled(figure: Figure, data: FigureData) -> str:
     """The message, with numbers of the data; whoever reads nothing else reads this, so it is short."""
-    return require_title(figure.title(data) if callable(figure.title) else figure.title)
+
+    def titled(columns: Any) -> tuple[str]:
+        title = figure.title
+        return (title(FigureData(columns=columns)) if callable(title) else title,)
+
+    require_found("title", titled, data.columns, [figure.caption, figure.place])
+    return require_title(titled(data.columns)[0])
 
 
 def _described(figure: Figure, data: FigureData) -> str:
