@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
+from math import isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -231,20 +232,31 @@ def _doubled_each(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
     """`_doubled` for several cases (cases, n, n), and which of them have a limit; each leaves when it is done."""
     A, G, H = total.A, symmetric(total.G), symmetric(total.H)
     limits, ended = np.zeros_like(H), np.zeros(len(H), dtype=bool)
-    cases, previous = np.arange(len(H)), np.full(len(H), np.inf)
+    cases, previous = np.arange(len(H)), [np.inf] * len(H)
     for _ in range(MAX_DOUBLINGS):
         A, G, H, grown = _twice(A, G, H)
-        squared = np.einsum("kij,kij->k", H, H)
-        step = np.sqrt(np.einsum("kij,kij->k", grown, grown) / np.maximum(squared, TINY))
-        ready = (step <= STAGNATION) | ((step <= 1e3 * STAGNATION) & (step >= previous))
-        leaving = ready | ~np.isfinite(squared)
-        if leaving.any():
+        squared, changes = (np.vecdot(part, part).tolist() for part in (_rows(H), _rows(grown)))
+        steps = [
+            sqrt(change / max(size, TINY)) if size < np.inf else np.nan
+            for size, change in zip(squared, changes, strict=True)
+        ]
+        ready = [
+            step <= STAGNATION or before >= step <= 1e3 * STAGNATION
+            for step, before in zip(steps, previous, strict=True)
+        ]
+        going = [not (done or isnan(step)) for done, step in zip(ready, steps, strict=True)]
+        if not all(going):
             limits[cases[ready]], ended[cases[ready]] = H[ready], True
-            cases, A, G, H, step = (part[~leaving] for part in (cases, A, G, H, step))
-            if not len(cases):
+            cases, A, G, H = (part[going] for part in (cases, A, G, H))
+            steps = [step for step, goes in zip(steps, going, strict=True) if goes]
+            if not steps:
                 break
-        previous = step
+        previous = steps
     return limits, ended
+
+
+def _rows(stack: Array) -> Array:
+    return stack.reshape(len(stack), -1)
 
 
 def _dying(period: RiccatiMap) -> Array | None:
@@ -270,7 +282,10 @@ def circle_angles(stages: RiccatiMap, tolerance: float) -> Array:
     left[:n, :n], left[n:, :n], right[:n, n:], right[n:, n:] = A.T, -H, G, A
     if not (np.isfinite(left).all() and np.isfinite(right).all()):
         raise np.linalg.LinAlgError("the pencil overflows")
-    alpha, beta = scipy.linalg.eig(left, right, right=False, homogeneous_eigvals=True, check_finite=False)
+    real, imaginary, beta, _, _, _, failed = scipy.linalg.lapack.dggev(left, right, 0, 0)
+    if failed:
+        raise np.linalg.LinAlgError("the pencil has no eigenvalues")
+    alpha = real + 1j * imaginary
     # |alpha| = |beta| is the circle; comparing them so needs no division by a beta that may vanish.
     close = np.abs(np.abs(alpha) - np.abs(beta)) <= tolerance * np.maximum(np.abs(alpha), np.abs(beta))
     return np.sort(np.abs(np.angle(alpha[close] * np.conj(beta[close]))))

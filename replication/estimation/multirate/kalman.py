@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,7 +65,7 @@ class KalmanCentre:
     states: Array
     quick: Array | None = None
 
-    @property
+    @cached_property
     def floor(self) -> float:
         """sqrt(max_k lambda_max(W X_k W')): no observer, at no level, has a smaller gain."""
         return float(np.sqrt(largest_weighted(self.scaled, self.states)))
@@ -142,6 +143,9 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
         none = np.zeros((0, plant.order)), np.zeros((0, rest.B.shape[-1]))
         lifted = PeriodicSystem(tuple(Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True))).lift()
         A, B = lifted.A, lifted.B
+    widest = max(STABILITY_MARGIN, 10 * np.finfo(float).eps ** (1 / plant.order))
+    if np.min(np.abs(np.abs(np.linalg.eigvals(A)) - 1)) > 2 * widest:
+        return None
     hidden = np.array(hidden_modes(A.T, B.T, tolerance=HIDDEN_TOLERANCE))
     for mode in hidden:
         multiplicity = int(np.sum(np.abs(hidden - mode) <= CLUSTER))

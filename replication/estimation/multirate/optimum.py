@@ -140,8 +140,8 @@ def _dense(stages: Sequence[Stage], outputs: int) -> Curve:
 
     def curve(angles: Array) -> Array:
         E, V = frequency_response(errors, angles), frequency_response(innovations, angles)
-        seen = np.linalg.qr(V.conj().mT).Q
-        gains = spectral_norm(E - (E @ seen) @ seen.conj().mT)
+        hidden = np.linalg.qr(V.conj().mT, mode="complete").Q[..., V.shape[-2] :]
+        gains = spectral_norm(E @ hidden)
         return np.where(gains > ROUNDING * np.linalg.norm(E, axis=(-2, -1)), gains, 0.0)
 
     return in_groups(curve, whole.D.size)
@@ -309,7 +309,8 @@ class _Search:
         self.low = max(noncausal.lower, centre.floor)
         if noncausal.upper >= centre.floor:
             touching = [noncausal.upper * (1 + distance) for distance in TOUCHING]
-            self.tried(touching[-1], *([touching[0], *self._designs(touching[0])] if self.aside else []))
+            ahead = (touching[0], *self._designs(touching[0]), *(self.low * factor for factor in FACTORS))
+            self.tried(touching[-1], *(ahead if self.aside else ()))
             if self.latest[touching[-1]][1] > 0:
                 level = next((level for level in touching[:-1] if self._achieved(level)), touching[-1])
                 return Optimum(noncausal.lower, level, noncausal, "noncausal")
@@ -403,21 +404,17 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
         return trials
     above, scaled = np.array(levels)[tried], centre.scaled
     maps = scaled.maps_each(above)
-    solved = [
-        states if states is not None and np.all(np.isfinite(states)) else None
-        for states in stationary_each(maps, centre.states)
-    ]
-    there = [i for i, states in enumerate(solved) if states is not None]
+    solved = stationary_each(maps, centre.states)
+    there = [i for i, states in enumerate(solved) if states is not None and np.isfinite(states).all()]
     if not there:
         return trials
-    states = np.stack([part for part in solved if part is not None], axis=1)
-    maps = RiccatiMap(*(part[:, there] for part in maps))
+    states = np.stack([solved[i] for i in there], axis=1)  # type: ignore[arg-type]
     slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
     sound = semidefinite(states)
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):
-        part = RiccatiMap(*(part[:, checked] for part in maps))
-        sound[checked] = stabilises(scaled, states[:, checked], part)
+        G = maps.G[:, np.array(there)[checked]]
+        sound[checked] = stabilises(scaled, states[:, checked], maps._replace(G=G))
     for i in np.flatnonzero(sound):
         # Below -1 its size has no meaning for the root, and it may be huge where the recursion nearly escapes.
         trials[tried[there[i]]] = states[:, i], max(float(slack[i]), -1.0)
