@@ -53,7 +53,11 @@ def symmetric(matrix: Array) -> Array:
 
 def apply(stage: RiccatiMap, X: Array) -> Array:
     """One step of the recursion from X (n, n); for stacks (..., n, n), one by one."""
-    return symmetric(stage.A @ np.linalg.solve(X @ stage.G + identity(X.shape[-1]), X) @ stage.A.mT + stage.H)
+    return symmetric(_applied(stage, X))
+
+
+def _applied(stage: RiccatiMap, X: Array) -> Array:
+    return np.asarray(stage.A @ np.linalg.solve(X @ stage.G + identity(X.shape[-1]), X) @ stage.A.mT + stage.H)
 
 
 def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
@@ -122,9 +126,9 @@ def down(levels: Sequence[RiccatiMap], X: Array) -> Array:
     for level in levels[-2::-1]:
         first = RiccatiMap(*(part[0 : len(part) - 1 : 2] for part in level))
         both = np.empty_like(level.A)
-        both[0::2], both[1::2] = states, apply(first, states[: len(first.A)])
+        both[0::2], both[1::2] = states, _applied(first, states[: len(first.A)])
         states = both
-    return states
+    return symmetric(states)
 
 
 def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:
@@ -247,7 +251,7 @@ def _doubled_each(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
         going = [not (done or isnan(step)) for done, step in zip(ready, steps, strict=True)]
         if not all(going):
             limits[cases[ready]], ended[cases[ready]] = H[ready], True
-            cases, A, G, H = (part[going] for part in (cases, A, G, H))
+            cases, A, G, H = cases[going], A[going], G[going], H[going]
             steps = [step for step, goes in zip(steps, going, strict=True) if goes]
             if not steps:
                 break

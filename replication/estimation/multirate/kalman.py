@@ -38,6 +38,8 @@ STABILITY_MARGIN = 1e-9
 """A multiplier closer than this to the unit circle, or outside, counts as not stable; as in the detectability test."""
 HIDDEN_TOLERANCE = 1e-6
 """Share of a disturbance, in state units, below which it does not reach a mode."""
+NEGATIVE = 1e-9
+"""Size of an eigenvalue of a covariance that may be negative by rounding."""
 CLUSTER = 1e-3
 """Modes nearer than this to each other count as one of higher multiplicity."""
 
@@ -231,9 +233,13 @@ def semidefinite(states: Array) -> Any:
 
     Here and in the next two: of states (N, cases, n, n), one answer for each case.
     """
-    eigenvalues = np.linalg.eigvalsh(states)
-    largest = np.maximum(1.0, eigenvalues[..., -1].max(axis=0))
-    return eigenvalues[..., 0].min(axis=0) >= -1e-9 * largest
+    try:
+        np.linalg.cholesky(states + NEGATIVE * identity(states.shape[-1]))
+        return np.ones(states.shape[1:-2], dtype=bool)
+    except np.linalg.LinAlgError:  # the eigenvalues decide
+        eigenvalues = np.linalg.eigvalsh(states)
+        largest = np.maximum(1.0, eigenvalues[..., -1].max(axis=0))
+        return eigenvalues[..., 0].min(axis=0) >= -NEGATIVE * largest
 
 
 def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:

@@ -83,7 +83,8 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
 
 def _is_short(problem: MultirateProblem) -> bool:
     """Whether the noise of a period is so little that responses to it are formed."""
-    return sum(problem.plant.B_d.shape[1] + len(rows) for rows in problem.measured_rows()) <= DENSE_INPUTS
+    inputs = problem.schedule.period * problem.plant.B_d.shape[1] + int(np.count_nonzero(problem.schedule.mask))
+    return inputs <= DENSE_INPUTS
 
 
 def _bound(problem: MultirateProblem, T: Array) -> GainBracket:
@@ -186,9 +187,11 @@ optimum is compared with what its gains reach; relative distance that is too muc
 """
 NEAREST = 5
 """How many points the next guess is drawn through."""
+APART = 1e-10
+"""Relative distance of two points, in 1/level^2, below which rounding makes nothing of the line through them."""
 CLOSE = 1e-11
 """How wrong a guess may be, relatively, that is taken for the root."""
-FACTORS = (1.2, 2.0)
+FACTORS = (1.1, 1.2, 1.5, 2.0)
 """Times the largest unachievable level, what is tried next until a level is achievable."""
 SMALL = 1000
 """Entries of the states of a period up to which levels are tried side by side, which takes little longer than one."""
@@ -350,18 +353,19 @@ class _Search:
             raise SolverError(
                 f"no level up to {self.low:.3g} proved achievable: rounding spoils the recursion; rescale"
             )
-        width = LEVEL_TOLERANCE / 32
+        width = LEVEL_TOLERANCE / 40
         while self.high > self.low * (1 + LEVEL_TOLERANCE / 8):
             level, spread = _zero(self.points)
             if not self.low < level < self.high:
                 level, spread = (self.low + self.high) / 2, (self.high / self.low - 1) / 4
-            if spread <= CLOSE:
-                levels = [level * (1 - width), level * (1 + width)]
-                width *= 4
+            close = spread <= CLOSE
+            if close:
+                levels = [level * (1 + sides * width) for sides in (-4, -1, 1, 4)]
+                width *= 2
             else:
                 levels = [level * (1 - spread), level, level * (1 + spread)] if self.aside else [level]
             inside = [near for near in levels if self.low < near < self.high] or [level]
-            self.tried(*inside, *(self._designs(*inside[-1:]) if spread <= CLOSE else ()))
+            self.tried(*inside, *(self._designs(*inside[-2:-1]) if close else ()))
 
 
 def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -370,14 +374,18 @@ def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     By the polynomial through (value, place) of the nearest points, and by that through one fewer; not a number without
     two points of different values.
     """
-    nearest = sorted({value: place for place, value in points}.items(), key=lambda point: abs(point[0]))[:NEAREST]
-    if len(nearest) < 2:
+    values: list[float] = []
+    places: list[float] = []
+    for place, value in sorted(points, key=lambda point: abs(point[1])):
+        if len(places) < NEAREST and all(abs(place - other) > APART * other for other in places):
+            values.append(value)
+            places.append(place)
+    if len(places) < 2 or len(set(values)) < len(values):
         return np.nan, np.nan
-    values, places = (list(part) for part in zip(*nearest, strict=True))
     before = places[0]
-    for width in range(1, len(nearest)):  # Neville
+    for width in range(1, len(values)):  # Neville
         before = places[0]
-        for i in range(len(nearest) - width):
+        for i in range(len(values) - width):
             a, b = values[i], values[i + width]
             places[i] = (a * places[i + 1] - b * places[i]) / (a - b)
     place = places[0]
@@ -405,15 +413,15 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
     above, scaled = np.array(levels)[tried], centre.scaled
     maps = scaled.maps_each(above)
     solved = stationary_each(maps, centre.states)
-    there = [i for i, states in enumerate(solved) if states is not None and np.isfinite(states).all()]
-    if not there:
+    finite = {i: states for i, states in enumerate(solved) if states is not None and np.isfinite(states).all()}
+    if not finite:
         return trials
-    states = np.stack([solved[i] for i in there], axis=1)  # type: ignore[arg-type]
+    there, states = np.array(list(finite)), np.stack(list(finite.values()), axis=1)
     slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
     sound = semidefinite(states)
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):
-        G = maps.G[:, np.array(there)[checked]]
+        G = maps.G[:, there[checked]]
         sound[checked] = stabilises(scaled, states[:, checked], maps._replace(G=G))
     for i in np.flatnonzero(sound):
         # Below -1 its size has no meaning for the root, and it may be huge where the recursion nearly escapes.
