@@ -84,7 +84,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
 def _is_short(problem: MultirateProblem) -> bool:
     """Whether the noise of a period is so little that responses to it are formed."""
     inputs = problem.schedule.period * problem.plant.B_d.shape[1] + int(np.count_nonzero(problem.schedule.mask))
-    return inputs <= DENSE_INPUTS
+    return bool(inputs <= DENSE_INPUTS)
 
 
 def _bound(problem: MultirateProblem, T: Array) -> GainBracket:
