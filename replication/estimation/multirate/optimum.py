@@ -273,8 +273,9 @@ class _Search:
     """
 
     def __init__(self, problem: MultirateProblem) -> None:
-        self.problem, short = problem, _is_short(problem)
-        self.centre = kalman_centre(problem, quick_noise=NOISE if short else None)
+        require_problem(problem)
+        self.problem = problem
+        self.centre = kalman_centre(problem, quick_noise=NOISE if _is_short(problem) else None)
         self.low, self.high = 0.0, np.inf
         self.latest: dict[float, Trial] = {}
         floor = self.centre.floor
@@ -317,7 +318,7 @@ class _Search:
             if self.latest[touching[-1]][1] > 0:
                 level = next((level for level in touching[:-1] if self._achieved(level)), touching[-1])
                 return Optimum(noncausal.lower, level, noncausal, "noncausal")
-            self.low = touching[-1]
+            self.low = max(self.low, touching[-1])
         self._root()
         return Optimum(self.low, self.high, noncausal, "causal")
 
@@ -365,7 +366,10 @@ class _Search:
             else:
                 levels = [level * (1 - spread), level, level * (1 + spread)] if self.aside else [level]
             inside = [near for near in levels if self.low < near < self.high] or [level]
+            low, high = self.low, self.high
             self.tried(*inside, *(self._designs(*inside[-2:-1]) if close else ()))
+            if (low, high) == (self.low, self.high):  # rounding left the side of each level open
+                self.tried((low + high) / 2)
 
 
 def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
