@@ -38,7 +38,7 @@ def _example(number: int, begin: float, whose: str) -> Picture:
         figure="mustafa-levels",
         across=f"h_{number}",
         x="constant period h (s)",
-        y="gain",
+        y="worst-case gain",
         begin=begin,
         curves=(
             Curve(label="all sequences, bounds", columns=(f"lower_{number}",), upper=f"upper_{number}"),
@@ -51,21 +51,21 @@ def _example(number: int, begin: float, whose: str) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="At the middle of the range [both](+gamma.1) gains are [right](+filter.norm); Theorem 3 and Sec. V-A promise "
-    "no more. If the period varies, every filter of form (4) has in Example 1 at least "
-    "[{finite-grid:over:gamma.1}](+finite-grid) times the printed gain. One number differs: in Example 1 "
-    "[Algorithm 1](-grid.1), corrected, ends with {grid.1} grid elements, not one.",
-    holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
+    card="At the middle of the range [both](+gamma.1) levels are [right](+filter.norm); Theorem 3 and Sec. V-A promise "
+    "no more. In Example 1 every filter of form (4) has a worst-case gain of at least "
+    "[{finite-grid:over:gamma.1}](+finite-grid) times the printed level, if the period varies. One number differs: "
+    "in Example 1 [Algorithm 1](-grid.1), corrected, ends with {grid.1} grid elements, not one.",
+    holds="Both levels at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
     "sequence of periods, in [both](stable.1) [examples](stable.2).",
     correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Two](map) "
     "[maps](map-12) are misprinted, and perhaps [case U3](+u3).",
     guess="What does [step 4](algorithm) compute?",
-    verdict="hold at one period",
-    headline="The printed gains hold at one constant period, as stated; if it varies, Example 2's filter has at least "
-    "{robust-level.2:over:filter.norm} times its gain",
+    verdict="holds at one period",
+    headline="The printed levels hold at one constant period, as stated; if it varies, Example 2's worst case is at "
+    "least {robust-level.2:over:filter.norm} times its level",
     picture=Bars(
-        printed="printed, at the middle period",
-        bound="if the period varies over the range",
+        printed="printed level, at the middle period",
+        bound="in the worst case, if the period varies",
         pairs=(
             Pair(
                 label="Example 1 (the paper prints no filter; this is ours)",
@@ -90,7 +90,7 @@ BRIEF = Brief(
         Explorer(
             title="A filter designed for one period does worse when the period varies",
             moves="Move the constant period.",
-            text="Each filter has the printed gain at the period for which it was designed. If the period varies, its "
+            text="Each filter has the printed level at the period for which it was designed. If the period varies, its "
             "worst-case gain lies in the band above. Example 1 prints no filter; ours takes its place. In the last "
             "picture the range of periods widens.",
             pictures=(
@@ -101,9 +101,9 @@ BRIEF = Brief(
                     figure="mustafa-range",
                     across="h_u",
                     x="longest period h_u (s)",
-                    y="gain over all sequences",
+                    y="worst-case gain, all sequences",
                     begin=0.1,
-                    curves=(Curve(label="gain, bounds", columns=("lower",), upper="upper"),),
+                    curves=(Curve(label="worst-case gain, bounds", columns=("lower",), upper="upper"),),
                 ),
             ),
         ),

@@ -66,21 +66,21 @@ def _case(label: str, name: str, claim: str, *sensors: Ticks) -> Picture:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="The optimum there is {table1.n21}, {table1.n21:miss} % too low to round to the print. As a guarantee the "
-    "print is valid: it is [where a solver may stop](-table1.n21). All levels of the [stable plant](+gamma.proposed) "
+    card="The least level there is {table1.n21}, {table1.n21:miss} % too low to round to the print. The print is valid "
+    "as a level: [the paper's solver may stop there](-table1.n21). All levels of the [stable plant](+gamma.proposed) "
     "are valid. Sec. IV-C calls its plant unstable, but in our copy eq. (41) repeats "
     "[the stable matrix](?unstable.is-unstable).",
     holds="All levels of the stable plant as guarantees ([its own](gamma.proposed), [Cases A](gamma.case-a), "
     "[B](gamma.case-b), [C](gamma.case-c), Table 1), and the [level](gains.eq33) of all four printed gain sets.",
-    correct="In our copy eq. (41) repeats the matrix of the stable plant; with it the error "
-    "[grows](unstable.stabilised) under gains (42).",
+    correct="[Table 1, periods (2, 1)](table1.n21): {table1.n21:not}. In our copy eq. (41) repeats the stable matrix; "
+    "with it the error [grows](unstable.stabilised).",
     guess="Is d in eq. (34) [d⁎ of (17)](denominator)? Which [plant](unstable.same-setting) does Sec. IV-C use?",
     verdict="holds, one last digit off",
     headline="Table 1, periods (2, 1): [{table1.n21:not}](table1.n21). All other entries are the rounded optima",
     picture=Entries(
         columns=tuple(f"{first}, {second}" for first, second in TABLE_1),
-        text="Least worst-case gain γ from noise to error, by the periods N₁, N₂ of the two sensors.",
-        rows=(("gain γ", tuple(table_claim(periods) for periods in TABLE_1)),),
+        text="Least level γ, by the periods N₁, N₂ of the two sensors.",
+        rows=(("level γ", tuple(table_claim(periods) for periods in TABLE_1)),),
     ),
     sketch=Sketch(
         alt="Two sensors with periods two and three; the uncertainty of the estimate grows between measurements and "
@@ -96,7 +96,7 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="Reading each sensor at its own period gives the smallest worst-case gain",
+            title="Reading each sensor at its own period gives the smallest level",
             moves="Choose what the observer reads.",
             text="Blue is the size of its estimation error under one draw of noise, grey that of the observer that "
             "reads both sensors at their own periods. For Cases A to C the gains are ours, none being printed. Ticks "
@@ -109,7 +109,7 @@ BRIEF = Brief(
             ),
         ),
         Explorer(
-            title="Timing alone changes the worst-case gain",
+            title="Timing alone changes the least level",
             moves="Move the offset.",
             text="Both sensors keep their periods; the second starts later by the offset. The best offset is "
             "not always zero. A curve ends where the timings repeat.",
@@ -119,7 +119,7 @@ BRIEF = Brief(
                     figure="okajima2023-timing",
                     across="offset",
                     x="offset θ₂ (instants)",
-                    y="optimal level γ",
+                    y="least level γ",
                     begin=1.0,
                     curves=tuple(
                         Curve(label=f"periods ({first}, {second})", columns=(f"gamma_{first}_{second}",))

@@ -79,7 +79,7 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
 
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
-    card="The observer is corrected only when a sample arrives, as if its gain were "
+    card="The observer is corrected only when a sample arrives, as if its gain L were "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}: too little for this unstable plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. "
     "[None](-table.any-reading) of the millions of simulation settings that we tried gives a whole column of Table I.",

@@ -24,7 +24,7 @@ from markupsafe import Markup
 
 import replication
 from replication.audit.inspect.compare import Change, moved
-from replication.audit.inspect.headline import counts, headline
+from replication.audit.inspect.headline import GROUPS, counts, headline
 from replication.audit.judge.policies import once
 from replication.audit.model import Verdict
 from replication.audit.publish.linked_data import summary_graph
@@ -93,17 +93,20 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     records = sorted(results.papers, key=lambda paper: order.index(paper.key))
     papers = [paper_view(paper, results, figures, read) for paper in records]
     told, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
+    behind = sections(results, read)
     return {
         "results": results,
         "run": results.run,
         "papers": papers,
-        "sections": sections(results, read),
+        "sections": behind,
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "field": drawn,
         "rows": rows(drawn.lanes, told, figures),
         "costs": chart(across(results)),
+        "costs_heading": next((section.heading for section in behind if section.name == "across"), ""),
+        "groups": GROUPS,
         "briefs": told,
         "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,

@@ -117,7 +117,7 @@ class FigureView:
 
 @dataclass(frozen=True, kw_only=True)
 class PaperView:
-    """All that the report shows of one paper; beyond: how many undetermined claims the text alone cannot settle."""
+    """All that the report shows of one paper."""
 
     record: PaperRecord
     claims: tuple[ClaimView, ...]
@@ -125,7 +125,6 @@ class PaperView:
     tally: Tally
     total: int
     proved: int
-    beyond: int
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
@@ -216,7 +215,6 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
     """
     claims = _of(paper, results.claims)
     shown = views(claims, read)
-    undetermined = [claim for claim in once(claims) if claim.verdict is Verdict.UNDETERMINED]
     drawn = tuple(_figure(record, figures) for record in _of(paper, results.figures))
     names = [figure.record.name for figure in drawn if figure.drawing]
     return PaperView(
@@ -226,7 +224,6 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         tally=tally(claims),
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
-        beyond=sum(bool(claim.evidence.not_checkable) for claim in undetermined),
         figures=drawn,
         errata=_of(paper, results.errata),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),

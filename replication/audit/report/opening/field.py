@@ -57,7 +57,7 @@ class Lane:
 class Field:
     """The answer in a sentence, the rows, and how the claims add up.
 
-    corrected: how many claims agree once corrected. shares: of each paper, how many of its claims fail.
+    corrected: how many claims hold once corrected. shares: of each paper, how many of its claims fail.
     """
 
     answer: str
@@ -79,7 +79,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     found = Counter(record.verdict for record in own)
     return Field(
-        answer=answer([lane.standing for lane in lanes], found, _differing(lanes)),
+        answer=answer([lane.standing for lane in lanes], found),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -90,11 +90,8 @@ def field(papers: Sequence[PaperView]) -> Field:
 HOLDING = (Verdict.REPRODUCED, Verdict.CONSISTENT)
 
 
-def answer(papers: Sequence[Standing], found: Mapping[Verdict, int], differing: Sequence[str] = ()) -> str:
-    """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
-
-    differing: what else does not agree, by name; named where it is a single result.
-    """
+def answer(papers: Sequence[Standing], found: Mapping[Verdict, int]) -> str:
+    """The answer in one or two sentences: which theorems are false, and what is true of the other papers."""
     judged = [paper for paper in papers if paper.claims]
     if not judged:
         return "There is no claim to judge."
@@ -105,36 +102,23 @@ def answer(papers: Sequence[Standing], found: Mapping[Verdict, int], differing: 
     whole = len(judged)
     if not false:
         where = "In the paper" if whole == 1 else f"In {'both' if whole == 2 else f'all {count(whole)}'} papers"
-        return f"{where} {_of_others(others, differing)}".removesuffix(".") + "."
+        return f"{where} {_of_others(others)}."
     thing = "a false guarantee" if all(paper.refuted for paper in false) else "a guarantee that fails"
     who = f"{count(len(false)).capitalize()} of {count(whole)} papers give{'s' if len(false) == 1 else ''}"
     if not others:
         who = "The paper gives" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers give"
         return f"{who} {thing}."
     where = "the other" if len(others) == 1 else f"the other {count(len(others))}"
-    return f"{who} {thing}. In {where} {_of_others(others, differing)}".removesuffix(".") + "."
+    return f"{who} {thing}. In {where} {_of_others(others)}."
 
 
-def _differing(lanes: Sequence[Lane]) -> list[str]:
-    """The results that do not agree of the papers whose theorems do: what each is, and whose."""
-    return [
-        f"the {_named(view)} of {lane.paper.record.cited.partition(' (')[0]}"
-        for lane in lanes
-        if not lane.standing.broken
-        for cell in lane.cells
-        for view in cell.marks
-        if view.record.verdict in FAILS
-    ]
-
-
-def _of_others(papers: Sequence[Standing], differing: Sequence[str]) -> str:
+def _of_others(papers: Sequence[Standing]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    once = " once corrected" if any(paper.corrected for paper in papers) else ""
-    name = f", {differing[0]}" if failing == len(differing) == 1 else ""
-    off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}{name}" if failing else ""
-    return f"{'every theorem passes our tests' if sound else 'no theorem is refuted'}{once}{off}"
+    once = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
+    off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}" if failing else ""
+    return f"{'every theorem passes our tests' if sound else 'we refute no theorem'}{once}{off}"
 
 
 def _tally(found: Mapping[Verdict, int]) -> str:
@@ -148,7 +132,7 @@ def _tally(found: Mapping[Verdict, int]) -> str:
         f"{count(corrected)} after an erratum" if corrected else "",
         f"{count(chosen)} possible" if chosen else "",
         f"{count(failing)} {'does' if failing == 1 else 'do'} not" if failing else "none fails",
-        f"{count(unsettled)} undecided" if unsettled else "",
+        f"{count(unsettled)} undetermined" if unsettled else "",
         f"{count(failed)} ended in an error" if failed else "",
     ]
     return f"{', '.join(filter(None, parts))}."

@@ -70,8 +70,9 @@ def _costs(shown: Across) -> Heading:
     drawn = chart(shown)
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
-    m, cost = drawn.shared
-    return f"The {drawn.curves[0].name} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
+    m, cost, other = drawn.shared
+    others = f"any other at most ×{short(other, 2)}"
+    return f"The {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}, {others}", cost, m, other
 
 
 def _proved(shown: Proofs) -> Heading:
