@@ -43,6 +43,12 @@ def _estimate(x: float) -> float:
 
 BRIEF = Brief(
     topic="A state with memory",
+    terms={
+        "degree": "of the polynomials that describe the observer; how it is counted is a reading.",
+        "ε": "a small positive constant that Theorem 3 leaves open; the least level is its limit.",
+        "Padé": "a rational approximation of the delay, with which the plant is lumped.",
+        "lumped": "with finitely many states in place of the delay.",
+    },
     card="Corrected, the inverse of [Theorem 4](-theory.theorem-4) is proved, and so is the identity behind "
     "[Theorem 3](-theory.theorem-3); every closed loop tried keeps its level. Two of the twelve levels in the tables "
     "are below our least ones: at degree one, by [{ex2.gamma-d1:miss} %](?ex2.gamma-d1) and "

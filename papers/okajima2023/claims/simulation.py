@@ -16,7 +16,7 @@ from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Evidence, Outcome, Results
 from replication.verify.predicate import Predicate
 
-SIMULATION = Part("Sec. IV-A, simulation, eq. (34), Figs. 2-5", reading=CENTRAL, figures=("fig2-5", "worst"))
+SIMULATION = Part("Sec. IV-A, simulation, eq. (34), Figs. 2-5", reading=CENTRAL, figures=("rms", "fig2-5", "worst"))
 
 AS_PRINTED, ALL_NOISE = DENOMINATORS[0], DENOMINATORS[-1]
 DENOMINATOR = "denominator"

@@ -166,16 +166,16 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
 
 
 def theorems(claims: Iterable[ClaimRecord]) -> str:
-    """How many verdicts rest on theorems, how many of them against the claim, how many are supported; empty if none."""
+    """How many claims theorems decide, how many of these against the claim, how many they support; empty if none."""
     claims = tuple(claims)
     proved = sum(claim.judgement.proved for claim in claims)
     against = sum(claim.judgement.proved and claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in claims)
     supported = sum(bool(claim.judgement.supported) for claim in claims)
     if not proved and not supported:
         return ""
-    many = f"{proved} {'verdict rests on a theorem' if proved == 1 else 'verdicts rest on theorems'}"
-    many += f", {against} of them against the claim" if against else ""
-    return f"{many}; theorems support {supported} more." if supported else f"{many}."
+    sides = f": {proved - against} for the claim, {against} against it" if against else ""
+    more = f"; they support {supported} more in part" if supported else ""
+    return f"Theorems decide {proved} of {len(once(claims))} claims{sides}{more}."
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:

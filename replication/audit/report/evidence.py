@@ -201,7 +201,7 @@ def _ladder(view: ClaimView) -> Ladder | None:
     if not inside:
         end, gap = (box[0], box[0] - ours[1]) if ours[1] <= box[0] else (box[1], ours[0] - box[1])
     # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
-    if not gap or inside is (view.record.verdict is Verdict.DIFFERS):
+    if not gap or inside is (view.record.verdict is Verdict.DIFFERS or bool(view.rounded)):
         return None
     return Ladder(
         view=view,

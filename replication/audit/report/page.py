@@ -38,6 +38,7 @@ from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
 from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
+from replication.audit.report.words import terms
 from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile, RunRecord, read_results, to_json
 from replication.errors import AuditError, InvalidInputError
 from replication.files import made_from, write_atomically, write_page
@@ -107,6 +108,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "costs": chart(across(results)),
         "costs_heading": next((section.heading for section in behind if section.name == "across"), ""),
         "groups": GROUPS,
+        "terms": terms,
         "briefs": told,
         "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,

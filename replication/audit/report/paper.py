@@ -133,6 +133,11 @@ class PaperView:
     tables: tuple[TableView, ...]
 
     @property
+    def rounded(self) -> tuple[ClaimView, ...]:
+        """Claims whose print is off in its last digit only because a solver stops above the optimum."""
+        return tuple(view for view in self.claims if view.record.counted and view.rounded)
+
+    @property
     def headings(self) -> dict[str, str]:
         """The heading of each part: its result, where it has one."""
         numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
@@ -141,19 +146,22 @@ class PaperView:
         parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
         copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
         resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
-        findings = self.record.findings
+        off = f"; {last} number{'s' * (last > 1)} off in the last digit" if (last := len(self.rounded)) else ""
+        findings, drawn = self.record.findings, sum(figure.record.published for figure in self.figures)
+        checked = sum(bool(item.claims) for item in self.record.scope)
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
             "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
-            "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}",
+            "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}{off}",
             "findings": findings[0].removesuffix(".") if findings else "",
             "claims": f"{self.total} claims: {self.tally.words}",
-            "figures": "The paper's figures, and ours beside them",
+            "figures": f"{drawn} drawings of the paper's figures, {len(self.figures) - drawn} of our own",
             "readings": f"{len(resting)} claim{'s rest' if len(resting) != 1 else ' rests'} on an assumption where the "
             "text is silent",
-            "scope": "What was checked, and what was left out",
+            "formulas": f"{len(self.formulas)} formulas that the program uses",
+            "scope": f"{checked} parts of the paper checked, {len(self.record.scope) - checked} left out with a reason",
         }
         return dict(self.parts) | {name: heading for name, heading in told.items() if name in dict(self.parts)}
 
@@ -191,7 +199,7 @@ class PaperView:
             ("tables", "Tables"): self.tables,
             ("ladder", "How close"): self.ladders,
             ("explore", "Try it"): self.explorers,
-            ("errata", "Corrections"): self.errata,
+            ("errata", "Corrections"): self.errata or self.rounded,
             ("claims", "All claims"): self.claims,
             ("figures", "Figures"): self.figures,
             ("readings", "Assumptions"): self.record.readings,

@@ -15,11 +15,12 @@ from typing import Any
 
 from replication.audit.inspect.controls import Control, controls
 from replication.audit.judge.agreement import Target
-from replication.audit.judge.numerals import short
+from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.policies import by_policy
 from replication.audit.report.sections.across import Across, across, chart
 from replication.audit.report.sections.lineage import ClaimRoom, Proofs, allowances, lineages, proofs, rooms
-from replication.audit.store.records import ResultsFile
+from replication.audit.report.words import VERDICTS, terms
+from replication.audit.store.records import ExperimentRecord, ResultsFile
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +39,7 @@ class Section:
 
 _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile, Mapping[str, Target]], Any]], ...] = (
     ("across", "Across the papers", lambda results, read: across(results)),
-    ("words", "What the verdicts mean", lambda results, read: ()),
+    ("words", "What the words mean", lambda results, read: {"verdicts": VERDICTS, "terms": terms(results.papers)}),
     ("proofs", "Proofs", lambda results, read: proofs(results)),
     ("policies", "Policies", lambda results, read: by_policy(results.claims)),
     ("tolerances", "Tolerances", lambda results, read: allowances(results.claims)),
@@ -71,7 +72,7 @@ def _costs(shown: Across) -> Heading:
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
     m, cost, other = drawn.shared
-    others = f"any other at most ×{short(other, 2)}"
+    others = f"any other at most ×{at_most(other, 2)}"
     return f"The {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}, {others}", cost, m, other
 
 
@@ -91,6 +92,11 @@ def _caught(shown: tuple[Control, ...]) -> Heading:
     return f"Altered claims are caught, {f'save {missed} of {tried}' if missed else f'all {tried}'}", missed, tried
 
 
+def _computed(shown: tuple[ExperimentRecord, ...]) -> Heading:
+    failed = sum(bool(record.error) for record in shown)
+    return f"{len(shown)} experiments, {failed or 'none'} failed", len(shown), failed
+
+
 _HEADINGS: dict[str, Callable[[Any], Heading]] = {
     "across": _costs,
     "proofs": _proved,
@@ -98,5 +104,7 @@ _HEADINGS: dict[str, Callable[[Any], Heading]] = {
     "tolerances": lambda shown: ("Half a unit of the last place, save what is listed",),
     "sensitivity": _hinging,
     "controls": _caught,
+    "lineage": lambda shown: ("What each claim rests on, back to the printed data",),
+    "experiments": _computed,
 }
 """The results that stand over a section."""

@@ -73,7 +73,7 @@ class Chart:
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
     most: int
-    shared: tuple[int, float, float]
+    shared: tuple[float, ...]
 
 
 NAME_HEIGHT = 105
