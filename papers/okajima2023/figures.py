@@ -278,6 +278,7 @@ def plot_sizes(figure: FigureData) -> Any:
     for row, whole in zip(c["row"], c["all"], strict=True):
         axis.text(0.0, row - 0.28, f"{OBSERVERS[list(OBSERVERS)[int(row)]]}: {whole:.3f}", va="center")
     axis.set(xlim=(0, None), ylim=(len(OBSERVERS) - 0.5, -0.7), yticks=())
+    axis.locator_params(axis="x", nbins=5)
     axis.set_xlabel("RMS error; blue: all three states, grey: each")
     axis.grid(False)
     return drawing

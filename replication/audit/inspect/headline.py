@@ -175,7 +175,7 @@ def theorems(claims: Iterable[ClaimRecord]) -> str:
         return ""
     sides = f": {proved - against} for the claim, {against} against it" if against else ""
     more = f"; they support {supported} more in part" if supported else ""
-    return f"Theorems decide {proved} of {len(once(claims))} claims{sides}{more}."
+    return f"Theorems decide {proved} of {len(claims)} claims{sides}{more}."
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:
