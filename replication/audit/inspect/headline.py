@@ -173,7 +173,7 @@ def theorems(claims: Iterable[ClaimRecord]) -> str:
     supported = sum(bool(claim.judgement.supported) for claim in claims)
     if not proved and not supported:
         return ""
-    sides = f": {proved - against} for the claim, {against} against it" if against else ""
+    sides = f", {against} of them against the claim" if against else ""
     more = f"; they support {supported} more in part" if supported else ""
     return f"Theorems decide {proved} of {len(claims)} claims{sides}{more}."
 
