@@ -124,12 +124,7 @@ def briefs(results: ResultsFile) -> dict[str, BriefView]:
 
 def _targets(results: ResultsFile) -> dict[str, Target]:
     claims = {
-        claim.id: Target(
-            link=anchor("claim", claim.id),
-            says=_says(claim),
-            shaken=claim.unexpected,
-            record=claim,
-        )
+        claim.id: Target(link=anchor("claim", claim.id), says=_says(claim), shaken=claim.unexpected, record=claim)
         for claim in results.claims
     }
     return {erratum.id: _erratum(erratum) for erratum in results.errata if erratum.id not in claims} | claims
