@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from sample import KEY, bracketed, brief, claim, claims, paper_record, results
 
 from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
+from replication.audit.inspect.headline import tally
 from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Verdict
 from replication.audit.parts import CommonLevel
@@ -154,7 +155,7 @@ def stands(
     ],
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
-    assert answer(papers, {}) == sentence
+    assert answer(papers, tally([])) == sentence
 
 
 def paper_of(records: Any) -> Any:
@@ -167,18 +168,18 @@ def test_results_without_a_theorem_are_counted_by_what_comes_out(made: ResultsFi
     by_verdict = {record.verdict: altered(record, place="Sec. II") for record in made.claims}
     kinds = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("2 of 4 results agree with the print, one after an erratum, one possible, none fails.")
+    assert shown.answer == "Of 4 results, 3 hold, 1 possible."
     assert (shown.tally.words, shown.corrected) == ("3 hold, 1 possible", 1)
     kinds = (Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.REFUTED, Verdict.UNDETERMINED, Verdict.ERROR)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("1 of 5 results agrees with the print, two do not, one undetermined, one ended in an error.")
+    assert shown.answer == "Of 5 results, 1 holds, 2 fail, 1 undetermined, 1 in error."
     assert shown.tally.words == "1 holds, 2 fail, 1 undetermined, 1 in error"
 
 
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "0 of 1 results agree with the print, one does not."
+    assert field([paper_of([remark])]).answer == "Of 1 result, 0 hold, 1 fails."
     assert field([paper_of([theorem])]).answer == "The paper gives a false guarantee."
     assert field([paper_of([theorem, remark])]).tally.numbers["fail"] == 2
     failing = sum(record.verdict in FAILS for record in made.claims)

@@ -227,23 +227,11 @@ def _text(value: Any) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
-    """One paper of a project; report: address of its page in the report, empty if there is none."""
-
-    paper: PaperRecord
-    counts: Mapping[Verdict, int]
-    total: int
-    proved: int
-    unexpected: int
-    report: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One project, by its results."""
+    """One project, by its results; report: the address of its report, or empty. rows: what is told of each paper."""
 
     results: ResultsFile
-    rows: tuple[Row, ...]
+    rows: tuple[dict[str, Any], ...]
     counts: Mapping[Verdict, int]
     total: int
     report: str
@@ -276,23 +264,24 @@ def entry(results: ResultsFile, report: str) -> Entry:
     """What the page says of a project; report: address of its report, or empty."""
     return Entry(
         results=results,
-        rows=tuple(_row(paper, results.claims, report) for paper in results.papers),
+        rows=tuple(
+            _row(paper, [c for c in results.claims if c.paper == paper.key], report) for paper in results.papers
+        ),
         counts=counts(results.claims),
         total=len(once(results.claims)),
         report=report,
     )
 
 
-def _row(paper: PaperRecord, claims: Sequence[ClaimRecord], report: str) -> Row:
-    own = [claim for claim in claims if claim.paper == paper.key]
-    return Row(
-        paper=paper,
-        counts=counts(own),
-        total=len(once(own)),
-        proved=sum(claim.judgement.proved for claim in once(own)),
-        unexpected=sum(claim.unexpected for claim in own),
-        report=report and f"{report}#{quote(anchor('paper', paper.key))}",
-    )
+def _row(paper: PaperRecord, own: Sequence[ClaimRecord], report: str) -> dict[str, Any]:
+    return {
+        "paper": paper,
+        "counts": counts(own),
+        "total": len(once(own)),
+        "proved": sum(claim.judgement.proved for claim in once(own)),
+        "unexpected": sum(claim.unexpected for claim in own),
+        "report": report and f"{report}#{quote(anchor('paper', paper.key))}",
+    }
 
 
 def _report(results: Path, output: Path) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
@@ -74,29 +74,37 @@ class Field:
 
 def field(papers: Sequence[PaperView]) -> Field:
     """The picture of all papers, in their order."""
-    lanes = [_lane(paper) for paper in papers]
-    columns = tuple(kind for kind in Consequence if any(_filled(lane.cells, kind) for lane in lanes))
+    lanes = [
+        Lane(
+            paper=paper,
+            cells=tuple(_cell(paper, kind) for kind in Consequence),
+            standing=standing(view.record for view in paper.claims),
+        )
+        for paper in papers
+    ]
+    filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
+    columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
-    found = Counter(record.verdict for record in own)
     return Field(
-        answer=answer([lane.standing for lane in lanes], found),
+        answer=answer([lane.standing for lane in lanes], tally(own)),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
-        corrected=found[Verdict.REPRODUCED_AFTER_ERRATUM],
+        corrected=sum(record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for record in own),
     )
 
 
-HOLDING = (Verdict.REPRODUCED, Verdict.CONSISTENT)
+def answer(papers: Sequence[Standing], found: Tally) -> str:
+    """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-
-def answer(papers: Sequence[Standing], found: Mapping[Verdict, int]) -> str:
-    """The answer in one or two sentences: which theorems are false, and what is true of the other papers."""
+    Where there is no theorem to speak of, how many results hold.
+    """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
         return "There is no claim to judge."
     if not any(paper.theorems for paper in judged):
-        return _tally(found)
+        number = sum(found.numbers.values()) + found.timed
+        return f"Of {number} result{'s' * (number != 1)}, {found.words}."
     false = [paper for paper in judged if paper.broken]
     others = [paper for paper in judged if not paper.broken]
     whole = len(judged)
@@ -121,35 +129,9 @@ def _of_others(papers: Sequence[Standing]) -> str:
     return f"{'every theorem passes our tests' if sound else 'we refute no theorem'}{once}{off}"
 
 
-def _tally(found: Mapping[Verdict, int]) -> str:
-    """How many results agree, where there is no theorem to speak of."""
-    number = sum(found.values())
-    printed, failing = sum(found[verdict] for verdict in HOLDING), sum(found[verdict] for verdict in FAILS)
-    failed, unsettled = found[Verdict.ERROR], found[Verdict.UNDETERMINED]
-    corrected, chosen = found[Verdict.REPRODUCED_AFTER_ERRATUM], found[Verdict.COMPATIBLE]
-    parts = [
-        f"{printed} of {number} results agree{'s' if printed == 1 else ''} with the print",
-        f"{count(corrected)} after an erratum" if corrected else "",
-        f"{count(chosen)} possible" if chosen else "",
-        f"{count(failing)} {'does' if failing == 1 else 'do'} not" if failing else "none fails",
-        f"{count(unsettled)} undetermined" if unsettled else "",
-        f"{count(failed)} ended in an error" if failed else "",
-    ]
-    return f"{', '.join(filter(None, parts))}."
-
-
 def count(number: int) -> str:
     """A small number as a word."""
     return _WORDS[number] if number < len(_WORDS) else str(number)
-
-
-def _filled(cells: Sequence[Cell], kind: Consequence) -> bool:
-    return any(cell.marks or cell.timed for cell in cells if cell.consequence is kind)
-
-
-def _lane(paper: PaperView) -> Lane:
-    cells = tuple(_cell(paper, kind) for kind in Consequence)
-    return Lane(paper=paper, cells=cells, standing=standing(view.record for view in paper.claims))
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:

@@ -83,7 +83,7 @@ def _proved(shown: Proofs) -> Heading:
 
 
 def _hinging(shown: tuple[ClaimRoom, ...]) -> Heading:
-    moved = sum(bool(item.breaking if item.agrees else item.reaching) for item in shown)
+    moved = sum(bool(item.deciding) for item in shown)
     return f"{moved} of {len(shown)} results hinge on the rounding of a printed parameter", moved, len(shown)
 
 

@@ -14,7 +14,7 @@ from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import anchor
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
 from replication.errors import AuditError
 
 NO_REASON = "No certificate has been made."
@@ -101,14 +101,27 @@ def _lineage(key: str, title: str, results: ResultsFile) -> Lineage:
     experiments = [record for record in results.experiments if record.paper == key and record.name in used]
     rows = max(len(claims), len(experiments), 1)
     left = {record.name: _height(index, len(experiments), rows) for index, record in enumerate(experiments)}
-    ordered = _by_experiment(claims, left)
+    # At the mean height of their experiments, so that few lines cross; those without any come last.
+    heights = {claim.id: [left[name] for name in claim.claim.uses if name in left] for claim in claims}
+    ordered = sorted(claims, key=lambda c: sum(heights[c.id]) / len(heights[c.id]) if heights[c.id] else math.inf)
     right = {claim.id: _height(index, len(ordered), rows) for index, claim in enumerate(ordered)}
-    lines = tuple(_line(left[name], right[claim.id]) for claim in ordered for name in claim.claim.uses if name in left)
+    bent = f"C{(LEFT + GAP) / 2:g}"
+    lines = tuple(
+        f"M{LEFT},{begin:.1f}{bent},{begin:.1f} {bent[1:]},{right[claim.id]:.1f} {GAP},{right[claim.id]:.1f}"
+        for claim in ordered
+        for begin in heights[claim.id]
+    )
     return Lineage(
         paper=key,
         title=title,
-        experiments=tuple(_experiment_node(record, key, left[record.name]) for record in experiments),
-        claims=tuple(_claim_node(claim, key, right[claim.id]) for claim in ordered),
+        experiments=tuple(
+            Node(text=_short(record.name, key), link=anchor("experiment", record.name), y=left[record.name])
+            for record in experiments
+        ),
+        claims=tuple(
+            Node(text=_short(claim.id, key), link=anchor("claim", claim.id), y=right[claim.id], verdict=claim.verdict)
+            for claim in ordered
+        ),
         lines=lines,
         height=rows * ROW + 2 * TOP,
         alt=f"{len(experiments)} experiments on the left, {len(claims)} claims on the right, "
@@ -116,32 +129,9 @@ def _lineage(key: str, title: str, results: ResultsFile) -> Lineage:
     )
 
 
-def _by_experiment(claims: Sequence[ClaimRecord], left: dict[str, float]) -> list[ClaimRecord]:
-    """The claims at the mean height of their experiments, so that few lines cross; those without any come last."""
-
-    def mean(claim: ClaimRecord) -> float:
-        heights = [left[name] for name in claim.claim.uses if name in left]
-        return sum(heights) / len(heights) if heights else float("inf")
-
-    return sorted(claims, key=mean)
-
-
 def _height(index: int, count: int, rows: int) -> float:
     """Rows spread evenly over the height of the longer side."""
     return TOP + ROW * (index + 0.5) * rows / count
-
-
-def _line(begin: float, end: float) -> str:
-    middle = (LEFT + GAP) / 2
-    return f"M{LEFT},{begin:.1f}C{middle:g},{begin:.1f} {middle:g},{end:.1f} {GAP},{end:.1f}"
-
-
-def _experiment_node(record: ExperimentRecord, key: str, y: float) -> Node:
-    return Node(text=_short(record.name, key), link=anchor("experiment", record.name), y=y)
-
-
-def _claim_node(record: ClaimRecord, key: str, y: float) -> Node:
-    return Node(text=_short(record.id, key), link=anchor("claim", record.id), y=y, verdict=record.verdict)
 
 
 def _short(name: str, key: str) -> str:
@@ -205,14 +195,9 @@ class ClaimRoom:
     rooms: tuple[Room, ...]
 
     @property
-    def breaking(self) -> tuple[Room, ...]:
-        """The parameters whose own rounding is enough to break the agreement."""
-        return tuple(room for room in self.rooms if self.agrees and room.share != 1.0)
-
-    @property
-    def reaching(self) -> tuple[Room, ...]:
-        """The parameters whose own rounding is enough to reach an agreement that there is not."""
-        return tuple(room for room in self.rooms if not self.agrees and room.share is not None)
+    def deciding(self) -> tuple[Room, ...]:
+        """The parameters whose own rounding is enough to end the agreement, or the difference."""
+        return tuple(room for room in self.rooms if (room.share != 1.0 if self.agrees else room.share is not None))
 
 
 def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
