@@ -1,4 +1,4 @@
-"""What stands behind the claims: theorems, experiments drawn line by line, and the rounding of the digits."""
+"""What stands behind the claims: theorems, experiments, allowances, and the rounding of the digits."""
 
 from __future__ import annotations
 
@@ -13,17 +13,10 @@ from replication.audit.judge.agreement import stored_intervals
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.parts import Sensitivity
-from replication.audit.report.claim import anchor
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
 NO_REASON = "No certificate has been made."
-
-ROW, TOP = 16, 12
-LEFT, GAP, WIDTH = 250, 330, 640
-"""Where the names of the experiments end, where those of the claims begin, and the whole, in units of the drawing."""
-
-LONGEST = 34
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,77 +59,19 @@ def proofs(results: ResultsFile) -> Proofs | None:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Node:
-    """A name at a height; link: the place of the page that says more. rank: verdict, for the colour of a claim."""
-
-    text: str
-    link: str
-    y: float
-    verdict: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lineage:
-    """The drawing of one paper: nodes on both sides, and the lines between them as SVG paths."""
-
-    paper: str
-    title: str
-    experiments: tuple[Node, ...]
-    claims: tuple[Node, ...]
-    lines: tuple[str, ...]
-    height: float
-    alt: str
+Lineage = tuple[PaperRecord, tuple[tuple[ExperimentRecord, tuple[ClaimRecord, ...]], ...]]
+"""A paper, and its experiments with the claims that each answers."""
 
 
 def lineages(results: ResultsFile) -> tuple[Lineage, ...]:
-    """One drawing for each paper that has an experiment behind a claim."""
-    drawn = (_lineage(paper.key, paper.title, results) for paper in results.papers)
-    return tuple(lineage for lineage in drawn if lineage.lines)
-
-
-def _lineage(key: str, title: str, results: ResultsFile) -> Lineage:
-    claims = [claim for claim in results.claims if claim.paper == key]
-    used = {name for claim in claims for name in claim.claim.uses}
-    experiments = [record for record in results.experiments if record.paper == key and record.name in used]
-    rows = max(len(claims), len(experiments), 1)
-    left = {record.name: _height(index, len(experiments), rows) for index, record in enumerate(experiments)}
-    # At the mean height of their experiments, so that few lines cross; those without any come last.
-    heights = {claim.id: [left[name] for name in claim.claim.uses if name in left] for claim in claims}
-    ordered = sorted(claims, key=lambda c: sum(heights[c.id]) / len(heights[c.id]) if heights[c.id] else math.inf)
-    right = {claim.id: _height(index, len(ordered), rows) for index, claim in enumerate(ordered)}
-    bent = f"C{(LEFT + GAP) / 2:g}"
-    lines = tuple(
-        f"M{LEFT},{begin:.1f}{bent},{begin:.1f} {bent[1:]},{right[claim.id]:.1f} {GAP},{right[claim.id]:.1f}"
-        for claim in ordered
-        for begin in heights[claim.id]
-    )
-    return Lineage(
-        paper=key,
-        title=title,
-        experiments=tuple(
-            Node(text=_short(record.name, key), link=anchor("experiment", record.name), y=left[record.name])
-            for record in experiments
-        ),
-        claims=tuple(
-            Node(text=_short(claim.id, key), link=anchor("claim", claim.id), y=right[claim.id], verdict=claim.verdict)
-            for claim in ordered
-        ),
-        lines=lines,
-        height=rows * ROW + 2 * TOP,
-        alt=f"{len(experiments)} experiments on the left, {len(claims)} claims on the right, "
-        f"{len(lines)} lines from the experiments to the claims that they answer",
-    )
-
-
-def _height(index: int, count: int, rows: int) -> float:
-    """Rows spread evenly over the height of the longer side."""
-    return TOP + ROW * (index + 0.5) * rows / count
-
-
-def _short(name: str, key: str) -> str:
-    text = name.removeprefix(f"{key}.")
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+    """Each paper that has an experiment behind a claim, with both in their order."""
+    users: dict[str, list[ClaimRecord]] = {}
+    for claim in results.claims:
+        for name in claim.claim.uses:
+            users.setdefault(name, []).append(claim)
+    known = [(record, tuple(users[record.name])) for record in results.experiments if record.name in users]
+    found = ((paper, tuple(pair for pair in known if pair[0].paper == paper.key)) for paper in results.papers)
+    return tuple((paper, pairs) for paper, pairs in found if pairs)
 
 
 @dataclass(frozen=True)
