@@ -113,14 +113,9 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
-        "linked_data": Markup(_inside_script(summary_graph(results))),
+        "linked_data": Markup(json.dumps(summary_graph(results)).replace("<", "\\u003c")),
         "inferred": {erratum.id for erratum in results.errata if erratum.inference},
     }
-
-
-def _inside_script(content: dict[str, Any]) -> str:
-    """JSON that no HTML parser takes for the end of its element, or for a comment."""
-    return json.dumps(content).replace("<", "\\u003c")
 
 
 def _made(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -143,18 +143,17 @@ def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
         if moves.claim not in claims:
             raise AuditError(f"a sensitivity names {moves.claim!r}, which is no claim; correct the paper's experiment")
         found.setdefault(moves.claim, []).append(moves)
-    return tuple(_claim_room(claim, found[claim.id]) for claim in results.claims if claim.id in found)
-
-
-def _claim_room(claim: ClaimRecord, tried: Sequence[Sensitivity]) -> ClaimRoom:
-    intervals = stored_intervals(claim.claim, claim.judgement)
-    if len(intervals) != 1:
-        raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
-    least, most = intervals[0].ends
-    made = sorted(
-        (_room(moves, least, most) for moves in tried), key=lambda room: math.inf if room.share is None else room.share
-    )
-    return ClaimRoom(claim=claim, agrees=least <= Fraction(tried[0].base) <= most, rooms=tuple(made))
+    made = []
+    for claim in (claim for claim in results.claims if claim.id in found):
+        intervals = stored_intervals(claim.claim, claim.judgement)
+        if len(intervals) != 1:
+            raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
+        least, most = intervals[0].ends
+        tried = [_room(moves, least, most) for moves in found[claim.id]]
+        tried.sort(key=lambda room: math.inf if room.share is None else room.share)
+        agrees = least <= Fraction(found[claim.id][0].base) <= most
+        made.append(ClaimRoom(claim=claim, agrees=agrees, rooms=tuple(tried)))
+    return tuple(made)
 
 
 def _room(moves: Sensitivity, least: Fraction, most: Fraction) -> Room:
