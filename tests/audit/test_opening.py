@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,6 +27,7 @@ from replication.audit.report.opening.told import briefs, sentences
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections.across import across
+from replication.audit.report.words import TERMS, linked
 from replication.audit.run import assemble
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
@@ -423,3 +425,36 @@ def test_factors_are_brackets_over_the_ideal_sensor() -> None:
 def test_without_an_ideal_sensor_there_is_no_factor() -> None:
     assert across(file_with(level("slow", 2, 1.0, 1.0))) is None
     assert across(file_with()) is None
+
+
+# Words
+
+
+@pytest.mark.parametrize(
+    ("html", "expected"),
+    [
+        ("<p>two levels, a level</p>", '<p>two <a class="term" href="#word-level">levels</a>, a level</p>'),
+        ("<h2>A level</h2><p><a>level</a></p>", "<h2>A level</h2><p><a>level</a></p>"),
+        ('<p title="level">sublevel</p>', '<p title="level">sublevel</p>'),
+        ("<p><svg><path/></svg> box</p>", '<p><svg><path/></svg> <a class="term" href="#word-box">box</a></p>'),
+    ],
+)
+def test_the_first_mention_of_a_term_leads_to_its_meaning(html: str, expected: str) -> None:
+    assert linked(html, TERMS) == expected
+
+
+def test_each_term_that_is_met_has_its_entry_and_a_paper_adds_its_own(made: ResultsFile) -> None:
+    page = html5lib.parse(
+        render(with_brief(made, terms={"sensors": "What measures."}, card="Sensors have a level."), Path())
+    )
+    met = {str(e.get("href"))[1:] for e in page.iter() if e.get("class") == "term"}
+    assert {"word-level", "word-sensors"} <= met <= {e.get("id") for e in page.iter()}
+
+
+def test_a_group_of_claims_counts_repeats_apart(made: ResultsFile) -> None:
+    again = altered(made.claims[1], repeats=made.claims[0].id)
+    page = html5lib.parse(render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path()))
+    told = ["".join(e.itertext()) for e in page.iter() if str(e.tag).endswith("}h4")]
+    groups = [re.search(r" (\d+)(?:, and (\d+) that repeat)?", text) for text in told if "not counted" not in text]
+    found = [(int(one[1]), int(one[2] or 0)) for one in groups if one is not None]
+    assert sum(number for number, _ in found) + 1 == len(made.claims) and sum(number for _, number in found) == 1
