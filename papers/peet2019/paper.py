@@ -44,6 +44,9 @@ def _estimate(x: float) -> float:
 BRIEF = Brief(
     topic="A state with memory",
     terms={
+        "level": "a guaranteed upper bound γ on the worst-case gain; a least level is the smallest that a design "
+        "reaches.",
+        "worst-case gain": "the largest ratio of error to disturbance and noise, in the norm of the claim.",
         "degree": "of the polynomials that describe the observer; how it is counted is a reading.",
         "ε": "a small positive constant that Theorem 3 leaves open; the least level is its limit.",
         "Padé": "a rational approximation of the delay, with which the plant is lumped.",

@@ -433,9 +433,9 @@ def test_without_an_ideal_sensor_there_is_no_factor() -> None:
 @pytest.mark.parametrize(
     ("html", "expected"),
     [
-        ("<p>two levels, a level</p>", '<p>two <a class="term" href="#word-level">levels</a>, a level</p>'),
-        ("<h2>A level</h2><p><a>level</a></p>", "<h2>A level</h2><p><a>level</a></p>"),
-        ('<p title="level">sublevel</p>', '<p title="level">sublevel</p>'),
+        ("<p>two readings, a reading</p>", '<p>two <a class="term" href="#word-reading">readings</a>, a reading</p>'),
+        ("<h2>A box</h2><p><a>box</a></p>", "<h2>A box</h2><p><a>box</a></p>"),
+        ('<p title="box">inbox</p>', '<p title="box">inbox</p>'),
         ("<p><svg><path/></svg> box</p>", '<p><svg><path/></svg> <a class="term" href="#word-box">box</a></p>'),
     ],
 )
@@ -445,10 +445,10 @@ def test_the_first_mention_of_a_term_leads_to_its_meaning(html: str, expected: s
 
 def test_each_term_that_is_met_has_its_entry_and_a_paper_adds_its_own(made: ResultsFile) -> None:
     page = html5lib.parse(
-        render(with_brief(made, terms={"sensors": "What measures."}, card="Sensors have a level."), Path())
+        render(with_brief(made, terms={"sensors": "What measures."}, card="Sensors have a bracket."), Path())
     )
     met = {str(e.get("href"))[1:] for e in page.iter() if e.get("class") == "term"}
-    assert {"word-level", "word-sensors"} <= met <= {e.get("id") for e in page.iter()}
+    assert {"word-bracket", "word-sensors"} <= met <= {e.get("id") for e in page.iter()}
 
 
 def test_a_group_of_claims_counts_repeats_apart(made: ResultsFile) -> None:

@@ -34,9 +34,6 @@ VERDICTS = {
 TERMS = {
     "hold, possible, fail, undetermined": "how cards and badges count claims: reproduced, consistent or corrected with "
     "certainty; compatible; differs or refuted; the rest, run times apart.",
-    "level": "a guaranteed upper bound γ on the worst-case gain. A least level is the smallest that a design reaches.",
-    "worst-case gain": "the largest ratio of error to disturbance and noise, in the norm of the claim; whatever they "
-    "are, the error is at most the level times their size.",
     "reading": "what we assume where the text leaves a choice.",
     "our copy": "the text of a paper as a machine converted it; printed means what it shows. A slip of the copy is "
     "none of the authors.",
@@ -46,10 +43,7 @@ TERMS = {
     "certificate": "a file with the numbers that prove a theorem; a second program checks it.",
     "inference": "a correction or reading that we chose because it fits the printed number.",
 }
-_FORMS = {
-    "hold, possible, fail, undetermined": "possible|undetermined",
-    "worst-case gain": "worst-case gains?|worst case",
-}
+_FORMS = {"hold, possible, fail, undetermined": "possible|undetermined"}
 """How a term is met in a text, where it is not itself or its plural."""
 _MARKED = re.compile(r"(<[^>]*>)")
 _TAG = re.compile(r"</?([a-z][a-z0-9]*)")
