@@ -90,13 +90,13 @@ def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
     assert len({path[0].get("fill") for path in paths}) == len({path[1].get("d") for path in paths}) == 3
 
 
-def test_badge_counts_what_agrees_is_possible_fails_and_is_undecided_or_what_moved(results: ResultsFile) -> None:
+def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_moved(results: ResultsFile) -> None:
     pinned = tuple(claim for claim in results.claims if not claim.unexpected)
     kinds = {
-        "agree": ("reproduced", "reproduced after erratum", "consistent"),
+        "hold": ("reproduced", "reproduced after erratum", "consistent"),
         "possible": ("compatible",),
         "fail": ("differs", "refuted"),
-        "undecided": ("undetermined",),
+        "undetermined": ("undetermined",),
     }
     found = {word: sum(claim.verdict in verdicts for claim in pinned) for word, verdicts in kinds.items()}
     assert min(found.values()) > 0

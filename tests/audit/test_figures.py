@@ -232,7 +232,7 @@ def test_an_inlined_figure_takes_the_colours_of_its_page() -> None:
     raw = f'<svg viewBox="0 0 1 1"><path d="M 0 0" style="stroke: {style.OURS}; fill: #123456"/></svg>'
     alone = svg.tidy(raw, "name")
     assert style.OURS in alone and "var(" not in alone
-    assert f"stroke:var(--link,{style.OURS});fill:#123456" in svg.inner(alone)[1]
+    assert f"stroke:var(--ours,{style.OURS});fill:#123456" in svg.inner(alone)[1]
 
 
 def test_curves_differ_without_their_colours() -> None:

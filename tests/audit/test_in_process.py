@@ -12,6 +12,7 @@ from unittest.mock import patch
 
 import pytest
 from cases import RUN, claim, paper, recorded, results_file
+from msgspec import structs
 from test_proofs import GAIN, LEVEL, certificate, joined_with, stated
 
 from replication.audit.data import read_printed
@@ -28,7 +29,7 @@ from replication.audit.project import Project, Settings
 from replication.audit.publish import archive, terminal
 from replication.audit.publish.linked_data import without_empty
 from replication.audit.report.claim import views
-from replication.audit.report.opening.told import _erratum
+from replication.audit.report.opening.told import _targets
 from replication.audit.run import certify, worker
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.draw import checksums as figure_checksums
@@ -81,7 +82,8 @@ def test_an_erratum_holds_by_a_proof_alone(proof: Any, holds: bool, error: str) 
     (record,) = assembled(paper(claim(), errata=(erratum,))).errata
     assert record.holds is holds and error in record.error and bool(record.error) is bool(error)
     # What the report says of it is shaken where it does not hold.
-    assert _erratum(record).shaken is not holds
+    (target,) = _targets(structs.replace(results_file(), errata=(record,), claims=())).values()
+    assert target.shaken is not holds
 
 
 def test_a_result_that_is_too_large_is_an_error() -> None:

@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -36,7 +37,8 @@ NOT_LOCKED = {OWN, "pip", "setuptools", "wheel"}
 BARE = "# Without checksums of the files"
 PATIENCE = 120
 """Seconds that the index may take."""
-EARLIEST = (1980, 1, 1, 0, 0, 0)
+EARLIEST, PLAIN = (1980, 1, 1, 0, 0, 0), 0o100644
+"""The earliest time that a zip can hold, given to every file, and the mode of one that is not to be run."""
 
 
 def brings_the_tool(root: Path) -> bool:
@@ -64,13 +66,18 @@ def tool_wheel() -> tuple[str, bytes]:
     lines = [f"{name},sha256={_digest(data)},{len(data)}" for name, data in sorted(files.items())]
     record = f"{stem}.dist-info/RECORD"
     files[record] = "\n".join([*lines, f"{record},,", ""]).encode()
+    return f"{TOOL}/{stem}-py3-none-any.whl", zipped({name: (data, PLAIN) for name, data in files.items()})
+
+
+def zipped(files: Mapping[str, tuple[bytes, int]]) -> bytes:
+    """A zip of files with their modes, in the order of their names: the same content is the same archive."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as wheel:
-        for name, data in sorted(files.items()):
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, (data, mode) in sorted(files.items()):
             entry = zipfile.ZipInfo(name, EARLIEST)
-            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o100644 << 16
-            wheel.writestr(entry, data)
-    return f"{TOOL}/{stem}-py3-none-any.whl", buffer.getvalue()
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, mode << 16
+            archive.writestr(entry, data)
+    return buffer.getvalue()
 
 
 def _digest(data: bytes) -> str:
