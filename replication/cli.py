@@ -120,6 +120,7 @@ def _parser() -> argparse.ArgumentParser:
             epilog=command.notes + EXIT_CODES,
             formatter_class=style,
         )
-        command.arguments(added)
-        added.set_defaults(command=command.command)
+        for add in command.options:
+            add(added)
+        added.set_defaults(command=command.run)
     return parser

@@ -70,14 +70,6 @@ def the_tree_stays_as_it_is() -> Iterator[None]:
     assert sorted(sources() - before) == [], "a test wrote these into the tree; give it `tmp_path`"
 
 
-@pytest.fixture
-def lab(tmp_path: Path) -> Any:
-    """A small project of its own (tests/audit/lab.py)."""
-    from lab import make_lab
-
-    return make_lab(tmp_path / "lab")
-
-
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """Chromium without a window, one for all tests of a process."""

@@ -7,35 +7,40 @@ import signal
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from lab import Lab, make_lab
+from lab import Inside, Lab, hear_interruptions, make_inside
 
 from replication import commands
 from replication.cli import main
 from tests.patience import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
-"""Each runs the program in a process of its own."""
 
 HEAVY = ("numpy", "scipy", "matplotlib", "cvxpy", "control", "joblib", "jinja2", "rich", "msgspec")
 
 
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_inside(tmp_path / "lab")
+
+
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Lab, subprocess.CompletedProcess[str]]:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Inside, subprocess.CompletedProcess[str]]:
     """A project after its first run, to be left as it is, and what that printed."""
-    lab = make_lab(tmp_path_factory.mktemp("finished"))
+    lab = make_inside(tmp_path_factory.mktemp("finished"))
     done = lab.cli("run")
     assert done.returncode == 0
     return lab, done
 
 
 @pytest.fixture
-def ran(finished: tuple[Lab, object], tmp_path: Path) -> Lab:
+def ran(finished: tuple[Inside, object], tmp_path: Path) -> Lab:
     """A project after a run, to be changed at will: nothing in it depends on where it lies."""
     shutil.copytree(finished[0].root, tmp_path / "ran")
-    return Lab(tmp_path / "ran")
+    return replace(finished[0], root=tmp_path / "ran")
 
 
 def test_run_writes_everything_and_sums_it_up(finished: tuple[Lab, subprocess.CompletedProcess[str]]) -> None:
@@ -300,7 +305,16 @@ def test_diff_of_two_runs(ran: Lab) -> None:
 
 def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
     lab.edit("toy2020/experiments.py", '"seconds": 0.0, "label": "b"', '"seconds": 60.0, "label": "b"')
-    process = lab.begin("-m", "replication", "run")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "replication", "run"],
+        cwd=lab.root,
+        env=lab.environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=hear_interruptions,
+    )
     cache = lab.root / ".cache" / "replication"
     wait_for(lambda: len(list(cache.glob("*.json"))) >= 4, lambda: process.poll() is None)
     os.killpg(process.pid, signal.SIGINT)
@@ -356,19 +370,21 @@ def test_files_that_cannot_be_used_are_bad_input_told_in_one_line_and_at_once(
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("command", ["", *commands.NAMES])
-def test_help_is_complete_and_light(lab: Lab, command: str) -> None:
-    arguments = [word for word in (command, "--help") if word]
+def test_help_is_complete_and_light(lab: Lab) -> None:
+    """Of all commands in one process, which may load nothing heavy for any of them."""
     program = (
-        "import sys, replication.cli\ntry:\n    replication.cli.main(sys.argv[1:])\nexcept SystemExit as end:\n"
-        f"    print([name for name in {HEAVY!r} if name in sys.modules], end.code)\n"
+        "import contextlib, io, json, sys, replication.cli\nfor name in json.loads(sys.argv[1]):\n"
+        "    with contextlib.redirect_stdout(io.StringIO()) as told, contextlib.suppress(SystemExit):\n"
+        "        replication.cli.main([*name, '--help'])\n    print(json.dumps(told.getvalue()))\n"
+        f"print([name for name in {HEAVY!r} if name in sys.modules])\n"
     )
-    done = lab.python("-c", program, *arguments)
-    assert done.stdout.splitlines()[-1] == "[] 0"
-    for code in ("0 ", "1 ", "2 ", "3 ", "130 "):
-        assert re.search(rf"^  {code}", done.stdout, re.MULTILINE)
-    if not command:
-        assert "examples:" in done.stdout
+    names = [[], *([name] for name in commands.NAMES)]
+    *told, loaded = lab.python("-c", program, json.dumps(names)).stdout.splitlines()
+    assert loaded == "[]" and len(told) == len(names)
+    for text in map(json.loads, told):
+        for code in ("0 ", "1 ", "2 ", "3 ", "130 "):
+            assert re.search(rf"^  {code}", text, re.MULTILINE)
+    assert "examples:" in json.loads(told[0])
 
 
 def test_a_module_without_a_paper_is_named(lab: Lab) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab
+from lab import Lab, make_inside, make_lab
 
 from benchmarks.boilerplate import measure
 from replication.audit.data import FIELDS
@@ -28,12 +28,21 @@ SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"```(?:(?:python|toml)\n# | \{ \.json title=\")(papers/[^\s\"]+)(?:\" \})?\n(.*?)```", re.DOTALL)
 
 
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_lab(tmp_path)
+
+
 @pytest.mark.slow
-def test_a_new_paper_runs_as_it_is(lab: Lab) -> None:
-    assert lab.cli("new", "fresh2030").returncode == 0
-    done = lab.cli("run", "fresh2030", "--jobs", "1")
+@pytest.mark.parametrize(("form", "verdicts"), [((), "1 reproduced"), (("--tables",), "3 reproduced")])
+def test_a_new_paper_runs_as_it_is_and_passes_its_own_test(
+    tmp_path: Path, form: tuple[str, ...], verdicts: str
+) -> None:
+    lab = make_inside(tmp_path)
+    assert lab.cli("new", "fresh2030", *form).returncode == 0
+    done = lab.cli("run", "fresh2030")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 reproduced" in done.stdout
+    assert verdicts in done.stdout
     assert lab.cli("coverage", "fresh2030").returncode == 0
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_fresh2030.py").returncode == 0
 

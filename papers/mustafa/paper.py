@@ -62,34 +62,32 @@ def findings(results: Results) -> tuple[str, ...]:
     robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
     own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
     return (
-        f"{'Both' if kept else 'Not both'} printed gains are right at the middle period of the range; Theorem 3 and "
+        f"{'Both' if kept else 'Not both'} printed levels are right at the middle period of the range; Theorem 3 and "
         "Sec. V-A promise no more.",
-        f"If the period varies, the printed filter of Example 2 has at least {worst[1]} times the gain, and our "
-        f"filter of Example 1 {worst[0]} times.",
-        "In Example 2 the printed filter has the printed gain; the least gain there, which step 2 seeks, rounds to "
+        f"If the period varies, Example 2's worst case is at least {worst[1]} times its level; Example 1's, with our "
+        f"filter, at least {worst[0]} times.",
+        "In Example 2 the printed filter reaches the printed level; the least level, which step 2 seeks, rounds to "
         f"{results['nominal.2']['formula']:.4f}.",
         f"In Example 1 every stable filter of form (4) has a worst-case gain of at least {floor} × {GAMMA[1]}.",
-        f"In Example 1, y_k itself as estimate gives the gain D = {DATA['example-1']['D']} for every sequence; filter "
-        "(4) cannot, using y_k one step late.",
-        "The error stays stable for every sequence of periods: a stable plant and (6) at one period suffice, without "
-        "grid or condition (8).",
-        "With the middle as its one grid element, Example 1 does not satisfy (8) over the range, whatever the "
-        "coordinates.",
-        f"One element does not cover the range of Example 1: corrected, Algorithm 1 ends with {sizes[0]} by (9), with "
-        f"{by_modal} by (8) in modal coordinates.",
+        "In Example 1 the measurement itself is a better estimate: its worst-case gain is "
+        f"D = {DATA['example-1']['D']}, whatever the periods.",
+        "The error stays stable for every sequence of periods; this needs neither the grid nor condition (8).",
+        "In Example 1 one grid element, the middle, violates condition (8) somewhere in the range, in any coordinates.",
+        f"In Example 1 the corrected Algorithm 1 ends with {sizes[0]} grid elements, not one; by (8) in modal "
+        f"coordinates {by_modal} would do.",
         *(
             (
-                "With √α in step 3 too, and U3 corrected, one element comes out in both examples, as printed; but (8) "
-                "fails in Example 1.",
+                "With √α in step 3 and U3 corrected, Algorithm 1 ends with one element in both examples, as printed; "
+                "but (8) fails in Example 1.",
             )
             if by_root
             else ()
         ),
-        f"In Example 2 the corrected algorithm ends with {sizes[1]} elements by (9), and with {by_condition[1]:g} by "
-        "condition (8) itself.",
-        "Other filters, designed by us with one Lyapunov function, guarantee for every sequence of periods "
-        f"{robust[0]} in Example 1 and {robust[1]} in Example 2.",
-        f"With the corrected grids, along some sequence the gain is still {own[0]} times the level in Example 1 and "
+        f"In Example 2 the corrected algorithm ends with {sizes[1]} grid elements; by condition (8) itself "
+        f"{by_condition[1]:g} would do.",
+        f"Filters of our own design guarantee the levels {robust[0]} in Example 1 and {robust[1]} in Example 2, "
+        "whatever the periods.",
+        f"The corrected grids do not help: some sequence still makes the gain {own[0]} times the level in Example 1, "
         f"{own[1]} times in Example 2.",
         *(
             (
@@ -99,8 +97,8 @@ def findings(results: Results) -> tuple[str, ...]:
             if ends == {"STALLED"}
             else ()
         ),
-        f"Counted in seconds instead of samples, the gains for varying periods are at least {in_seconds[0]} and "
-        f"{in_seconds[1]}, still above both levels.",
+        f"Measured in seconds instead of samples, the worst cases are at least {in_seconds[0]} and {in_seconds[1]}, "
+        "still above both levels.",
     )
 
 

@@ -13,6 +13,7 @@ from replication.audit.parts import FigureData
 from replication.drawing.style import (
     BAND,
     FOREGROUND,
+    GREY,
     OURS,
     line,
     mark_clipped,
@@ -182,6 +183,7 @@ TIMINGS = {
     "timing-1": "Fig. 6, both together", "timing-2": "Fig. 7, y₂ one later", "timing-3": "Fig. 8, y₂ two later",
 }  # fmt: skip
 """The observers of Figs. 2-5 and of Figs. 6-8, each with its name in the figure."""
+OBSERVERS = CASES | TIMINGS
 
 
 def errors(names: Iterable[str], results: Results) -> FigureData:
@@ -227,6 +229,44 @@ def extremes(k: Sequence[float], values: Sequence[float]) -> tuple[list[float], 
 def rms_of_all(name: str, figure: FigureData) -> float:
     """Root mean square of the three errors together."""
     return rms([value for i in range(STATES) for value in figure.columns[f"{name}_e_{i + 1}"]])
+
+
+def sizes(results: Results) -> FigureData:
+    """Root mean square of each error, and of all three, of the observers of Figs. 2-5 and of Figs. 6-8."""
+    drawn = errors(OBSERVERS, results)
+    each = {f"e_{i + 1}": tuple(rms(drawn.columns[f"{name}_e_{i + 1}"]) for name in OBSERVERS) for i in range(STATES)}
+    whole = tuple(rms_of_all(name, drawn) for name in OBSERVERS)
+    return FigureData(columns={"row": tuple(map(float, range(len(OBSERVERS)))), **each, "all": whole})
+
+
+def plot_sizes(figure: FigureData) -> Any:
+    """A row for each observer: the whole error as a dot with its number, the three errors as small rings."""
+    c = figure.columns
+    drawing, (axis,) = new_axes(1, row_height=2.9)
+    for i in range(STATES):
+        axis.plot(c[f"e_{i + 1}"], c["row"], "o", markersize=4, color=GREY, markerfacecolor="none", linestyle="none")
+    axis.plot(c["all"], c["row"], "o", markersize=7, color=OURS, linestyle="none")
+    for row, whole in zip(c["row"], c["all"], strict=True):
+        axis.text(0.0, row - 0.28, f"{OBSERVERS[list(OBSERVERS)[int(row)]]}: {whole:.3f}", va="center")
+    axis.set(xlim=(0, None), ylim=(len(OBSERVERS) - 0.5, -0.7), yticks=())
+    axis.locator_params(axis="x", nbins=5)
+    axis.set_xlabel("RMS error; blue: all three states, grey: each")
+    axis.grid(False)
+    return drawing
+
+
+def describe_sizes(figure: FigureData) -> str:
+    """The whole errors, row by row."""
+    listed = ", ".join(
+        f"{title} {whole:.3f}" for title, whole in zip(OBSERVERS.values(), figure.columns["all"], strict=True)
+    )
+    return f"Root mean square of all three estimation errors over one draw: {listed}."
+
+
+def say_sizes(figure: FigureData) -> str:
+    """The message: the errors of the observer that reads both sensors at their own periods, and of the next."""
+    proposed, *others = figure.columns["all"][: len(CASES)]
+    return f"RMS errors of one draw: {proposed:.3f} for the proposed observer, at least {min(others):.3f} for others"
 
 
 def say_cases(figure: FigureData) -> str:
@@ -311,6 +351,7 @@ def describe_disturbances(figure: FigureData) -> str:
 
 
 FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
+    "rms": (sizes, plot_sizes, say_sizes, describe_sizes),
     **{
         name: (partial(errors, tuple(names)), partial(plot_errors, names), say, partial(describe_errors, names))
         for name, names, say in (("fig2-5", CASES, say_cases), ("fig6-8", TIMINGS, say_timings))

@@ -74,8 +74,8 @@ BRIEF = TOLD.brief(
     ),
     picture=Entries(
         columns=tuple(f"{first}, {second}" for first, second in TABLE_1),
-        text="Least worst-case gain γ from noise to error, by the periods N₁, N₂ of the two sensors.",
-        rows=(("gain γ", tuple(table_claim(periods) for periods in TABLE_1)),),
+        text="Least level γ, by the periods N₁, N₂ of the two sensors.",
+        rows=(("level γ", tuple(table_claim(periods) for periods in TABLE_1)),),
     ),
 )
 

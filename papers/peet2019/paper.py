@@ -43,11 +43,20 @@ def _estimate(x: float) -> float:
 
 BRIEF = Brief(
     topic="A state with memory",
+    terms={
+        "level": "a guaranteed upper bound γ on the worst-case gain; a least level is the smallest that a design "
+        "reaches.",
+        "worst-case gain": "the largest ratio of error to disturbance and noise, in the norm of the claim.",
+        "degree": "of the polynomials that describe the observer; how it is counted is a reading.",
+        "ε": "a small positive constant that Theorem 3 leaves open; the least level is its limit.",
+        "Padé": "a rational approximation of the delay, with which the plant is lumped.",
+        "lumped": "with finitely many states in place of the delay.",
+    },
     card="Corrected, the inverse of [Theorem 4](-theory.theorem-4) is proved, and so is the identity behind "
-    "[Theorem 3](-theory.theorem-3); every closed loop tried keeps its bound. Two of the twelve gains of the tables do "
-    "not match: at degree one ours are larger, by [{ex2.gamma-d1:miss} %](?ex2.gamma-d1) and "
+    "[Theorem 3](-theory.theorem-3); every closed loop tried keeps its level. Two of the twelve levels in the tables "
+    "are below our least ones: at degree one, by [{ex2.gamma-d1:miss} %](?ex2.gamma-d1) and "
     "[{ex3.gamma-d1:miss} %](?ex3.gamma-d1).",
-    holds="All Padé gains ([Example 1](ex1.gamma-pade), [2](ex2.gamma-pade), [3](ex3.gamma-pade)), and the gains of "
+    holds="All Padé levels ([Example 1](ex1.gamma-pade), [2](ex2.gamma-pade), [3](ex3.gamma-pade)), and the levels of "
     "[Example 1](ex1.gamma-d3) by Theorem 3 once it is corrected.",
     correct="[Theorem 1](theory.theorem-1) needs the hypothesis 𝒫 = 𝒫*, [Theorem 3](theory.theorem-3) other signs and "
     "transposes, and [Theorem 4](theory.theorem-4) other factors.",
@@ -59,7 +68,7 @@ BRIEF = Brief(
     picture=Entries(
         columns=("degree 1", "degree 2", "degree 3", "Padé"),
         rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
-        text="Least gain from disturbance to estimation error, by degree of the polynomials.",
+        text="Least level γ, by degree of the polynomials.",
     ),
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",
@@ -77,8 +86,8 @@ BRIEF = Brief(
     explorers=(
         Explorer(
             title="In Example 2 delays above half a second cost accuracy that no observer regains",
-            text="First: the delay of Example 2 grows; the least gain stays level at first. No observer has a "
-            "lower one, since y does not see x₁. Second: how far a design is from the least gain, as the degree, "
+            text="First: the delay of Example 2 grows; the least level stays the same at first. No observer has "
+            "a lower one, since y does not see x₁. Second: how far a design is from the least level, as the degree, "
             "counted in each variable, or the number of states grows.",
             pictures=(
                 Picture(
@@ -86,11 +95,11 @@ BRIEF = Brief(
                     figure="peet2019-tau",
                     across="tau",
                     x="delay τ (s)",
-                    y="gain",
+                    y="level",
                     begin=1.0,
                     curves=(
                         Curve(label="Theorem 3, our design", columns=("sos",)),
-                        Curve(label="least gain, lumped", columns=("chebyshev",), quiet=True),
+                        Curve(label="least level, lumped", columns=("chebyshev",), quiet=True),
                     ),
                 ),
                 Picture(
@@ -139,7 +148,7 @@ TABLES = (
     *(
         Table(
             place=f"Example {example}",
-            caption="Least gain by degree and by Padé; CPU seconds, theirs and ours.",
+            caption="Least level γ by degree and by Padé; CPU seconds, theirs and ours.",
             header=("", "d = 1", "d = 2", "d = 3", "Padé"),
             rows=(
                 ("γ_min", *(f"claim:ex{example}.gamma-{column}" for column in COLUMNS)),
@@ -199,12 +208,12 @@ def findings(results: Results) -> tuple[str, ...]:
         f"Nothing satisfies the conditions of Theorem 3 as printed: it needs {len(OF_THE_IDENTITY)} groups of "
         f"corrections{_at_hand()}.",
         "Once corrected, Theorem 3 passes every test: its identity is proved, and each closed loop tried keeps its "
-        "bound.",
+        "level.",
         "Theorem 1 asks for a bounded 𝒵; unless its Z₂ᵢ and Z₅ᵢⱼ vanish, that of Theorem 3 evaluates histories at −τᵢ, "
         "and is not bounded.",
         f"Degree three is within {at_most(worst, 1)} of the optimum of each example if it counts in each variable; "
         f"{missed or 'no'} other rules miss printed digits.",
-        f"None of {len(RULES)} degree rules gives the degree-one gains of Examples 2 and 3 as least; under "
+        f"None of {len(RULES)} degree rules gives the degree-one levels of Examples 2 and 3 as least; under "
         f"{len(attained(results))} a fitted, positive ε reaches them.",
         f"Lumped alone, with twenty states, the observer follows the plants' unstable motion within {at_most(alone)} % "
         "of z.",

@@ -79,7 +79,15 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
 
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
-    card="The observer is corrected only when a sample arrives, as if its gain were "
+    terms={
+        "condition (18)": "what the stability result asks of the fast period.",
+        "virtual measurement": "the value, by eq. (6), that stands for the output between two samples.",
+        "SRC": "single-rate control, at the rate of the slow sensor.",
+        "DRC-PMI": "dual-rate control with pure model interpolation.",
+        "DRC-APO": "dual-rate control with the alternating predictive observer, the method of the paper.",
+        "restarted predictor": "the virtual measurement as we repair it: it starts anew from each sample.",
+    },
+    card="The observer is corrected only when a sample arrives, as if its gain L were "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}: too little for this unstable plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. "
     "[None](-table.any-reading) of the millions of simulation settings that we tried gives a whole column of Table I.",

@@ -158,6 +158,7 @@ class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     that was computed for that claim, `{name:lower}` its lower bound rounded down, `{name:over:other}` that bound over
     the number printed for `other`, and `{name:not}` what the print should say, "not", and what it says. In `headline`
     and `verdict` a sign may be left out: the link then says nothing. explorers: pictures that a reader can move.
+    terms: words of the paper with their meaning, to which their first mention on a page leads.
     """
 
     topic: str
@@ -167,6 +168,7 @@ class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     guess: str
     sketch: Sketch
     explorers: tuple[Explorer, ...] = ()
+    terms: dict[str, str] = {}
     verdict: str = ""
     headline: str = ""
     picture: Traces | Bars | Entries | None = None

@@ -103,7 +103,7 @@ def read_printed(file: str | Path) -> Mapping[str, Any]:
 def read_tables(path: Path) -> Mapping[str, Any]:
     """The tables of a file of printed data as they stand there; raises AuditError if it cannot be read."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"), parse_float=Decimal)
     except OSError as error:
         raise AuditError(f"{path} cannot be read: {error.strerror}") from None
     except (ValueError, ArithmeticError) as error:

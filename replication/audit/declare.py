@@ -13,6 +13,7 @@ import sys
 import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from enum import StrEnum
 from functools import partial, partialmethod
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
@@ -40,6 +41,7 @@ from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Relation, Term, unit_of
 from replication.verify.predicate import term as term
 
+E = TypeVar("E", bound=StrEnum)
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate
 CELL = "claim:"
@@ -152,7 +154,10 @@ class Part:
             said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
             where = place or (printed.place if isinstance(printed, PrintedValue) else "")
             if not isinstance(printed, str):
-                raise AuditError(f"claim {name!r} prints {printed!r}; write a string, whose digits are its tolerance")
+                raise AuditError(
+                    f"claim {name!r} prints {printed!r:.80}; write a string, whose digits are its tolerance, or "
+                    "declare a claim on each entry"
+                )
             for what, text in (("place", where), ("statement", said)):
                 if not text:
                     raise AuditError(f"claim {name!r} has no {what}; give {what}=... where it is declared")
@@ -162,7 +167,7 @@ class Part:
                     place=where,
                     kind=kind,
                     statement=said,
-                    expected=_verdict(name, pinned or usual(kind, str(printed))),
+                    expected=_member(Verdict, name, "pins", pinned or usual(kind, str(printed))),
                     answer=answer,
                     uses=_names(uses) or self.uses,
                     printed=str(printed),
@@ -174,7 +179,7 @@ class Part:
                     reading=reading or self.reading,
                     optimum=optimum,
                     ours=ours,
-                    consequence=Consequence(consequence) if consequence else None,
+                    consequence=_member(Consequence, name, "consequence is", consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
                     remark=getattr(printed, "note", ""),
@@ -205,6 +210,8 @@ class Part:
 
         line: file and line where it is declared, if that is not where this is called.
         """
+        if not reason.strip():
+            raise AuditError(f"claim {name!r} has no reason; say why the text does not settle it")
         caller = sys._getframe(1)
         place = line or (caller.f_code.co_filename, caller.f_lineno)
         self.claim(Kind.CITED, name, printed, **told)(declared(place, partial(_not_checkable, reason, settled_by)))
@@ -282,7 +289,8 @@ def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Exp
 
     One that needs more or less time than `run --timeout` allows is `replace(experiment(...), timeout=seconds)`.
     """
-    return Experiment(name=name, function=function, inputs={key: _plain(value) for key, value in inputs.items()})
+    given = frozenset((str(value), value.place) for value in _prints(inputs))
+    return Experiment(name=name, function=function, inputs=_plain(inputs), given=given)
 
 
 def command(
@@ -342,7 +350,7 @@ def command(
             raise AuditError(f"command {name!r}: {path!r} leads out of the project; copy it into the project")
     if answer != OUTPUT and (answer not in inputs["writes"] or not answer.endswith((".json", ".csv"))):
         raise AuditError(f"command {name!r}: answer {answer!r} must be a .json or .csv file among writes=[...]")
-    if timeout is not None and not 0 < timeout < float("inf"):
+    if timeout is not None and not (isinstance(timeout, int | float) and 0 < timeout < float("inf")):
         raise AuditError(f"command {name!r}: timeout is {timeout!r}; give positive seconds")
     inputs |= {"answer": answer, "environment": environment}  # type: ignore[dict-item]
     return Experiment(name=name, function=execute, inputs=inputs, timeout=timeout, needs=_names(needs))
@@ -371,8 +379,8 @@ def paper(
             raise AuditError(f"the name {name!r} begins with the key of its paper; leave {key + link!r} out")
         return f"{key}{link}{name}"
 
-    def full(names: Iterable[str]) -> tuple[str, ...]:
-        return tuple(map(one, names))
+    def full(names: str | Iterable[str]) -> tuple[str, ...]:
+        return tuple(map(one, _names(names)))
 
     def cell(text: str) -> str:
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
@@ -513,15 +521,26 @@ def _plain(value: Any) -> Any:
     return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
 
 
+def _prints(value: Any) -> Iterator[PrintedValue]:
+    if isinstance(value, PrintedValue):
+        yield value
+    elif isinstance(value, Mapping | list | tuple):
+        for entry in value.values() if isinstance(value, Mapping) else value:
+            yield from _prints(entry)
+
+
 def _inner(function: Any) -> Any:
     while isinstance(function, partial) or hasattr(function, "__wrapped__"):
         function = function.func if isinstance(function, partial) else function.__wrapped__
     return function
 
 
-def _verdict(name: str, pinned: Verdict | str) -> Verdict:
+def _member(kind: type[E], name: str, said: str, value: str) -> E:
+    """The member of this value; AuditError that lists those that there are."""
     try:
-        return Verdict(pinned)
+        return kind(value)
     except ValueError:
-        known = ", ".join(repr(str(verdict)) for verdict in Verdict)
-        raise AuditError(f"claim {name!r} pins {pinned!r}, which is no verdict; there are {known}") from None
+        known = ", ".join(repr(str(one)) for one in kind)
+        raise AuditError(
+            f"claim {name!r} {said} {value!r}, which is no {kind.__name__.lower()}; there are {known}"
+        ) from None

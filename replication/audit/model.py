@@ -193,6 +193,7 @@ class Experiment:
 
     `name` starts with the key of its paper. `function` is importable at module level, so that a worker can find it.
     timeout: seconds after which it is ended; None for those of the run. needs: experiments whose files a command gets.
+    given: the printed values among its inputs, each with its place.
     """
 
     name: str
@@ -200,6 +201,11 @@ class Experiment:
     inputs: Mapping[str, Any] = field(default_factory=dict)
     timeout: float | None = None
     needs: tuple[str, ...] = ()
+    given: frozenset[tuple[str, str]] = field(default=frozenset(), repr=False)
+
+    def is_given(self, claim: Claim) -> bool:
+        """Whether it is given the print of this claim, which it may then only hand back."""
+        return bool(claim.printed) and (claim.printed, claim.place) in self.given
 
 
 @dataclass(frozen=True, kw_only=True)

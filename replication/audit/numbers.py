@@ -139,6 +139,8 @@ def numbers(module: str) -> Numbers:
             title = claim.part or getattr(printed, "place", claim.place).partition(",")[0]
             part = parts.setdefault(title, Part(title))
             _declare(part, claim, entry, printed, files, where, (str(path), line))
+    if idle := [pin.file for pin in pins if pin.file not in files.experiments]:
+        raise AuditError(f"{path}: [[data]] pins {idle[0]}, which no claim reads; {meant(idle[0], files.experiments)}")
     for part in parts.values():
         part.module = f"{path.parent.parent.name}.{path.parent.name}.{FILE}"
     readings = tuple(_all(path, tables, "reading", Reading))
@@ -203,7 +205,8 @@ def _command(path: Path, where: str, row: dict[str, Any]) -> Experiment:
     except AuditError as error:
         raise AuditError(f"{where}: {error}") from None
     for name in made.inputs["reads"]:
-        if any(path.is_relative_to(folder / name) for folder in path.parents):
+        told = [path.with_name(file) for file in (FILE, "printed.toml", "coverage.toml")]
+        if any(file.is_relative_to(folder / name) for file in told for folder in path.parents):
             raise AuditError(f"{where} reads {name!r}, and so what the paper prints; let it read what it computes from")
     return made
 
@@ -214,7 +217,7 @@ def _prints(path: Path, where: str, claim: Stated) -> Any:
     if kind == "data":
         found: Any = read_printed(path.with_name("printed.toml"))
         for key in name.split("."):
-            found = found[one_of("name in printed.toml", key, found if isinstance(found, Mapping) else ())]
+            found = found[one_of(f"name in printed.toml, at {where}", key, found if isinstance(found, Mapping) else ())]
         return found
     if not claim.place or not (claim.printed or claim.reason):
         raise AuditError(f'{where} {claim.id}: give place and printed, or printed = "data:NAME" of printed.toml')
@@ -248,6 +251,10 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
 
     if not isinstance(printed, str):
         raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
+    if not entry and any("{key}" in str(text) for text in (claim.id, claim.statement, claim.source, claim.check)):
+        raise AuditError(
+            f"{where} {claim.id}: {{key}} stands for the entries of a table, and one number is printed here"
+        )
     if bool(claim.source) == bool(claim.reason):
         raise AuditError(f"{where} {claim.id}: give from, where the number stands, or a reason why none settles it")
     name = claim.id.replace("{key}", entry) if "{key}" in claim.id else ".".join(filter(None, (claim.id, entry)))

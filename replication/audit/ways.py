@@ -79,5 +79,10 @@ def _tupled(where: str, value: Any) -> Any:
     if isinstance(value, list):
         return tuple(_tupled(where, entry) for entry in value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise AuditError(f"{where} there is {value!r:.60}, which is no number")
+        cure = (
+            "write it with a point and without unit or sign of thousands"
+            if re.search(r"\d", str(value)) and isinstance(value, str)
+            else "name a place where one stands"
+        )
+        raise AuditError(f"{where} there is {value!r:.60}, which is no number; {cure}")
     return float(value)

@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from replication.commands import command
 from replication.commands.shared import FAILED, FINE, say
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.ownplant.methods import METHODS
@@ -16,15 +17,6 @@ from replication.ownplant.methods import METHODS
 if TYPE_CHECKING:
     from replication.estimation.api.results import GainResult
     from replication.ownplant.reading import PlantFile
-
-TEXT = "design an estimator for a plant of your own, given in a file"
-NOTES = """The plant file is TOML; `replication design METHOD --help` lists its keys. Gains and the
-observer that runs (each as JSON, MATLAB, C), a figure and a page go to ./NAME-METHOD/, NAME being that of the file;
-they appear at once or not at all. If no estimator is
-found the exit code is 3. With --certificate the verifier proves what it can of the design, and
-NAME-METHOD.certificate.json lies beside the gains; `python -m replication verify FILE` checks it again.
-
-"""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +38,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         added.add_argument("--force", action="store_true", help="replace an earlier design there")
 
 
-def command(chosen: argparse.Namespace) -> int:
+@command(
+    "design",
+    "design an estimator for a plant of your own, given in a file",
+    arguments,
+    notes="""\
+The plant file is TOML; `replication design METHOD --help` lists its keys. Gains and the
+observer that runs (each as JSON, MATLAB, C), a figure and a page go to ./NAME-METHOD/, NAME being that of the file;
+they appear at once or not at all. If no estimator is
+found the exit code is 3. With --certificate the verifier proves what it can of the design, and
+NAME-METHOD.certificate.json lies beside the gains; `python -m replication verify FILE` checks it again.
+
+""",
+)
+def design(chosen: argparse.Namespace) -> int:
     """Read, design, print what is guaranteed, write."""
     from numpy.linalg import LinAlgError
 

@@ -7,31 +7,28 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import Command
+from replication.commands import command, option
 from replication.commands.shared import DIFFERENT, FINE, here, say
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from replication.audit.inspect.coverage import Text
 
-_NEW = "make the package of a new paper with claims, a figure, a table and tests, ready to run"
-_NEW_NOTES = """\
+
+@command(
+    "new",
+    "make the package of a new paper with claims, a figure, a table and tests, ready to run",
+    option("key", metavar="KEY", help="name of the package in papers/, for example gosset1908"),
+    option("--tables", action="store_true", help="of a paper whose numbers are read from tables, without any Python"),
+    option("--ci", action="store_true", help="also write workflow, container, lock and wheel of the program"),
+    notes="""\
 What it writes runs as it is; `replication guide adding-a-paper` walks through making it yours. In a folder that
 belongs to no project it begins one: replication.toml says what it is called, and where its papers lie.
 With --ci it also writes what a service or a stranger needs to run the audit: a GitHub workflow, a Dockerfile, the
 page REBUILD.md, a lock of the packages that are installed here, and this program as a wheel. Files that are there stay.
 
-"""
-
-
-def _for_new(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("key", metavar="KEY", help="name of the package in papers/, for example gosset1908")
-    parser.add_argument(
-        "--ci", action="store_true", help="also write workflow, container, lock and wheel of the program"
-    )
-
-
+""",
+)
 def new(chosen: argparse.Namespace) -> int:
     """Write the files and name them; `--ci` alone completes a project that has the paper."""
     from replication.audit.project import read_settings, root_above
@@ -40,26 +37,25 @@ def new(chosen: argparse.Namespace) -> int:
     root = root_above(Path.cwd()) or Path.cwd()
     there = (root / read_settings(root).papers / chosen.key).is_dir()
     if not (chosen.ci and there):
-        say(map(str, scaffold(chosen.key, root)))
+        say(map(str, scaffold(chosen.key, root, tables=chosen.tables)))
     if chosen.ci:
-        from replication.audit.publish.rebuild import rebuild_files
+        from replication.audit.publish.rebuild import BARE, rebuild_files
+        from replication.audit.store.provenance import LOCK
         from replication.files import write_atomically
 
-        for name, data in rebuild_files(root).items():
+        for name, data in rebuild_files(root, ask=True).items():
             write_atomically(root / name, data)
-            say([str(root / name)])
+            lacks = name == LOCK and data.decode().splitlines()[1].removeprefix("# ")
+            say([f"{root / name}: {lacks}" if lacks and BARE in f"# {lacks}" else str(root / name)])
     say([f"next: replication run {chosen.key}"])
     return FINE
 
 
-_GUIDE = "print a page of the guide for auditors, or list its pages"
-
-
-def _for_guide(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("page", nargs="?", metavar="PAGE", help="name of a page (default: the list)")
-
-
+@command(
+    "guide",
+    "print a page of the guide for auditors, or list its pages",
+    option("page", nargs="?", metavar="PAGE", help="name of a page (default: the list)"),
+)
 def guide(chosen: argparse.Namespace) -> int:
     """Print the page, or the name and title of each."""
     import replication
@@ -77,10 +73,15 @@ def guide(chosen: argparse.Namespace) -> int:
     return FINE
 
 
-_COVERAGE = (
-    "count the numerals and items of the texts that are bound to a claim or to data, and list those that are not"
-)
-_COVERAGE_NOTES = """\
+@command(
+    "coverage",
+    "count the numerals and items of the texts that are bound to a claim or to data, and list those that are not",
+    option("papers", nargs="*", metavar="PAPER", help="papers to look at (default: all)"),
+    option("--open", action="store_true", help="only list what is neither bound nor excused"),
+    option("--text", type=Path, metavar="FILE", help="compare this text with the list of --paper"),
+    option("--draft", type=Path, metavar="FILE", help="propose printed.toml and coverage.toml for this text"),
+    option("--paper", metavar="KEY", help="the paper of the text; KEY/NAME for another text of its list"),
+    notes="""\
 The lists are papers/KEY/coverage.toml. A binding that does not exist, or holds other numerals, is a fault.
 Counted are the numerals that state a fact: parameters, entries and coefficients, bounds, sizes, instants, counts and
 results. Indices, labels, citations, bibliography and the like are listed too, each with its reason, and not counted.
@@ -88,20 +89,8 @@ Whoever has a text can compare it with its list by `--text`: each run of digits 
 lists are of scanned texts; a scan splits a few numbers and doubles others. `--draft` lists the numerals of a text or of
 a LaTeX source, each with its place and a guess, in papers/KEY/*.draft.toml; it replaces nothing.
 
-"""
-
-
-def _for_coverage(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to look at (default: all)")
-    parser.add_argument("--open", action="store_true", help="only list what is neither bound nor excused")
-    parser.add_argument("--text", type=Path, metavar="FILE", help="compare this text with the list of --paper")
-    parser.add_argument(
-        "--draft", type=Path, metavar="FILE", help="propose printed.toml and coverage.toml for this text"
-    )
-    parser.add_argument("--paper", metavar="KEY", help="the paper of the text; KEY/NAME for another text of its list")
-
-
+""",
+)
 def coverage(chosen: argparse.Namespace) -> int:
     """Print counts, what is open, and faults of the lists; with a text, where it and its list differ."""
     from replication.audit.inspect.coverage import faults, read_coverage
@@ -171,10 +160,3 @@ def _compare(path: Path, key: str, name: str) -> int:
     say(found)
     say([f"{len(found)} numerals differ between {path} and the list of {paper.key}"])
     return DIFFERENT if found else FINE
-
-
-COMMANDS = {
-    "new": Command(_NEW, _for_new, new, _NEW_NOTES),
-    "guide": Command(_GUIDE, _for_guide, guide),
-    "coverage": Command(_COVERAGE, _for_coverage, coverage, _COVERAGE_NOTES),
-}

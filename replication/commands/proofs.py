@@ -5,25 +5,23 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from replication.commands import Command
+from replication.commands import command, option
 from replication.commands.shared import DIFFERENT, FINE, jobs, project_root, say
 from replication.verify.workers import add_jobs
 
-_VERIFY = "check certificates in exact and ball arithmetic, and say what each proves"
-_VERIFY_NOTES = """\
+
+@command(
+    "verify",
+    "check certificates in exact and ball arithmetic, and say what each proves",
+    option("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)"),
+    option("--both", action="store_true", help="in both arithmetics, which must say the same"),
+    add_jobs,
+    notes="""\
 `python verify.py` does the same where no package is installed: the standard library computes then
 in place of python-flint.
 
-"""
-
-
-def _for_verify(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
-    parser.add_argument("--both", action="store_true", help="in both arithmetics, which must say the same")
-    add_jobs(parser)
-
-
+""",
+)
 def verify(chosen: argparse.Namespace) -> int:
     """Print one line for each certificate."""
     if chosen.both:
@@ -34,21 +32,18 @@ def verify(chosen: argparse.Namespace) -> int:
     return report(chosen.paths, project_root(), chosen.jobs)
 
 
-_CERTIFY = "make the certificates that the papers want and that are not there, or no longer proved"
-_CERTIFY_NOTES = """\
+@command(
+    "certify",
+    "make the certificates that the papers want and that are not there, or no longer proved",
+    option("names", nargs="*", metavar="PAPER|NAME", help="papers or theorems (default: all)"),
+    option("--again", action="store_true", help="make those again that are proved already"),
+    option("--jobs", type=jobs, default=2, metavar="N", help="processes (default: 2)"),
+    notes="""\
 What is wanted stands in papers/PAPER/theorems.json. A certificate that is proved is left alone unless
 --again is given; each one is verified before it is written to certificates/PAPER/NAME.json.
 
-"""
-
-
-def _for_certify(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("names", nargs="*", metavar="PAPER|NAME", help="papers or theorems (default: all)")
-    parser.add_argument("--again", action="store_true", help="make those again that are proved already")
-    parser.add_argument("--jobs", type=jobs, default=2, metavar="N", help="processes (default: 2)")
-
-
+""",
+)
 def certify(chosen: argparse.Namespace) -> int:
     """Print one line for each certificate made, or the reason why it was not."""
     from replication.audit.run import certify as makers
@@ -62,20 +57,17 @@ def certify(chosen: argparse.Namespace) -> int:
     return DIFFERENT if failed else FINE
 
 
-_COQ = "let Coq check the theorems on the levels of multi-rate observers"
-_COQ_NOTES = """\
+@command(
+    "coq",
+    "let Coq check the theorems on the levels of multi-rate observers",
+    option("names", nargs="*", metavar="NAME", help="theorems (default: all)"),
+    option("--again", action="store_true", help="let coqchk check all theorems too, which is slow"),
+    notes="""\
 Coq and its Mathematical Components must be there; on Debian: apt-get install coq libcoq-mathcomp-algebra.
 It works in build/coq. When all theorems are checked, papers/PAPER/machine-checked.json says so to the report.
 
-"""
-
-
-def _for_coq(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("names", nargs="*", metavar="NAME", help="theorems (default: all)")
-    parser.add_argument("--again", action="store_true", help="let coqchk check all theorems too, which is slow")
-
-
+""",
+)
 def coq(chosen: argparse.Namespace) -> int:
     """Print one line for each theorem: proved, or the reason why not."""
     from replication.machine.run import check
@@ -86,10 +78,3 @@ def coq(chosen: argparse.Namespace) -> int:
     failed = sum(bool(one.reason) for one in done)
     say([f"{len(done) - failed} of {len(done)} theorems proved by Coq"])
     return DIFFERENT if failed else FINE
-
-
-COMMANDS = {
-    "verify": Command(_VERIFY, _for_verify, verify, _VERIFY_NOTES),
-    "certify": Command(_CERTIFY, _for_certify, certify, _CERTIFY_NOTES),
-    "coq": Command(_COQ, _for_coq, coq, _COQ_NOTES),
-}

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from replication.commands import Command
+from replication.commands import command, either, option
 from replication.commands.shared import (
     DIFFERENT,
     FINE,
-    add_figures,
-    add_output,
+    figures,
+    output,
     project_root,
     results_path,
     say,
@@ -18,16 +18,27 @@ from replication.commands.shared import (
 )
 
 
+@command(
+    "report",
+    "build index.html from results.json, without computing anything",
+    output("where results.json is and index.html goes"),
+    figures("where the SVG and CSV files are"),
+)
 def report(chosen: argparse.Namespace) -> int:
     """Write index.html beside results.json."""
     from replication.audit.store.records import read_results
 
     path = results_path(chosen)
-    figures = chosen.figures or project_root() / "figures"
-    say_report(read_results(path), figures, path.parent / "index.html")
+    say_report(read_results(path), chosen.figures or project_root() / "figures", path.parent / "index.html")
     return FINE
 
 
+@command(
+    "notebooks",
+    "execute the tutorial notebooks and write them as pages that load nothing",
+    option("names", nargs="*", metavar="NAME", help="notebooks in docs/notebooks (default: all)"),
+    option("--to", type=Path, metavar="DIR", help="where the pages go (default: report/notebooks/)"),
+)
 def notebooks(chosen: argparse.Namespace) -> int:
     """Write the pages and say which notebooks had to be executed."""
     from replication.audit.publish.notebooks import build_notebooks
@@ -38,6 +49,12 @@ def notebooks(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+@command(
+    "export",
+    "write badges, JSON-LD, metadata for CODECHECK, Zenodo and ReScience, and BibTeX from results.json",
+    output("where results.json is"),
+    option("--to", type=Path, metavar="DIR", help="where the files go (default: exports/ beside it)"),
+)
 def export(chosen: argparse.Namespace) -> int:
     """Write the exports, and what registers read at the root of the project, and name them."""
     from replication.audit.publish.archive import write_exports
@@ -52,6 +69,19 @@ def export(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+@command(
+    "artifact",
+    "pack sources, results, figures, report, this program and the way to rebuild into one zip with checksums",
+    either(
+        option("--to", type=Path, metavar="FILE", help="the zip (default: dist/ of the project)"),
+        option("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums"),
+    ),
+    notes="""\
+The same commit and results give the same bytes. Unpacked, the archive is a project again, which its REBUILD.md
+rebuilds beside nothing but Python.
+
+""",
+)
 def artifact(chosen: argparse.Namespace) -> int:
     """Write the archive, or name the files of an unpacked one that are not what they were."""
     from replication.audit.publish.archive import archive_name, changed_files, write_archive
@@ -66,66 +96,17 @@ def artifact(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+@command(
+    "register",
+    "set the results of several projects, of any field, side by side on a page",
+    option("results", nargs="+", type=Path, metavar="RESULTS", help="results.json, or its folder"),
+    option(
+        "--to", type=Path, default=Path("register.html"), metavar="FILE", help="the page (default: register.html here)"
+    ),
+)
 def register(chosen: argparse.Namespace) -> int:
     """Write the page on several projects."""
     from replication.audit.report.page import build_register
 
     say([f"register: {build_register(chosen.results, chosen.to)}"])
     return FINE
-
-
-def _for_report(parser: argparse.ArgumentParser) -> None:
-    add_output(parser, "where results.json is and index.html goes")
-    add_figures(parser, "where the SVG and CSV files are")
-
-
-def _for_notebooks(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("names", nargs="*", metavar="NAME", help="notebooks in docs/notebooks (default: all)")
-    parser.add_argument("--to", type=Path, metavar="DIR", help="where the pages go (default: report/notebooks/)")
-
-
-def _for_export(parser: argparse.ArgumentParser) -> None:
-    add_output(parser, "where results.json is")
-    parser.add_argument("--to", type=Path, metavar="DIR", help="where the files go (default: exports/ beside it)")
-
-
-def _for_artifact(parser: argparse.ArgumentParser) -> None:
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--to", type=Path, metavar="FILE", help="the zip (default: dist/ of the project)")
-    which.add_argument("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums")
-
-
-def _for_register(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results.json, or its folder")
-    default = Path("register.html")
-    parser.add_argument(
-        "--to", type=Path, default=default, metavar="FILE", help="the page (default: register.html here)"
-    )
-
-
-_ARTIFACT_NOTES = """\
-The same commit and results give the same bytes. Unpacked, the archive is a project again, which its REBUILD.md
-rebuilds beside nothing but Python.
-
-"""
-
-COMMANDS = {
-    "report": Command("build index.html from results.json, without computing anything", _for_report, report),
-    "notebooks": Command(
-        "execute the tutorial notebooks and write them as pages that load nothing", _for_notebooks, notebooks
-    ),
-    "export": Command(
-        "write badges, JSON-LD, metadata for CODECHECK, Zenodo and ReScience, and BibTeX from results.json",
-        _for_export,
-        export,
-    ),
-    "artifact": Command(
-        "pack sources, results, figures, report, this program and the way to rebuild into one zip with checksums",
-        _for_artifact,
-        artifact,
-        _ARTIFACT_NOTES,
-    ),
-    "register": Command(
-        "set the results of several projects, of any field, side by side on a page", _for_register, register
-    ),
-}

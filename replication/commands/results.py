@@ -5,11 +5,22 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from replication.commands import Command
-from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, here, results_path, say
+from replication.commands import command, either, option
+from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_path, say
+
+if TYPE_CHECKING:
+    from replication.audit.project import Project
+    from replication.audit.run.last import Last, Said
 
 
+@command(
+    "list",
+    "list papers and claims with their verdicts",
+    option("papers", nargs="*", metavar="PAPER", help="papers to list (default: all)"),
+    output("where results.json is"),
+)
 def list_claims(chosen: argparse.Namespace) -> int:
     """Print one line for each claim; without a run there are no verdicts yet."""
     from replication.audit.publish.terminal import list_lines
@@ -22,6 +33,12 @@ def list_claims(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+@command(
+    "show",
+    "show all the evidence for one claim",
+    option("claim", metavar="CLAIM", help="id of the claim, as `list` prints it"),
+    output("where results.json is"),
+)
 def show(chosen: argparse.Namespace) -> int:
     """Print what the results say about the claim, as a table on a terminal and as lines elsewhere."""
     from rich.console import Console
@@ -50,37 +67,70 @@ def show(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+@command(
+    "check",
+    "derive every verdict of results.json again and compare its texts with the code",
+    output("where results.json is"),
+    figures("where the SVG and CSV files are"),
+    notes="""\
+The verdicts must follow from the numbers of the file; and its evidence, findings, errata, proofs and
+figures from the results of the experiments, as far as .cache/ holds those of this run. Whether these come out again is
+for a new run: `replication run --no-cache`, then `replication diff`. Where neither a file of the project nor anything
+else that was read has changed since the last check, the words of that one are said again.
+
+""",
+)
 def check(chosen: argparse.Namespace) -> int:
-    """Print each problem found."""
+    """Print each problem found; where nothing has changed since the last check, what that one printed."""
+    from replication.audit.run.last import CHECK, Last
+
+    project, path = here(), results_path(chosen)
+    drawn = chosen.figures or project.root / "figures"
+    last = Last(project.root, [drawn, path], [str(path)], project.cache, CHECK)
+    said = last.said() or _checked(project, path, drawn, last)
+    say(said.lines)
+    return said.code
+
+
+def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     from replication.audit.inspect.check import check, differences, kept, unfounded
     from replication.audit.inspect.coverage import faults
     from replication.audit.publish.readme import is_stale
+    from replication.audit.run.last import Said
+    from replication.audit.run.tracing import traced
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
-    from replication.audit.store.sources import KEPT, kept_at
 
-    project = here()
-    results, root, papers = read_results(results_path(chosen)), project.root, project.load()
+    results, root, folder = read_results(path), project.root, project.folder
+    with traced(root) as loading:
+        papers = project.load()
     problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
-    directory = project.cache
-    with kept_at(directory / KEPT):
-        again = kept([paper for paper in papers if paper.key in held], root, Cache(directory))
-    found = differences(results, again, chosen.figures or root / "figures")
+    again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
+    found = differences(results, again, drawn)
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
         problems.append("README.md: stale: of other results; `python -m replication.audit.publish.readme` writes it")
-    say(problems)
-    if note := unfounded(results, again):
-        say([f"note: {note}"])
-    say([f"{len(problems)} problems in {len(results.claims)} claims"])
-    folder = project.folder
+    note = unfounded(results, again)
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
-    wrong = [fault for paper in listed for fault in faults(folder / paper.key, paper)]
-    say(f"coverage: {fault}" for fault in wrong)
-    return DIFFERENT if problems or wrong else FINE
+    wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
+    count = f"{len(problems)} problems in {len(results.claims)} claims"
+    lines = [*problems, *([f"note: {note}"] if note else []), count, *wrong]
+    said = Said(lines=tuple(lines), code=DIFFERENT if problems or wrong else FINE)
+    last.keep(said, loading, again.traced, again.untraced)
+    return said
 
 
+@command(
+    "diff",
+    "compare two results files, claim by claim, with the cause of each change",
+    option("old", type=Path, metavar="OLD"),
+    option("new", type=Path, metavar="NEW"),
+    either(
+        option("--json", action="store_true", help="print JSON"),
+        option("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does"),
+    ),
+)
 def diff(chosen: argparse.Namespace) -> int:
     """Print the changes as text or JSON, or write them as a page."""
     import msgspec
@@ -99,46 +149,3 @@ def diff(chosen: argparse.Namespace) -> int:
     else:
         say([*render(changes), *render_beside(others)])
     return DIFFERENT if changes or others else FINE
-
-
-def _for_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to list (default: all)")
-    add_output(parser, "where results.json is")
-
-
-def _for_show(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("claim", metavar="CLAIM", help="id of the claim, as `list` prints it")
-    add_output(parser, "where results.json is")
-
-
-def _for_check(parser: argparse.ArgumentParser) -> None:
-    add_output(parser, "where results.json is")
-    add_figures(parser, "where the SVG and CSV files are")
-
-
-def _for_diff(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("old", type=Path, metavar="OLD")
-    parser.add_argument("new", type=Path, metavar="NEW")
-    form = parser.add_mutually_exclusive_group()
-    form.add_argument("--json", action="store_true", help="print JSON")
-    form.add_argument("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does")
-
-
-_CHECK_NOTES = """The verdicts must follow from the numbers of the file; and its evidence, findings, errata, proofs and
-figures from the results of the experiments, as far as .cache/ holds those of this run. Whether these come out again is
-for a new run: `replication run --no-cache`, then `replication diff`.
-
-"""
-
-
-COMMANDS = {
-    "list": Command("list papers and claims with their verdicts", _for_list, list_claims),
-    "show": Command("show all the evidence for one claim", _for_show, show),
-    "check": Command(
-        "derive every verdict of results.json again and compare its texts with the code",
-        _for_check,
-        check,
-        _CHECK_NOTES,
-    ),
-    "diff": Command("compare two results files, claim by claim, with the cause of each change", _for_diff, diff),
-}

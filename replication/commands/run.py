@@ -9,14 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.commands import command, option
 from replication.commands.shared import (
     DIFFERENT,
     FAILED,
     FINE,
-    add_figures,
-    add_output,
+    figures,
     here,
     jobs,
+    output,
     say,
     say_report,
     say_tutorials,
@@ -25,131 +26,10 @@ from replication.commands.shared import (
 from replication.errors import AuditError
 
 if TYPE_CHECKING:
-    from replication.audit.parts import Paper
     from replication.audit.run.pool import Executor, Silent, Step
     from replication.audit.run.runner import Outcome
-    from replication.audit.run.tracing import LastRun, Trace
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
-
-TEXT = "compute what changed, judge every claim, write figures and report"
-NOTES = """Results are kept in .cache/replication/ as long as the sources, inputs, lock and packages that they
-depend on are unchanged. The report goes to report/; a run of some papers only goes to report/PAPER/
-(report/PAPER+PAPER/), so that it never replaces the report on all papers.
-
-"""
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)")
-    parser.add_argument(
-        "--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
-    )
-    parser.add_argument(
-        "--no-cache", action="store_true", help="compute everything again; results are stored all the same"
-    )
-    parser.add_argument(
-        "--backend",
-        choices=("processes", "dask"),
-        default="processes",
-        help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
-    )
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786")
-    parser.add_argument(
-        "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
-    )
-    parser.add_argument(
-        "--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"
-    )
-    add_output(parser, "where results.json and index.html go")
-    add_figures(parser, "where the SVG and CSV files go")
-
-
-def command(chosen: argparse.Namespace) -> int:
-    """Audit the chosen papers; the report is written whatever the verdicts are."""
-    from replication.audit.declare import unlisted
-    from replication.audit.run.tracing import LastRun, traced
-    from replication.audit.store.sources import KEPT, kept_at
-    from replication.files import require_writable
-
-    executor = _executor(chosen)
-    project = here()
-    root, wanted = project.root, sorted(set(chosen.papers or project.keys))
-    output = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
-    figures = chosen.figures or root / "figures"
-    directory = project.cache
-    last = LastRun(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
-    if not (chosen.no_cache or chosen.twice) and (said := last.said()):
-        say(said.lines)
-        say_tutorials(said.tutorials)
-        return said.code
-    with traced(root) as trace:
-        selected = project.load(wanted)
-    lost = [words for paper in selected for words in unlisted(paper, project.folder)]
-    if lost:
-        raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
-    require_writable(output, "--output")
-    require_writable(figures, "--figures")
-    cache = _cache(directory, read=not chosen.no_cache)
-    with kept_at(directory / KEPT):
-        return _run(selected, cache, root, executor, (output, figures, project.folder), last, trace, chosen)
-
-
-def _run(
-    papers: Sequence[Paper],
-    cache: Cache,
-    root: Path,
-    executor: Executor,
-    places: tuple[Path, Path, Path],
-    last: LastRun,
-    loading: Trace,
-    chosen: argparse.Namespace,
-) -> int:
-    import msgspec
-
-    from replication.audit.inspect.headline import notes
-    from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.draw import draw_figures
-    from replication.audit.run.runner import TIMEOUT, run
-    from replication.audit.run.tracing import Said, labels, traced, untraced
-    from replication.audit.store.sources import SourceTree, default_packages
-
-    output, figures, folder = places
-    limit = chosen.timeout or TIMEOUT
-    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
-    with traced(root) as drawing:
-        drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
-    results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
-    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures, folder)]
-    say([*run_lines(results, outcome.log, outcome.failures), *remarks])
-    say_report(results, figures, output / "index.html")
-    code = _code(results, outcome.failures)
-    tree = SourceTree(default_packages(root))
-    loose = [*outcome.untraced, *untraced(loading, tree, None), *untraced(drawing, tree, ())]
-    whole = not any(step.reason.startswith("not kept") for step in outcome.log)
-    if cache.write and code != FAILED and whole and not loose:
-        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {output / 'index.html'}")
-        read = {**outcome.traced, **labels(loading, tree, None), **labels(drawing, tree, ())}
-        last.keep(
-            Said(lines=lines, tutorials=tutorials(results), code=code),
-            [label for label in sorted(read) if _hidden(label, folder.name)],
-        )
-    if not chosen.twice:
-        return code
-    unread = replace(cache, read=False, write=False)
-    again = run(papers, cache=unread, root=root, executor=executor, progress=_progress(), timeout=limit)
-    moved = list(_moved(outcome, again))
-    say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
-    return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
-
-
-def _hidden(label: str, papers: str) -> bool:
-    """Whether the files of the project that a run looks through lack what was read."""
-    inside = label.removeprefix("./").split("/")
-    return (inside[0] not in ("replication", papers) and not label.startswith("./")) or any(
-        part.startswith(".") for part in inside
-    )
 
 
 def _seconds(text: str) -> float:
@@ -160,6 +40,91 @@ def _seconds(text: str) -> float:
     if not 0 < number < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
     return number
+
+
+@command(
+    "run",
+    "compute what changed, judge every claim, write figures and report",
+    option("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)"),
+    option("--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"),
+    option("--no-cache", action="store_true", help="compute everything again; results are stored all the same"),
+    option(
+        "--backend",
+        choices=("processes", "dask"),
+        default="processes",
+        help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
+    ),
+    option("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786"),
+    option(
+        "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
+    ),
+    option("--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"),
+    output("where results.json and index.html go"),
+    figures("where the SVG and CSV files go"),
+    notes="""\
+Results are kept in .cache/replication/ as long as the sources, inputs, lock and packages that they
+depend on are unchanged. The report goes to report/; a run of some papers only goes to report/PAPER/
+(report/PAPER+PAPER/), so that it never replaces the report on all papers.
+
+""",
+)
+def audit(chosen: argparse.Namespace) -> int:
+    """Audit the chosen papers; the report is written whatever the verdicts are."""
+    from replication.audit.run.last import Last, Said
+    from replication.audit.run.tracing import labels, traced, untraced
+
+    executor = _executor(chosen)
+    project = here()
+    root, wanted = project.root, sorted(set(chosen.papers or project.keys))
+    target = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
+    drawings = chosen.figures or root / "figures"
+    directory = project.cache
+    last = Last(root, [drawings, target / "results.json", target / "index.html"], wanted, directory)
+    if not (chosen.no_cache or chosen.twice) and (said := last.said()):
+        say(said.lines)
+        say_tutorials(said.tutorials)
+        return said.code
+    import msgspec
+
+    from replication.audit.declare import unlisted
+    from replication.audit.inspect.headline import notes
+    from replication.audit.publish.terminal import run_lines
+    from replication.audit.run.draw import draw_figures
+    from replication.audit.run.runner import TIMEOUT, run
+    from replication.audit.store.sources import SourceTree, default_packages
+    from replication.files import require_writable
+
+    with traced(root) as loading:
+        papers = project.load(wanted)
+    lost = [words for paper in papers for words in unlisted(paper, project.folder)]
+    if lost:
+        raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
+    require_writable(target, "--output")
+    require_writable(drawings, "--figures")
+    cache = _cache(directory, read=not chosen.no_cache)
+    limit = chosen.timeout or TIMEOUT
+    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
+    with traced(root) as drawing:
+        drawn = draw_figures(papers, outcome.results_by_experiment, drawings, cache=cache, root=root)
+    results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), target / "results.json")
+    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, drawings, project.folder)]
+    say([*run_lines(results, outcome.log, outcome.failures), *remarks])
+    say_report(results, drawings, target / "index.html")
+    code = _code(results, outcome.failures)
+    tree = SourceTree(default_packages(root))
+    whole = not any(step.reason.startswith("not kept") for step in outcome.log)
+    if cache.write and code != FAILED and whole:
+        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {target / 'index.html'}")
+        said = Said(lines=lines, tutorials=tutorials(results), code=code)
+        loose = [*outcome.untraced, *untraced(drawing, tree, ())]
+        last.keep(said, loading, [*outcome.traced, *labels(drawing, tree, ())], loose)
+    if not chosen.twice:
+        return code
+    unread = replace(cache, read=False, write=False)
+    again = run(papers, cache=unread, root=root, executor=executor, progress=_progress(), timeout=limit)
+    moved = list(_moved(outcome, again))
+    say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
+    return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
 
 
 def _reused(log: Sequence[Step]) -> list[Step]:
@@ -217,7 +182,6 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 
 def _executor(chosen: argparse.Namespace) -> Executor:
-    from replication.audit.run.cluster import Cluster
     from replication.audit.run.pool import Processes
     from replication.errors import InvalidInputError
 
@@ -226,7 +190,11 @@ def _executor(chosen: argparse.Namespace) -> Executor:
         raise InvalidInputError("--backend dask and --scheduler ADDRESS go together; give both or neither")
     if on_cluster and chosen.jobs is not None:
         raise InvalidInputError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    return Cluster(chosen.scheduler) if on_cluster else Processes(chosen.jobs)
+    if not on_cluster:
+        return Processes(chosen.jobs)
+    from replication.audit.run.cluster import Cluster
+
+    return Cluster(chosen.scheduler)
 
 
 def _progress() -> Silent:

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.commands import Option, option
 from replication.errors import AuditError
 from replication.verify.workers import jobs as jobs
 
@@ -69,11 +70,11 @@ def say_tutorials(names: Iterable[str]) -> None:
         say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
 
 
-def add_output(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add the option `--output` of the commands that read or write results.json."""
-    parser.add_argument("--output", type=Path, metavar="DIR", help=f"{text} (default: report/ of the project)")
+def output(text: str) -> Option:
+    """The option `--output` of the commands that read or write results.json."""
+    return option("--output", type=Path, metavar="DIR", help=f"{text} (default: report/ of the project)")
 
 
-def add_figures(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add the option `--figures` of the commands that draw or show figures."""
-    parser.add_argument("--figures", type=Path, metavar="DIR", help=f"{text} (default: figures/ of the project)")
+def figures(text: str) -> Option:
+    """The option `--figures` of the commands that draw or show figures."""
+    return option("--figures", type=Path, metavar="DIR", help=f"{text} (default: figures/ of the project)")

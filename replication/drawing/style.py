@@ -28,7 +28,7 @@ OURS, GREY, SOFT, BAND, REFUTED = "#0b5cbd", "#5f6c79", "#dbe9fa", "#d4dbe2", "#
 """What is ours; references; an area of ours; an area out of bounds, or the values that round to a print; a loop that is
 printed and refuted."""
 
-TOKENS = {OURS: "--link", GREY: "--open", SOFT: "--soft", BAND: "--band", REFUTED: "--fails"}
+TOKENS = {OURS: "--ours", GREY: "--open", SOFT: "--soft", BAND: "--band", REFUTED: "--fails"}
 """The custom property of the report's style sheet that each colour is in the light, and its partner in the dark."""
 
 COLOURS = (OURS, FOREGROUND, GREY, OURS, FOREGROUND, GREY)

@@ -70,7 +70,7 @@ def inner(standalone: str) -> tuple[str, str]:
     """
     match = re.fullmatch(r'<svg [^>]*viewBox="([-0-9. ]+)"[^>]*>(.*)</svg>\s*', standalone, flags=re.DOTALL)
     if match is None:
-        raise AuditError("a figure is not an SVG file as `write_figures` makes it; run `python -m replication run`")
+        raise AuditError("a figure is not an SVG file as `replication run` writes it; run `python -m replication run`")
     _refuse_foreign(match[2])
     return match[1], _COLOUR.sub(lambda found: f"var({TOKENS[found[0]]},{found[0]})", match[2].strip())
 

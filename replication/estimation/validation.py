@@ -159,12 +159,11 @@ def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[compl
     # Rows are normalised so that a large unit of measurement does not hide, nor a small one feign, a lost mode.
     norms = np.linalg.norm(output, axis=1, keepdims=True)
     rows = np.divide(output, norms, out=np.zeros_like(output), where=norms > 0) * scale
-    modes = []
-    for eigenvalue in np.linalg.eigvals(state):
-        pencil = np.vstack([state - eigenvalue * np.eye(size), rows])
-        if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
-            modes.append(complex(eigenvalue))
-    return modes
+    modes = np.linalg.eigvals(state)
+    pencils = np.empty((size, size + len(rows), size), dtype=modes.dtype)
+    pencils[:, :size], pencils[:, size:] = state - modes[:, None, None] * np.eye(size), rows
+    least = np.linalg.svd(pencils, compute_uv=False)[:, -1]
+    return [complex(mode) for mode in modes[least <= tolerance * scale]]
 
 
 class FrozenArrays(Mapping[str, Array]):

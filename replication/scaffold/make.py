@@ -21,14 +21,17 @@ FILES = {
     **{name: name for name in ("figures.py", "paper.py", "coverage.toml")},
 }
 """Files of the package, each with the name of its template; `test.py` is that of the test."""
+TABLES = {"__init__.py": "tables.py", **{name: name for name in ("paper.toml", "claims.toml", "coverage.toml")}}
+"""Those of a paper without Python, whose numbers lie in a table of the folder `data`."""
 LONGEST = 40
 REPORT_FOLDERS = ("exports", "notebooks")
 """Where the report on a paper with such a key would lie, other pages do."""
 
 
-def scaffold(key: str, root: Path) -> tuple[Path, ...]:
+def scaffold(key: str, root: Path, *, tables: bool = False) -> tuple[Path, ...]:
     """Write papers/KEY/ and tests/papers/test_KEY.py of the project at `root`, whole or not at all; returns the files.
 
+    tables: whether its numbers are only read from tables, so that it needs no Python.
     A folder without a configuration becomes a project by what it lacks: replication.toml, papers/__init__.py,
     CITATION.cff and .gitignore.
     Raises InvalidInputError if `key` is no name of a module in lower case, or what it would name exists.
@@ -53,12 +56,15 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     excuses = {"numeral_excuses": ", ".join({**FACTS, **ASIDE}), "item_excuses": ", ".join(ITEMS)}
 
     def rendered(template: str) -> str:
-        return environment.get_template(f"{template}.j2").render(key=key, folder=folder, **excuses)
+        return environment.get_template(f"{template}.j2").render(key=key, folder=folder, tables=tables, **excuses)
 
-    texts = {name: rendered(template) for name, template in FILES.items()}
+    files = TABLES if tables else FILES
+    texts = {name: rendered(template) for name, template in files.items()}
     around = {root / CONFIGURATION: "replication.toml", package.parent / "__init__.py": "papers.py", test: "test.py"}
     if not (root / CONFIGURATION).exists():
         around |= {root / "CITATION.cff": "CITATION.cff", root / ".gitignore": "gitignore"}
+    if tables:
+        around |= {root / "data" / f"{key}.csv": "table.csv"}
     begun = {path: rendered(template) for path, template in around.items() if not path.exists()}
     package.parent.mkdir(parents=True, exist_ok=True)
     # A dot in front keeps a half-written package from being found as a paper.
@@ -73,4 +79,4 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
-    return (*(package / name for name in FILES), *begun)
+    return (*(package / name for name in files), *begun)

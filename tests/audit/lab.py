@@ -1,44 +1,42 @@
-"""A small project in a temporary directory, run in processes of its own: its `papers` never meets the real one.
-
-The command line and the runner run in children of this process, which have its packages and import the project anew.
-"""
+"""A small project in a temporary directory, run in processes of its own: its `papers` never meets the real one."""
 
 from __future__ import annotations
 
-import atexit
+import contextlib
 import importlib
+import io
+import itertools
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
-import tempfile
-import threading
-import traceback
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
+
+import msgspec
 
 import papers
 import replication
+from replication.audit.project import find_project
+from replication.audit.run.runner import Outcome, run
+from replication.audit.run.worker import Answer, Task, compute
+from replication.audit.store.cache import Cache
+from replication.cli import main
 from tests.patience import PATIENCE
 
 TOY = Path(__file__).parent / "toy"
-OWN = ("papers", "replication", "tests")
-"""Packages that a child imports anew."""
-HEAVY = (
-    "jinja2", "joblib.externals.loky", "latex2mathml.converter", "matplotlib.backends.backend_svg", "matplotlib.figure",
-    "msgspec", "numpy", "rich.progress", "threadpoolctl", "yaml",
-)  # fmt: skip
-"""Packages that it has from this process."""
 AUDIT = """
 import json, sys
 from pathlib import Path
-import msgspec, papers
+import papers
+from lab import told
 from replication.audit.store.cache import Cache
 from replication.audit.run.pool import Processes
 from replication.audit.run.pool import Plain
@@ -47,12 +45,18 @@ options = json.loads(sys.argv[1])
 root = Path.cwd()
 outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / ".cache", read=options["read"]),
               root=root, executor=Processes(options["jobs"]), progress=Plain(sys.stderr))
-print(json.dumps({"values": outcome.results_by_experiment, "log": {step.name: [step.action, step.reason, step.error]
-      for step in outcome.log}, "failures": outcome.failures, "file": msgspec.to_builtins(outcome.results)}))
+print(json.dumps(told(outcome)))
 """
 
 
-def _hear_interruptions() -> None:
+def told(outcome: Outcome) -> dict[str, Any]:
+    log = {step.name: [step.action, step.reason, step.error] for step in outcome.log}
+    file = msgspec.to_builtins(outcome.results)
+    return {"values": outcome.results_by_experiment, "log": log, "failures": outcome.failures, "file": file}
+
+
+def hear_interruptions() -> None:
+    """For `preexec_fn`: a process begun in the background of a shell ignores Ctrl-C, and so would its children."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
@@ -73,83 +77,19 @@ class Lab:
             timeout=PATIENCE,
         )
 
-    def begin(self, *arguments: str) -> subprocess.Popen[str]:
-        """An interpreter in a session of its own, which hears Ctrl-C also if this one was begun in the background."""
-        return subprocess.Popen(
-            [sys.executable, *arguments],
-            cwd=self.root,
-            env=self.environment(),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-            preexec_fn=_hear_interruptions,
-        )
-
     def environment(self, **extra: str) -> dict[str, str]:
-        path = os.pathsep.join([str(self.root), str(Path(replication.__file__).parents[1])])
+        path = os.pathsep.join([str(self.root), str(Path(replication.__file__).parents[1]), str(TOY.parent)])
         return {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", "SOURCE_DATE_EPOCH": "0", **extra}
 
     def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-        if environment:  # which may be for the interpreter or for packages that it loads
-            return self.fresh(*arguments, **environment)
-        return self._child(("replication", *arguments), _command_line)
-
-    def fresh(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-        """The command line in an interpreter of its own, for what it imports, and beside threads of this one."""
         return self.python("-m", "replication", *arguments, **environment)
 
     def audit(self, *keys: str, jobs: int = 1, read: bool = True, **environment: str) -> dict[str, Any]:
         options = json.dumps({"papers": keys, "jobs": jobs, "read": read})
-        done = self.python("-c", AUDIT, options, **environment) if environment else self._child(("", options), _audit)
+        done = self.python("-c", AUDIT, options, **environment)
         assert done.returncode == 0, done.stderr
         answer: dict[str, Any] = json.loads(done.stdout)
         return answer
-
-    def _child(self, words: Sequence[str], work: Callable[[], int]) -> subprocess.CompletedProcess[str]:
-        """What a child of this process prints and returns, as an interpreter with these words in `sys.argv` would."""
-        for name in HEAVY:
-            importlib.import_module(name)
-        with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-            child = os.fork()
-            if child == 0:
-                self._be(words, work, (out.fileno(), err.fileno()))
-            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-            out.seek(0)
-            err.seek(0)
-            return subprocess.CompletedProcess(words, code, out.read(), err.read())
-
-    def _be(self, words: Sequence[str], work: Callable[[], int], streams: tuple[int, int]) -> None:
-        """In the child: what an interpreter is at its beginning, then the work, then what it does at its end."""
-        code: object = 1
-        try:
-            atexit._clear()
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            signal.alarm(PATIENCE)
-            for number, stream in enumerate(streams, start=1):
-                os.dup2(stream, number)
-            sys.stdout, sys.stderr, sys.argv = open(1, "w"), open(2, "w"), list(words)  # noqa: SIM115
-            _warn_as_usual()
-            os.chdir(self.root)
-            os.environ.clear()
-            os.environ.update(self.environment())
-            tests = str(Path(__file__).parents[1])
-            sys.path[:] = [str(self.root), *(path for path in sys.path if path and not path.startswith(tests))]
-            for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
-                del sys.modules[name]
-            code = work()
-        except SystemExit as end:
-            code = end.code
-        except BaseException:  # noqa: BLE001 - as the interpreter does
-            traceback.print_exc()
-        finally:
-            try:
-                threading._shutdown()  # type: ignore[attr-defined]
-                atexit._run_exitfuncs()
-                sys.stdout.flush()
-                sys.stderr.flush()
-            finally:
-                os._exit(code if isinstance(code, int) else int(code is not None))
 
     def path(self, name: str) -> Path:
         return self.root / "papers" / name
@@ -160,27 +100,75 @@ class Lab:
         self.path(name).write_text(text.replace(old, new), encoding="utf-8")
 
 
-def _command_line() -> int:
-    from replication.cli import main
+@dataclass(frozen=True)
+class Inside(Lab):
+    """The same in this process, which costs no imports; its papers have a package of their own, not in what it says.
 
-    return main(sys.argv[1:])
+    Not for what processes do: their end, their environment when Python starts, interruptions.
+    """
+
+    package: str
+
+    @contextlib.contextmanager
+    def _inside(self, environment: dict[str, str]) -> Iterator[None]:
+        for name in [name for name in sys.modules if name.partition(".")[0] == self.package]:
+            del sys.modules[name]
+        importlib.invalidate_caches()
+        with (
+            contextlib.chdir(self.root),
+            patch.dict(os.environ, {"SOURCE_DATE_EPOCH": "0", **environment}),
+            patch.object(sys, "dont_write_bytecode", True),
+            patch.object(sys, "path", list(sys.path)),
+        ):
+            yield
+
+    def _said(self, text: str) -> str:
+        return re.sub(rf"\b{self.package}\b", "papers", text)
+
+    def cli(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        told, failed = io.StringIO(), io.StringIO()
+        with (
+            self._inside(environment),
+            contextlib.redirect_stdout(told),
+            contextlib.redirect_stderr(failed),
+            patch("replication.commands.run._executor", lambda chosen: Here()),
+        ):
+            try:
+                code = main(arguments)
+            except SystemExit as error:
+                code = int(error.code or 0)
+        return subprocess.CompletedProcess(arguments, code, self._said(told.getvalue()), self._said(failed.getvalue()))
+
+    def audit(self, *keys: str, jobs: int = 1, read: bool = True, **environment: str) -> dict[str, Any]:
+        with self._inside(environment):
+            cache = Cache(self.root / ".cache", read=read)
+            outcome = run(find_project(self.root).load(keys), cache=cache, root=self.root, executor=Here())
+        answer: dict[str, Any] = json.loads(self._said(json.dumps(told(outcome))))
+        return answer
+
+    def path(self, name: str) -> Path:
+        return self.root / self.package / name
 
 
-def _audit() -> int:
-    exec(AUDIT, {"__name__": "__main__"})
-    return 0
+class Here:
+    """Computes in this process."""
+
+    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
+        return map(compute, tasks)
 
 
-def _warn_as_usual() -> None:
-    """Warnings go where they are seen, whatever pytest does with them."""
+def make_inside(root: Path) -> Inside:
+    """`make_lab` for this process."""
+    lab = make_lab(root)
+    package = f"texts{next(NUMBERS)}"
+    lab.root.joinpath("papers").rename(root / package)
+    (root / "replication.toml").write_text(f'title = "Toy"\npapers = "{package}"\n', encoding="utf-8")
+    for file in (root / package).rglob("*.py"):
+        file.write_text(re.sub(r"\bpapers(?=[. ])", package, file.read_text(encoding="utf-8")), encoding="utf-8")
+    return Inside(root, package)
 
-    def shown(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
-        sys.stderr.write(warnings.formatwarning(message, category, filename, lineno, line))
 
-    warnings.showwarning = shown
-    warnings.resetwarnings()
-    for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
-        warnings.simplefilter("ignore", kind)
+NUMBERS = itertools.count()
 
 
 def make_lab(root: Path) -> Lab:

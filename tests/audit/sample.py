@@ -9,8 +9,8 @@ import dataclasses
 import hashlib
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import msgspec
@@ -19,9 +19,9 @@ from cases import altered
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
-from replication.audit.parts import Coverage, Figure, FigureData, Formula, Paper, ScopeItem, Table
+from replication.audit.parts import Coverage, Figure, FigureData, Formula, ScopeItem, Table
 from replication.audit.report.page import build_report
-from replication.audit.run.draw import write_figures
+from replication.audit.run.draw import write_figure
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
@@ -33,6 +33,7 @@ from replication.audit.store.records import (
     ResultsFile,
     RunRecord,
 )
+from replication.audit.store.sources import SourceTree
 from replication.drawing.style import line, new_axes
 from replication.verify.predicate import Exported, Predicate, term
 
@@ -253,16 +254,18 @@ def figure(name: str = "doe1999-fig2", **more: Any) -> Figure:
     return Figure(name=name, **(fields | more))
 
 
-def paper(*figures: Figure) -> Paper:
-    """A paper with nothing but figures, which is all that `write_figures` looks at."""
-    return cast(Paper, SimpleNamespace(key=KEY, figures=figures))
+def write_figures(
+    directory: Path, *figures: Figure, results: Mapping[str, Any] | None = None, sources: SourceTree | None = None
+) -> tuple[FigureRecord, ...]:
+    tree = sources or SourceTree({})
+    return tuple(write_figure(one, KEY, results or {}, directory, tree) for one in figures)
 
 
 def figure_records(directory: Path) -> tuple[FigureRecord, ...]:
     """Write two figures into `directory`; a third one fails."""
     extra = figure("doe1999-worst", place="Extra", title="Worst disturbance", published=False)
     broken = figure("doe1999-fig3", place="Fig. 3", title="A figure that fails", uses=("doe1999.absent",))
-    return write_figures([paper(figure(), extra, broken)], {}, directory)
+    return write_figures(directory, figure(), extra, broken)
 
 
 def results(directory: Path) -> ResultsFile:

@@ -131,7 +131,7 @@ def test_text_has_contrast(visit: Any, scheme: str) -> None:
         style(document.querySelector(name)).backgroundColor);
       return [papers, [...new Set(texts.map((e) => style(e).color))]];""")
     papers, inks = ([tuple(map(int, re.findall(r"\d+", colour)[:3])) for colour in group] for group in colours)
-    assert len(inks) >= 7 and len(set(papers)) == 4
+    assert len(inks) >= 5 and len(set(papers)) == 4
     for paper in papers:
         for ink in inks:
             assert contrast(ink, paper) >= SMALLEST_CONTRAST, (ink, paper)
@@ -233,13 +233,11 @@ def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:
 def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
     page = visit(320, fragment=PAPER)
     lines = page.find_elements(By.CSS_SELECTOR, ".bar-of + .tally li")
-    found = Counter(str(claim.verdict) for claim in claims())
-    told = [line.text.partition(" (")[0].split(" ", 1) for line in lines]
-    assert {verdict: int(number) for number, verdict in told} == dict(found)
-    beyond = sum(bool(one.evidence.not_checkable) for one in claims() if str(one.verdict) == "undetermined")
-    assert [line.text.partition(" (")[2] for line in lines if "(" in line.text] == [
-        f"{beyond} not checkable from the text)"
-    ]
+    timed = [one for one in claims() if one.claim.kind == "cited" and one.claim.unit == "s"]
+    found = Counter(str(claim.verdict) for claim in claims() if claim not in timed)
+    found["run time of another computer" if len(timed) == 1 else "run times of another computer"] = len(timed)
+    told = {words: int(number) for number, words in (line.text.split(" ", 1) for line in lines)}
+    assert told == {words: number for words, number in found.items() if number}
     assert all(line.rect["x"] + line.rect["width"] <= 320 for line in lines)
 
 

@@ -23,43 +23,43 @@ ORDER = """
 import msgspec, papers
 from pathlib import Path
 from replication.audit.store.cache import Cache
-from replication.audit.run.cluster import orders_of
 from replication.audit.run.pool import Processes
 from replication.audit.run.runner import run
 
 class Spy:
     def compute(self, tasks):
-        (order,) = (order for order in orders_of(tasks) if order.name == "toy2020.square")
-        print(msgspec.json.encode(order).decode())
+        (task,) = (task for task in tasks if task.name == "toy2020.square")
+        print(msgspec.json.encode(task).decode())
         return Processes(1).compute(tasks)
 
 run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=Spy())
 """
 
 
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_lab(tmp_path)
+
+
 @pytest.fixture(scope="module")
-def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Any]]:
-    """One cluster for all tests, and the folder of the project that its workers have."""
-    root = tmp_path_factory.mktemp("lab")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Lab, Any]]:
+    """A project, and a cluster that has its environment."""
+    lab = make_lab(tmp_path_factory.mktemp("cluster"))
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in Lab(root).environment().items():
+        for name, value in lab.environment().items():
             patch.setenv(name, value)
-        patch.chdir(root)
+        patch.chdir(lab.root)
         with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-            yield root, cluster
+            yield lab, cluster
 
 
 @pytest.fixture
-def cluster(running: tuple[Path, Any]) -> Any:
-    return running[1]
-
-
-@pytest.fixture
-def theirs(running: tuple[Path, Any]) -> Lab:
-    """The project of the workers, as new."""
-    for path in running[0].iterdir():
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-    return make_lab(running[0])
+def shared(running: tuple[Lab, Any], tmp_path: Path) -> Iterator[tuple[Lab, Any]]:
+    """The same for one test after another; its papers are as they were again."""
+    papers = running[0].path("")
+    shutil.copytree(papers, tmp_path / "kept")
+    yield running
+    shutil.copytree(tmp_path / "kept", papers, dirs_exist_ok=True)
 
 
 def results(lab: Lab) -> Any:
@@ -70,45 +70,48 @@ def on(cluster: Any) -> tuple[str, ...]:
     return "run", "--no-cache", "--backend", "dask", "--scheduler", cluster.scheduler_address
 
 
-def test_two_workers_give_what_one_process_gives(theirs: Lab, cluster: Any) -> None:
-    alone = theirs.fresh("run", "--jobs", "1", "--no-cache")
-    first = results(theirs)
-    together = theirs.fresh(*on(cluster))
+def test_two_workers_give_what_one_process_gives(shared: tuple[Lab, Any]) -> None:
+    lab, cluster = shared
+    alone = lab.cli("run", "--jobs", "1", "--no-cache")
+    first = results(lab)
+    together = lab.cli(*on(cluster))
     assert together.returncode == alone.returncode, together.stderr
-    assert without_seconds(results(theirs)) == without_seconds(first)
+    assert without_seconds(results(lab)) == without_seconds(first)
 
 
-def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(theirs: Lab, cluster: Any) -> None:
-    theirs.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
-    theirs.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
-    done = theirs.fresh(*on(cluster))
+def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(shared: tuple[Lab, Any]) -> None:
+    lab, cluster = shared
+    lab.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
+    lab.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
+    done = lab.cli(*on(cluster))
     assert done.returncode == 3
-    errors = {record["name"]: record["error"] for record in results(theirs)["experiments"] if record["error"]}
+    errors = {record["name"]: record["error"] for record in results(lab)["experiments"] if record["error"]}
     assert list(errors) == ["toy2020.square"]
     assert "process was killed" in errors["toy2020.square"]
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing(theirs: Lab, cluster: Any) -> None:
+def test_a_worker_killed_in_the_middle_loses_nothing(shared: tuple[Lab, Any]) -> None:
+    lab, cluster = shared
     for label in "ab":
-        theirs.edit(
-            "toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"'
-        )
-    run = theirs.begin("-m", "replication", *on(cluster))
+        lab.edit("toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"')
+    command = [sys.executable, "-m", "replication", *on(cluster)]
+    run = subprocess.Popen(command, cwd=lab.root, env=lab.environment(), stdout=subprocess.PIPE, text=True)
     with Client(cluster) as client:
         victim = wait_for(lambda: busy(client))
         pid = client.run(os.getpid, workers=[victim])[victim]
     os.kill(pid, signal.SIGKILL)
     run.communicate(timeout=PATIENCE)
     assert run.returncode == 0
-    killed = without_seconds(results(theirs))
-    theirs.fresh("run", "--jobs", "1", "--no-cache")
-    assert killed == without_seconds(results(theirs))
+    killed = without_seconds(results(lab))
+    lab.cli("run", "--jobs", "1", "--no-cache")
+    assert killed == without_seconds(results(lab))
 
 
 def test_worker_with_other_sources_refuses(lab: Lab) -> None:
     order = lab.python("-c", ORDER).stdout
     assert fulfilled(lab, order)["error"] == ""
-    other = json.dumps({**json.loads(order), "kernel": "Z80"})
+    given = json.loads(order)
+    other = json.dumps({**given, "dependencies": {**given["dependencies"], "kernel": "Z80"}})
     assert "has not the same instruction set of the linear algebra" in fulfilled(lab, other)["error"]
     lab.edit("toy2020/squares.py", "product", "multiple")
     assert "has not the same papers/toy2020/squares.py; install the same commit" in fulfilled(lab, order)["error"]

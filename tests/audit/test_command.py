@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_lab
+from lab import Lab, make_inside
 
 from replication.audit.declare import command
 from replication.audit.run.command import execute, held
+from replication.audit.run.tracing import traced
 from replication.errors import AuditError
 
 
@@ -43,6 +44,14 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
     assert {path.name for path in (tmp_path / "store").iterdir()} and not (tmp_path / "out.csv").exists()
 
 
+@pytest.mark.parametrize(("text", "named"), [("echo 1 # /tmp/x", True), ("mktemp > a; echo 1; rm a", False)])
+def test_a_folder_that_all_programs_share_is_named(tmp_path: Path, text: str, named: bool) -> None:
+    (tmp_path / "fit.sh").write_text(text)
+    with traced(tmp_path) as trace:
+        assert answer(tmp_path, ["sh", "fit.sh"], reads=["fit.sh"]) == 1
+    assert list(trace.untraced) == ["files in a folder that all programs share"] * named
+
+
 @pytest.mark.parametrize(
     ("line", "more", "words"),
     [
@@ -50,7 +59,7 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
         (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
         (sh("exit 1"), {}, "ended with code 1: it says nothing"),
         (sh("kill -9 $$"), {}, "ended with code -9"),
-        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON: .*write the answer and nothing else"),
+        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON, it begins with '{.a.: 1.*write the answer and nothing else"),
         (sh("true"), {}, "its output is no JSON"),
         (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
         (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
@@ -149,11 +158,11 @@ PAPER = paper(key="roe", title="T", authors=("A. Roe",), year=2020, venue="", do
 
 
 def project(root: Path, commands: str, *uses: str, **files: str) -> Lab:
-    lab = make_lab(root / "lab")
-    shutil.rmtree(lab.root / "papers" / "toy2020")
-    (lab.root / "papers" / "other2021.py").unlink()
-    (lab.root / "papers" / "roe").mkdir()
-    (lab.root / "papers" / "roe" / "__init__.py").write_text(PAPER.format(uses=uses, commands=commands))
+    lab = make_inside(root / "lab")
+    shutil.rmtree(lab.path("toy2020"))
+    lab.path("other2021.py").unlink()
+    lab.path("roe").mkdir()
+    lab.path("roe/__init__.py").write_text(PAPER.format(uses=uses, commands=commands))
     for name, text in files.items():
         (lab.root / name.replace("_", ".")).write_text(text)
     return lab
@@ -182,15 +191,15 @@ def test_a_program_in_another_language_is_computed_again_when_its_files_change(t
     if shutil.which(program) is None:
         pytest.skip(f"{program} is missing; this language is tried where it is installed")
     lab = project(tmp_path, commands, *("ab" if '"b"' in commands else "a"), **files)
-    first = lab.fresh("run")
+    first = lab.cli("run")
     assert first.returncode == 0, first.stdout + first.stderr
     before = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
     assert f"./{name}" in {label for experiment in before for label in experiment["read"]}
     assert not [experiment["untraced"] for experiment in before if experiment["untraced"]]
-    assert "0 computed" in lab.fresh("run").stdout
+    assert "0 computed" in lab.cli("run").stdout
     path = lab.root / name
     path.write_text(path.read_text().replace(old, new))
-    assert f"{len(before)} computed, 0 reused" in lab.fresh("run").stdout
+    assert f"{len(before)} computed, 0 reused" in lab.cli("run").stdout
     after = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
     assert all(one["key"] != other["key"] for one, other in zip(before, after, strict=True))
 
@@ -200,12 +209,12 @@ def test_chains_stop_where_one_fails_and_earlier_results_stay(tmp_path: Path) ->
     made = 'command("a", ["sh", "-c", "echo 1 > a.txt"], writes=["a.txt"]),'
     used = 'command("b", ["sh", "-c", "{}"], needs="a"), command("c", ["sh", "-c", "echo 3"], needs="b"),'
     lab = project(tmp_path, made + used.format("cat a.txt"), "a", "b", "c")
-    assert "3 computed" in lab.fresh("run").stdout
+    assert "3 computed" in lab.cli("run").stdout
     source = lab.path("roe/__init__.py")
     source.write_text(
         source.read_text().replace("cat a.txt", "sleep 60 & sleep 60").replace('needs="a"', 'needs="a", timeout=0.5')
     )
-    done = lab.fresh("run")
+    done = lab.cli("run")
     assert done.returncode == 3 and "0 computed, 1 reused" in done.stdout
     assert "experiment roe.b: it took longer than 0.5 s" in done.stdout
     assert "experiment roe.c: it needs roe.b, which failed" in done.stdout
@@ -221,5 +230,5 @@ def test_a_circle_and_an_unknown_name_are_told_before_anything_runs(
     both = "".join(
         f'command("{name}", ["sh", "-c", "echo 1"], needs="{other}"),' for name, other in zip("ab", needs, strict=True)
     )
-    done = project(tmp_path, both, "a", "b").fresh("run")
+    done = project(tmp_path, both, "a", "b").cli("run")
     assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr

@@ -14,16 +14,18 @@ from sample import claim, paper_record
 from sample import results as sample
 
 from replication.audit.data import read_printed
-from replication.audit.declare import Part, paper
+from replication.audit.declare import Part, experiment, paper
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
+from replication.audit.inspect.headline import notes
 from replication.audit.judge.printed import parse, sensitivities, spread
 from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms
-from replication.audit.run.assemble import assemble
+from replication.audit.run.assemble import Computed, assemble
+from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, InfeasibleError
@@ -90,13 +92,10 @@ def test_a_tolerance_wider_than_a_unit_is_listed(results: ResultsFile) -> None:
 
 
 def test_lineage_joins_each_claim_to_its_experiments(results: ResultsFile) -> None:
-    for drawing in lineages(results):
-        claims = [claim for claim in results.claims if claim.paper == drawing.paper]
-        known = {record.name for record in results.experiments if record.paper == drawing.paper}
-        assert len(drawing.claims) == len(claims)
-        assert len(drawing.lines) == sum(name in known for claim in claims for name in claim.claim.uses)
-        assert len({node.y for node in drawing.claims}) == len(claims)
-        assert f"{len(claims)} claims" in drawing.alt
+    joined = {(record.name, claim.id) for _, pairs in lineages(results) for record, claims in pairs for claim in claims}
+    known = {record.name for record in results.experiments}
+    assert joined == {(name, c.id) for c in results.claims for name in c.claim.uses if name in known} != set()
+    assert all(record.paper == paper.key for paper, pairs in lineages(results) for record, _ in pairs)
 
 
 def test_sections_are_left_out_without_claims(results: ResultsFile, tmp_path: Path) -> None:
@@ -166,24 +165,24 @@ def test_room_is_the_part_of_the_rounding_that_the_claim_bears() -> None:
         ("p2", pytest.approx(0.25)), ("p1", pytest.approx(0.5)), ("p0", 1.0),
     ]  # fmt: skip
     assert found.agrees
-    assert [room.moves.parameter for room in found.breaking] == ["p2", "p1"]
+    assert [room.moves.parameter for room in found.deciding] == ["p2", "p1"]
 
 
 def test_no_result_is_no_room() -> None:
     (found,) = rooms(file_with("1.33", 1.33, (1.33, None)))
     assert found.agrees
-    assert found.breaking == found.rooms
+    assert found.deciding == found.rooms
     assert found.rooms[0].share == 0.0
 
 
 def test_a_claim_that_differs_may_be_reached_by_rounding() -> None:
     (found,) = rooms(file_with("1.33", 1.35, (1.349, 1.351), (1.334, 1.36), (1.36, 1.30), (1.35, None)))
-    assert not found.agrees and found.breaking == ()
+    assert not found.agrees
     # The first to decide leads; what never reaches the print, or moves nothing, comes last.
     assert [(room.moves.parameter, room.share) for room in found.rooms] == [
         ("p2", pytest.approx(0.3)), ("p1", pytest.approx(0.9375)), ("p0", None), ("p3", None),
     ]  # fmt: skip
-    assert [room.moves.parameter for room in found.reaching] == ["p2", "p1"]
+    assert [room.moves.parameter for room in found.deciding] == ["p2", "p1"]
 
 
 def test_an_unknown_claim_is_an_error() -> None:
@@ -243,6 +242,29 @@ def test_a_claim_does_not_answer_itself(
     file, _, _ = assemble([whole], {}, results_file().run, SourceTree({}), (), {})
     error = file.claims[0].judgement.reason if file.claims[0].verdict is Verdict.ERROR else ""
     assert ("claim toy.it answers itself: with " + moved in error) if moved else not error, error
+
+
+@pytest.mark.parametrize(("value", "told"), [(0.75, True), (0.7501, False)])
+def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, value: float, told: bool) -> None:
+    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
+    print_ = read_printed(tmp_path / "printed.toml")["patients"]
+    part = Part("Sec. 2", reading="none")
+
+    @part.value("it", print_, uses="back")
+    def it(results: Any) -> Evidence:
+        """It is computed."""
+        return Evidence(method="by an experiment", value=results["back"])
+
+    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
+    back = experiment("back", float, x=[{"of": print_}])
+    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(back,), **about)
+    dependencies = Dependencies(function="", inputs="{}")
+    done = Computed(dependencies, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=value), "", 0.0)
+    file, _, _ = assemble([whole], {"toy.back": done}, results_file().run, SourceTree({}), (), {})
+    assert (file.claims[0].verdict is Verdict.ERROR) is told
+    assert told is ("toy.back is given 0.75 and its value is exactly that" in file.claims[0].judgement.reason)
+    (note,) = [note for note in notes([whole], file, (), tmp_path, tmp_path) if "only comes back" in note]
+    assert note.endswith(": toy.it")
 
 
 def bracket(end: float) -> Evidence:

@@ -2,12 +2,15 @@
 
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 import yaml
@@ -15,7 +18,7 @@ from cases import altered
 from lab import Lab, make_lab
 from sample import results as sample
 
-from replication.audit.publish import archive
+from replication.audit.publish import archive, rebuild
 from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts
 from replication.audit.publish.linked_data import Person, media_type, read_software
 from replication.audit.store.records import ResultsFile
@@ -87,13 +90,13 @@ def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
     assert len({path[0].get("fill") for path in paths}) == len({path[1].get("d") for path in paths}) == 3
 
 
-def test_badge_counts_what_agrees_is_possible_fails_and_is_undecided_or_what_moved(results: ResultsFile) -> None:
+def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_moved(results: ResultsFile) -> None:
     pinned = tuple(claim for claim in results.claims if not claim.unexpected)
     kinds = {
-        "agree": ("reproduced", "reproduced after erratum", "consistent"),
+        "hold": ("reproduced", "reproduced after erratum", "consistent"),
         "possible": ("compatible",),
         "fail": ("differs", "refuted"),
-        "undecided": ("undetermined",),
+        "undetermined": ("undetermined",),
     }
     found = {word: sum(claim.verdict in verdicts for claim in pinned) for word, verdicts in kinds.items()}
     assert min(found.values()) > 0
@@ -243,3 +246,22 @@ def test_an_archive_is_called_after_its_project(tmp_path: Path, title: str, name
 def test_a_folder_that_git_does_not_know_is_not_packed(tmp_path: Path) -> None:
     with pytest.raises(AuditError, match=r"is no checkout of git, .* `git init`, .*`git commit`"):
         archive._sources(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("program", "code", "told", "second"),
+    [
+        (None, 0, "", "# Without checksums of the files: neither uv nor pip-compile is here."),
+        ("/bin/uv", 1, "it is\nnot reached", "# Without checksums of the files: uv: not reached."),
+        ("/bin/pip-compile", 0, "", "numpy==1 --hash=sha256:0"),
+    ],
+)
+def test_a_lock_has_checksums_or_says_why_not(program: str | None, code: int, told: str, second: str) -> None:
+    done = SimpleNamespace(returncode=code, stdout="numpy==1 --hash=sha256:0\n", stderr=told)
+    with (
+        patch.object(rebuild.shutil, "which", lambda name, path: program if program and name in program else None),
+        patch.object(rebuild.subprocess, "run", return_value=done) as asked,
+    ):
+        lines = [line for line in rebuild.lock_text(ask=True).splitlines() if "from no index" not in line]
+    assert lines[1] == second and asked.call_count == (program is not None)
+    assert ("numpy==1" in lines[1]) or any(re.match("numpy==[0-9.]+$", line) for line in lines)

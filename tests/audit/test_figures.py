@@ -12,11 +12,12 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sample import KEY, draw, figure, paper, trace
+from sample import KEY, draw, figure, trace, write_figures
 from tables import read_csv
 
 from replication.audit.parts import FigureData
-from replication.audit.run.draw import settled, to_csv, write_figures
+from replication.audit.run.draw import settled, to_csv
+from replication.audit.store.sources import SourceTree
 from replication.drawing import style, svg
 from replication.errors import AuditError, InvalidInputError
 
@@ -37,7 +38,7 @@ def contrast(one: str, other: str) -> float:
 
 
 def test_files_and_record(tmp_path: Path) -> None:
-    (record,) = write_figures([paper(figure())], {}, tmp_path)
+    (record,) = write_figures(tmp_path, figure())
     assert (record.name, record.paper, record.error) == ("doe1999-fig2", KEY, "")
     table = tmp_path / "doe1999-fig2.csv"
     assert hashlib.sha256(table.read_bytes()).hexdigest() == record.csv_sha256
@@ -47,7 +48,7 @@ def test_files_and_record(tmp_path: Path) -> None:
 
 def test_same_data_same_bytes(tmp_path: Path) -> None:
     for run in ("one", "two"):
-        write_figures([paper(figure())], {}, tmp_path / run)
+        write_figures(tmp_path / run, figure())
     for suffix in ("svg", "csv"):
         one, two = (tmp_path / run / f"doe1999-fig2.{suffix}" for run in ("one", "two"))
         assert one.read_bytes() == two.read_bytes()
@@ -55,24 +56,24 @@ def test_same_data_same_bytes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["", "Two curves."])
 def test_a_figure_without_numbers_in_its_words_is_refused(tmp_path: Path, text: str) -> None:
-    (record,) = write_figures([paper(figure(alt=lambda data: text))], {}, tmp_path)
+    (record,) = write_figures(tmp_path, figure(alt=lambda data: text))
     assert "holds no number" in record.error
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_title_is_a_short_message_from_the_data(tmp_path: Path) -> None:
-    (record,) = write_figures([paper(figure(title=lambda data: f"All {len(data.columns['k'])} steps"))], {}, tmp_path)
+    (record,) = write_figures(tmp_path, figure(title=lambda data: f"All {len(data.columns['k'])} steps"))
     assert record.title == "All 501 steps"
     for title, reason in (("word " * 16, "at most 15 words"), ("1 and 2 and 3", "at most 2 numbers")):
-        (record,) = write_figures([paper(figure(title=lambda data, title=title: title))], {}, tmp_path)
+        (record,) = write_figures(tmp_path, figure(title=lambda data, title=title: title))
         assert reason in record.error and record.title == record.name
-        (record,) = write_figures([paper(figure(title=title))], {}, tmp_path)
+        (record,) = write_figures(tmp_path, figure(title=title))
         assert reason in record.error
 
 
 def test_a_record_links_the_function_that_draws(tmp_path: Path) -> None:
     root = Path(__file__).parent
-    (record,) = write_figures([paper(figure())], {}, tmp_path, {"tests": root})
+    (record,) = write_figures(tmp_path, figure(), sources=SourceTree({"tests": root}))
     name, line = record.code.split(":")
     assert (name, int(line)) == ("tests/sample.py", draw.__code__.co_firstlineno)
 
@@ -81,8 +82,8 @@ def test_a_failing_figure_leaves_the_others_and_no_old_files(tmp_path: Path) -> 
     def fail(data: FigureData) -> Any:
         raise ValueError("no axes")
 
-    write_figures([paper(figure("bad"))], {}, tmp_path)
-    bad, good = write_figures([paper(figure("bad", plot=fail), figure("good"))], {}, tmp_path)
+    write_figures(tmp_path, figure("bad"))
+    bad, good = write_figures(tmp_path, figure("bad", plot=fail), figure("good"))
     assert bad.error == "ValueError: no axes"
     assert (bad.alt, bad.csv_sha256) == ("", "")
     assert good.error == ""
@@ -97,9 +98,9 @@ def test_only_results_in_use_reach_the_figure(tmp_path: Path) -> None:
         return trace(results)
 
     made = figure(uses=("doe1999.a",), data=data)
-    (without,) = write_figures([paper(made)], {"doe1999.b": 1}, tmp_path)
+    (without,) = write_figures(tmp_path, made, results={"doe1999.b": 1})
     assert "no result of doe1999.a" in without.error
-    (record,) = write_figures([paper(made)], {"doe1999.a": 2, "doe1999.b": 1}, tmp_path)
+    (record,) = write_figures(tmp_path, made, results={"doe1999.a": 2, "doe1999.b": 1})
     assert record.error == ""
     assert seen == [{"doe1999.a": 2}]
 
@@ -132,7 +133,7 @@ def test_csv_refuses_no_data(columns: dict[str, tuple[float, ...]]) -> None:
 
 
 def test_svg_follows_the_page_and_is_self_contained(tmp_path: Path) -> None:
-    write_figures([paper(figure("one"), figure("two"))], {}, tmp_path)
+    write_figures(tmp_path, figure("one"), figure("two"))
     texts = {name: (tmp_path / f"{name}.svg").read_text() for name in ("one", "two")}
     ids = {name: {element.get("id") for element in ET.fromstring(text).iter()} - {None} for name, text in texts.items()}
     for name, text in texts.items():
@@ -231,7 +232,7 @@ def test_an_inlined_figure_takes_the_colours_of_its_page() -> None:
     raw = f'<svg viewBox="0 0 1 1"><path d="M 0 0" style="stroke: {style.OURS}; fill: #123456"/></svg>'
     alone = svg.tidy(raw, "name")
     assert style.OURS in alone and "var(" not in alone
-    assert f"stroke:var(--link,{style.OURS});fill:#123456" in svg.inner(alone)[1]
+    assert f"stroke:var(--ours,{style.OURS});fill:#123456" in svg.inner(alone)[1]
 
 
 def test_curves_differ_without_their_colours() -> None:
@@ -240,7 +241,7 @@ def test_curves_differ_without_their_colours() -> None:
 
 
 def test_all_text_is_large_enough_on_a_telephone(tmp_path: Path) -> None:
-    write_figures([paper(figure())], {}, tmp_path)
+    write_figures(tmp_path, figure())
     drawing = (tmp_path / "doe1999-fig2.svg").read_text()
     width = float(svg.inner(drawing)[0].split()[2])
     sizes = {float(size) for size in re.findall(r"[:\s]([0-9.]+)px[ ;]", drawing)}
@@ -291,13 +292,13 @@ def test_what_is_no_table_is_not_kept(content: bytes, tmp_path: Path) -> None:
 
 def test_a_figure_is_drawn_from_the_data_that_are_written(tmp_path: Path) -> None:
     moved = figure("doe1999-moved", data=lambda results: FigureData(columns=shifted(0.0)))
-    (first,) = write_figures([paper(moved)], {}, tmp_path)
+    (first,) = write_figures(tmp_path, moved)
     files = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     again = figure("doe1999-moved", data=lambda results: FigureData(columns=shifted(1e-9)))
-    assert write_figures([paper(again)], {}, tmp_path) == (first,)
+    assert write_figures(tmp_path, again) == (first,)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == files
     other = figure("doe1999-moved", data=lambda results: FigureData(columns=shifted(1e-3)))
-    assert write_figures([paper(other)], {}, tmp_path) != (first,)
+    assert write_figures(tmp_path, other) != (first,)
 
 
 def shifted(by: float) -> dict[str, tuple[float, ...]]:

@@ -12,6 +12,7 @@ from unittest.mock import patch
 
 import pytest
 from cases import RUN, claim, paper, recorded, results_file
+from msgspec import structs
 from test_proofs import GAIN, LEVEL, certificate, joined_with, stated
 
 from replication.audit.data import read_printed
@@ -28,7 +29,7 @@ from replication.audit.project import Project, Settings
 from replication.audit.publish import archive, terminal
 from replication.audit.publish.linked_data import without_empty
 from replication.audit.report.claim import views
-from replication.audit.report.opening.told import _erratum
+from replication.audit.report.opening.told import _targets
 from replication.audit.run import certify, worker
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.draw import checksums as figure_checksums
@@ -46,7 +47,7 @@ SOURCES = SourceTree({})
 
 def assembled(made: Paper, *certificates: CertificateRecord) -> ResultsFile:
     """The results of a paper whose experiments gave nothing."""
-    needed = Dependencies(sources={}, function="m:f", inputs="{}", lock="", python="3", packages={}, kernel="")
+    needed = Dependencies(function="m:f", inputs="{}")
     entry = Entry(dependencies=needed, seconds=0.5, solvers=(), result=None)
     computed = {one.name: Computed(needed, entry, "", 0.5) for one in made.experiments}
     return assemble([made], computed, RUN, SOURCES, certificates, {})[0]
@@ -81,11 +82,13 @@ def test_an_erratum_holds_by_a_proof_alone(proof: Any, holds: bool, error: str) 
     (record,) = assembled(paper(claim(), errata=(erratum,))).errata
     assert record.holds is holds and error in record.error and bool(record.error) is bool(error)
     # What the report says of it is shaken where it does not hold.
-    assert _erratum(record).shaken is not holds
+    (target,) = _targets(structs.replace(results_file(), errata=(record,), claims=())).values()
+    assert target.shaken is not holds
 
 
 def test_a_result_that_is_too_large_is_an_error() -> None:
-    task = worker.Task("toy.big", "json:loads", '{"s": "[1, 2, 3, 4, 5, 6]"}', {})
+    needed = Dependencies(function="json:loads", inputs="")
+    task = worker.Task("toy.big", needed, '{"s": "[1, 2, 3, 4, 5, 6]"}', {})
     assert worker.compute(task).text is not None
     with patch.object(worker, "LARGEST", 10):
         answer = worker.compute(task)
@@ -93,9 +96,8 @@ def test_a_result_that_is_too_large_is_an_error() -> None:
 
 
 def test_what_took_longest_is_begun_first_and_before_it_what_never_ran() -> None:
-    needed = SimpleNamespace(function="m:f")
     plans: list[Any] = [
-        SimpleNamespace(name=name, dependencies=needed, lookup=SimpleNamespace(last_seconds=seconds), arguments="{}")
+        (SimpleNamespace(name=name), SimpleNamespace(last_seconds=seconds))
         for name, seconds in (("short", 1.0), ("long", 9.0), ("new", None), ("middle", 3.0))
     ]
     assert [task.name for task in _longest_first(plans)] == ["new", "long", "middle", "short"]

@@ -1,24 +1,30 @@
 """Slips of whoever writes a paper: each is told with file, line and cure, and has its exit code."""
 
+# ruff: noqa: E501 - a case on a line
 from __future__ import annotations
 
 import re
+import shutil
+from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab
+from lab import Lab, make_inside
 from sample import claim
 
 from replication.audit.inspect.headline import factor
 from replication.audit.judge.verdict import plain
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.errors import AuditError
-
-pytestmark = pytest.mark.slow
-"""Each runs the program in a process of its own."""
+from replication.scaffold.make import scaffold
 
 CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_inside(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -126,6 +132,88 @@ def test_a_list_of_another_text_is_told(lab: Lab) -> None:
         assert (told in lab.cli("run", "other2021").stdout) is said
 
 
+LAST = "value=computed(results)[-1]"
+PRINT = 'value = "1024"'
+MISPRINT = "\nfrom replication.audit.declare import Errata, Proof\nE = Errata()\n"
+CSV = "name,mean\na,0.5\nb,nan\nc,75%\n"
+STATED = """[[claim]]
+id = "m.x"
+printed = "0.75"
+place = "Table 2"
+statement = "What it adds."
+from = "out/t.csv:{}:mean"
+"""
+RUNS = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\nreads = ["fit.sh"]\n'
+FITTED = RUNS + "{}" + STATED.replace("out/t.csv:{}:mean", "fit:mean")
+FIT = "echo '{\"mean\": 0.751}'"
+"""A paper as it is begun, and what is changed in it: the file, what is taken out, what is put in its place."""
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "code", "words"),
+    [
+        ("claims.py", '["power"])', '["powr"])', 3, "KeyError: 'powr' .*; of the keys of toy.powers, did you mean power?"),
+        ("experiments.py", '    return {"power"', '    {"power"', 3, "the result of toy.powers is None: return what the claims"),
+        ("printed.toml", PRINT, 'value = ["512", "1024"]', 2, r"prints \['512', '1024'\]; .* declare a claim on each entry"),
+        ("claims.py", "REFERENCES =", 'TABLE_1.cited("c", place="T", statement="s", reason="")\nREFERENCES =', 2,
+         "claim 'c' has no reason; say why"),
+        ("claims.py", '["power"], uses', '["power"], consequence="bad", uses', 2, "'bad', which is no consequence; there are"),
+        ("claims.py", '["power"], uses', '["power"], tolerance="wide", tolerance_reason="so", uses', 3,
+         "the tolerance must be a positive number, .* got 'wide'"),
+        ("claims.py", '["power"], uses', '["power"], pinned="differ", uses', 2, "pins 'differ', which is no verdict; there are"),
+        ("figures.py", "    return figure\n", "    return None\n", 3, "its plot gave None; return the figure of matplotlib"),
+        ("figures.py", "    return f\"{len", "    return 3\n    return f\"{len", 3, "its alternative text is 3; return a string"),
+        ("figures.py", "on a straight", "mean 99.9, on a straight", 3, "the alternative text .* says 99.9, which"),
+        ("figures.py", "g}-fold", "g}-fold, not 99.5", 3, "the title .* says 99.5, which the paper does not print"),
+        ("figures.py", '("powers",)', '"powers"', 0, "1 reproduced, 1 consistent"),
+        ("printed.toml", "# What", "\ufeff# What", 0, "1 reproduced, 1 consistent"),
+        ("experiments.py", '    return {"power"', '    import random\n    random.random()\n    return {"power"', 0,
+         r"note: not traced, .*: random numbers without a seed \(toy.powers\)"),
+        ("paper.py", "\n\nPAPER = paper(", MISPRINT + '@E.misprint("e", "Table 1", DATA["power"], "1025")\ndef slip(results):\n'
+         "    return Proof(holds=False, text='so')\n\nPAPER = paper(errata=E, ", 0,
+         "note: an erratum that its own proof does not bear out: toy.e"),
+        ("claims.toml", "", STATED.format("b"), 3, "there is 'nan', which is no number; name a place where one stands"),
+        ("claims.toml", "", STATED.format("c"), 3, "there is '75%', which is no number; write it with a point"),
+        ("claims.toml", "", STATED.format("{key}"), 2, "{key} stands for the entries of a table, and one number"),
+        ("claims.toml", "", STATED.replace('"0.75"', '"data:powr"').format("b"), 2,
+         r"in printed.toml, at .*claims.toml:1: .* 'powr'; did you mean power"),
+        ("claims.toml", "", STATED.format("b") + '[[data]]\nfile = "out/u.csv"\nsha256 = "abc"\n', 2,
+         r"\[\[data\]\] pins out/u.csv, which no claim reads; did you mean out/t.csv"),
+        ("claims.toml", "", FITTED.format('version = ["no-such-program", "-V"]\n'), 3,
+         "`no-such-program -V` says no version; give the command"),
+        ("claims.toml", "", FITTED.format('timeout = "1h"\n'), 2, "timeout is '1h'; give positive seconds"),
+        ("claims.toml", "", FITTED.format("").replace('["fit.sh"]\n[', '["fit.sh", "PAPERS/toy/printed.toml"]\n['), 2,
+         "reads '.*/toy/printed.toml', and so what the paper prints"),
+        ("claims.toml", "", FITTED.format("").replace('["sh", "fit.sh"]', '["sh", "-c", "echo hello"]'), 3,
+         r"its output is no JSON, it begins with 'hello\\n'"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
+    tmp_path: Path, file: str, old: str, new: str, code: int, words: str
+) -> None:
+    inside = make_inside(tmp_path)
+    shutil.rmtree(inside.path("toy2020"))
+    inside.path("other2021.py").unlink()
+    scaffold("toy", inside.root)
+    for name, text in {"out/t.csv": CSV, "fit.sh": FIT}.items():
+        (inside.root / name).parent.mkdir(exist_ok=True)
+        (inside.root / name).write_text(text, encoding="utf-8")
+    if file == "claims.toml":
+        inside.path("toy/claims.toml").write_text(new.replace("PAPERS", inside.package), encoding="utf-8")
+        inside.edit(
+            "toy/paper.py",
+            "\nPOWERS =",
+            "\nfrom replication.audit.numbers import numbers\nN = numbers(__file__)\nPOWERS =",
+        )
+        inside.edit("toy/paper.py", "parts=(", "parts=(*N.parts, ")
+        inside.edit("toy/paper.py", "experiments=(", "experiments=(*N.experiments, ")
+    else:
+        inside.edit(f"toy/{file}", old, new)
+    done = inside.cli("run")
+    assert done.returncode == code and re.search(words, done.stdout + done.stderr), done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
 @pytest.mark.parametrize(
     ("value", "words"),
     [
@@ -158,17 +246,15 @@ def test_outcomes_of_another_form_are_told_with_an_example(outcomes: Any) -> Non
     assert record.judgement.reason.endswith("where no number is printed [papers/doe1999/claims.py:42]")
 
 
-@pytest.mark.slow
 def test_what_does_not_come_out_again_is_told(lab: Lab) -> None:
-    random = "    import os\n    values[1] += os.getpid() % 1000 + 1\n    solver = "
-    lab.edit("toy2020/squares.py", "    solver = ", random)
+    lab.edit("toy2020/squares.py", "    solver = ", "    values[1] += next(COUNT)\n    solver = ")
+    lab.edit("toy2020/squares.py", "\n\ndef square", "\nimport itertools\nCOUNT = itertools.count()\n\ndef square")
     done = lab.cli("run", "--twice", "other2021", "toy2020")
     assert "twice: 1 of 5 results differ: toy2020.square" in done.stdout
     assert done.returncode == 1
     assert "not derived" not in lab.cli("check").stdout  # the cache keeps the run that was written
 
 
-@pytest.mark.slow
 def test_data_that_is_read_counts(lab: Lab) -> None:
     data = lab.path("toy2020/data")
     data.mkdir()
@@ -214,6 +300,7 @@ def test_a_cache_that_cannot_be_written_is_told_before_the_start_and_ends_nothin
     assert (lab.root / "report" / "index.html").is_file()
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_program_has_a_code_of_its_own(lab: Lab) -> None:
     program = (
         "import sys, replication.errors as names\nfrom replication.cli import main\n"

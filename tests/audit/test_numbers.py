@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import make_lab
+from lab import make_inside
 
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Kind, Verdict
@@ -78,7 +78,7 @@ def test_a_print_of_the_printed_data_brings_its_place_and_unit(tmp_path: Path) -
     (one,) = stated(tmp_path, claim).parts[0].claims
     assert (one.id, one.statement, one.place) == ("rate.p", "The P rate.", "Fig. 3, P")
     assert (one.unit, one.remark, one.answer(RESULTS).value) == ("m", "faint", 0.25)
-    with pytest.raises(AuditError, match=r"unknown name in printed.toml 'rat'; did you mean rate\?"):
+    with pytest.raises(AuditError, match=r"unknown name in printed.toml, at .* 'rat'; did you mean rate\?"):
         stated(tmp_path, claim.replace("data:rate", "data:rat"))
 
 
@@ -260,12 +260,12 @@ def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
     """A command makes a file, claims read it and a pinned one; a changed script, table or pin is noticed."""
     import hashlib
 
-    lab = make_lab(tmp_path / "lab")
-    shutil.rmtree(lab.root / "papers" / "toy2020")
-    (lab.root / "papers" / "other2021.py").unlink()
+    lab = make_inside(tmp_path / "lab")
+    shutil.rmtree(lab.path("toy2020"))
+    lab.path("other2021.py").unlink()
     sha = hashlib.sha256(DATA.encode()).hexdigest()
-    texts = {f"papers/roe/{name}": text for name, text in PROJECT.items()}
-    texts |= {"papers/roe/claims.toml": PAPER.replace("SHA", sha), "data/d.csv": DATA}
+    texts = {f"{lab.package}/roe/{name}": text for name, text in PROJECT.items()}
+    texts |= {f"{lab.package}/roe/claims.toml": PAPER.replace("SHA", sha), "data/d.csv": DATA}
     texts["fit.sh"] = "echo Fitting...; mkdir out; cp data/d.csv out/fit.csv\n"
     for name, text in texts.items():
         (lab.root / name).parent.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +16,7 @@ from msgspec.structs import replace
 from sample import KEY, bracketed, brief, claim, claims, paper_record, results
 
 from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
+from replication.audit.inspect.headline import tally
 from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Verdict
 from replication.audit.parts import CommonLevel
@@ -25,6 +27,7 @@ from replication.audit.report.opening.told import briefs, sentences
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections.across import across
+from replication.audit.report.words import TERMS, linked
 from replication.audit.run import assemble
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
@@ -138,11 +141,11 @@ def stands(
         ([stands(broken=1)], "The paper gives a false guarantee."),
         ([stands(broken=1, refuted=False)], "The paper gives a guarantee that fails."),
         ([stands()], "In the paper every theorem passes our tests."),
-        ([stands(), stands(sound=False)], "In both papers no theorem is refuted."),
-        ([stands(sound=False, failing=1)], "In the paper no theorem is refuted; one result differs."),
+        ([stands(), stands(sound=False)], "In both papers we refute no theorem."),
+        ([stands(sound=False, failing=1)], "In the paper we refute no theorem; one result differs."),
         (
             [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
-            "One of four papers gives a false guarantee. In the other three no theorem is refuted once "
+            "One of four papers gives a false guarantee. In the other three we refute no theorem once misprints are "
             "corrected; three results differ.",
         ),
         ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
@@ -154,14 +157,7 @@ def stands(
     ],
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
-    assert answer(papers, {}) == sentence
-
-
-def test_a_single_result_that_differs_is_named() -> None:
-    assert answer([stands(sound=False, failing=1)], {}, ["the grid of Doe et al."]) == (
-        "In the paper no theorem is refuted; one result differs, the grid of Doe et al."
-    )
-    assert "grid" not in answer([stands(sound=False, failing=2)], {}, ["the grid of Doe", "the level of Roe"])
+    assert answer(papers, tally([])) == sentence
 
 
 def paper_of(records: Any) -> Any:
@@ -174,22 +170,22 @@ def test_results_without_a_theorem_are_counted_by_what_comes_out(made: ResultsFi
     by_verdict = {record.verdict: altered(record, place="Sec. II") for record in made.claims}
     kinds = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("2 of 4 results agree with the print, one after an erratum, one possible, none fails.")
-    assert (shown.tally.words, shown.corrected) == ("3 agree, 1 possible", 1)
+    assert shown.answer == "Of 4 results, 3 hold, 1 possible."
+    assert (shown.tally.words, shown.corrected) == ("3 hold, 1 possible", 1)
     kinds = (Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.REFUTED, Verdict.UNDETERMINED, Verdict.ERROR)
     shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
-    assert shown.answer == ("1 of 5 results agrees with the print, two do not, one undecided, one ended in an error.")
-    assert shown.tally.words == "1 agrees, 2 fail, 1 undecided, 1 in error"
+    assert shown.answer == "Of 5 results, 1 holds, 2 fail, 1 undetermined, 1 in error."
+    assert shown.tally.words == "1 holds, 2 fail, 1 undetermined, 1 in error"
 
 
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "0 of 1 results agree with the print, one does not."
+    assert field([paper_of([remark])]).answer == "Of 1 result, 0 hold, 1 fails."
     assert field([paper_of([theorem])]).answer == "The paper gives a false guarantee."
-    assert field([paper_of([theorem, remark])]).tally.failing == 2
+    assert field([paper_of([theorem, remark])]).tally.numbers["fail"] == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
-    assert field([paper_of(made.claims)]).tally.failing == failing
+    assert field([paper_of(made.claims)]).tally.numbers["fail"] == failing
 
 
 @pytest.mark.parametrize(
@@ -429,3 +425,36 @@ def test_factors_are_brackets_over_the_ideal_sensor() -> None:
 def test_without_an_ideal_sensor_there_is_no_factor() -> None:
     assert across(file_with(level("slow", 2, 1.0, 1.0))) is None
     assert across(file_with()) is None
+
+
+# Words
+
+
+@pytest.mark.parametrize(
+    ("html", "expected"),
+    [
+        ("<p>two readings, a reading</p>", '<p>two <a class="term" href="#word-reading">readings</a>, a reading</p>'),
+        ("<h2>A box</h2><p><a>box</a></p>", "<h2>A box</h2><p><a>box</a></p>"),
+        ('<p title="box">inbox</p>', '<p title="box">inbox</p>'),
+        ("<p><svg><path/></svg> box</p>", '<p><svg><path/></svg> <a class="term" href="#word-box">box</a></p>'),
+    ],
+)
+def test_the_first_mention_of_a_term_leads_to_its_meaning(html: str, expected: str) -> None:
+    assert linked(html, TERMS) == expected
+
+
+def test_each_term_that_is_met_has_its_entry_and_a_paper_adds_its_own(made: ResultsFile) -> None:
+    page = html5lib.parse(
+        render(with_brief(made, terms={"sensors": "What measures."}, card="Sensors have a bracket."), Path())
+    )
+    met = {str(e.get("href"))[1:] for e in page.iter() if e.get("class") == "term"}
+    assert {"word-bracket", "word-sensors"} <= met <= {e.get("id") for e in page.iter()}
+
+
+def test_a_group_of_claims_counts_repeats_apart(made: ResultsFile) -> None:
+    again = altered(made.claims[1], repeats=made.claims[0].id)
+    page = html5lib.parse(render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path()))
+    told = ["".join(e.itertext()) for e in page.iter() if str(e.tag).endswith("}h4")]
+    groups = [re.search(r" (\d+)(?:, and (\d+) that repeat)?", text) for text in told if "not counted" not in text]
+    found = [(int(one[1]), int(one[2] or 0)) for one in groups if one is not None]
+    assert sum(number for number, _ in found) + 1 == len(made.claims) and sum(number for _, number in found) == 1

@@ -72,12 +72,12 @@ def test_a_paper_is_told_by_headline_or_card_or_else_by_its_first_finding() -> N
         return results_block(replace(file, papers=(replace(paper_record(()), key="toy", **more),)))
 
     brief = replace(paper_record(()).brief, card="The [level](+value) agrees.", holds="", correct="", guess="")
-    assert "agrees) The level agrees." in told(brief=brief).replace("](docs/badges/toy.svg)", ")")
+    assert "holds) The level agrees." in told(brief=brief).replace("](docs/badges/toy.svg)", ")")
     assert "The level agrees." not in told(brief=replace(brief, headline="It is {value}"))
     assert "It is 1.33." in told(brief=replace(brief, headline="It is {value}"))
     found = told(brief=None, findings=("The level holds.", "More."))
     assert "The level holds." in found and "More." not in found
-    assert "toy: 1 agrees" in told(brief=None, findings=())
+    assert "toy: 1 holds" in told(brief=None, findings=())
 
 
 @pytest.mark.parametrize("text", ["", "<a>", "<b> <a>", "<a> <b> <a>", "<a> <b> <b>", "<a> <a> <b>"])

@@ -273,10 +273,10 @@ def test_sentence_counts_what_is_there() -> None:
     text = sentence(made)
     assert text.startswith(f"Of {len(made)} claims, ")
     counted = [int(number) for number in re.findall(r"\d+", re.sub(r"\(.*?\)", "", text))]
-    assert sum(counted[1:-3]) == len(made)
+    assert sum(counted[1:-4]) == len(made)
     proved, supported = sum(c.judgement.proved for c in made), sum(bool(c.judgement.supported) for c in made)
-    assert counted[-3:] == [sum(c.unexpected for c in made), proved, supported]
-    assert "1 verdict rests on a theorem; theorems support 1 more." in text
+    assert counted[-4:] == [sum(c.unexpected for c in made), proved, len(made), supported]
+    assert f"Theorems decide 1 of {len(made)} claims; they support 1 more in part." in text
     one = [c for c in made if c.verdict is Verdict.REPRODUCED and not c.unexpected][:1]
     assert sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is as expected."
     assert sentence([]) == "There is no claim to judge."
@@ -286,10 +286,10 @@ def test_sentence_counts_what_is_there() -> None:
     ("proved", "supported", "words"),
     [
         (0, 0, ""),
-        (1, 0, "1 verdict rests on a theorem."),
-        (2, 1, "2 verdicts rest on theorems; theorems support 1 more."),
-        (-1, 1, "1 verdict rests on a theorem, 1 of them against the claim; theorems support 1 more."),
-        (0, 1, "0 verdicts rest on theorems; theorems support 1 more."),
+        (1, 0, "Theorems decide 1 of 2 claims."),
+        (2, 1, "Theorems decide 2 of 4 claims; they support 1 more in part."),
+        (-1, 1, "Theorems decide 1 of 3 claims, 1 of them against the claim; they support 1 more in part."),
+        (0, 1, "Theorems decide 0 of 2 claims; they support 1 more in part."),
     ],
 )
 def test_theorems_are_counted_in_words(proved: int, supported: int, words: str) -> None:
@@ -369,7 +369,7 @@ def test_words_of_a_paper_stand_where_they_are_told(made: ResultsFile) -> None:
     page = render(replace(made, claims=claims, papers=papers, errata=errata, figures=()), Path())
     assert "What would settle it:</strong> reference [7]." in page
     assert ", assuming <bdi>few words, " in page
-    assert "1 perhaps a slip of our copy)" in page and ", perhaps a slip of our copy</span>" in page
+    assert "1 perhaps a slip of our copy)" in page and ", perhaps a slip of " in page
 
 
 def test_a_claim_shows_its_reading_and_the_outcome_under_each(

@@ -1,6 +1,5 @@
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -9,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import AUDIT, Lab, make_lab
+from lab import AUDIT, Lab, hear_interruptions, make_inside, make_lab
 
 from tests.patience import PATIENCE, wait_for
 
@@ -19,18 +18,15 @@ pytestmark = pytest.mark.slow
 ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a", "toy2020.wait-b"}
 
 
-@pytest.fixture(scope="module")
-def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[Lab, dict[str, Any]]:
-    """A project after its first run, to be left as it is, and what that answered."""
-    lab = make_lab(tmp_path_factory.mktemp("first"))
-    return lab, lab.audit()
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_inside(tmp_path)
 
 
 @pytest.fixture
-def ran(first: tuple[Lab, dict[str, Any]], tmp_path: Path) -> Lab:
-    """A project after its first run, to be changed at will: nothing in it depends on where it lies."""
-    shutil.copytree(first[0].root, tmp_path / "ran")
-    return Lab(tmp_path / "ran")
+def apart(tmp_path: Path) -> Lab:
+    """For what is on processes."""
+    return make_lab(tmp_path)
 
 
 def done(answer: dict[str, Any], action: str) -> set[str]:
@@ -51,34 +47,34 @@ def without_seconds(value: Any) -> Any:
     return [without_seconds(entry) for entry in value] if isinstance(value, list) else value
 
 
-def test_second_run_computes_nothing_and_says_the_same(first: tuple[Lab, dict[str, Any]], ran: Lab) -> None:
-    before, second = first[1], ran.audit()
-    assert done(before, "computed") == ALL
-    assert {reason(before, name) for name in ALL} == {"never ran"}
+def test_second_run_computes_nothing_and_says_the_same(lab: Lab) -> None:
+    first, second = lab.audit(), lab.audit()
+    assert done(first, "computed") == ALL
+    assert {reason(first, name) for name in ALL} == {"never ran"}
     assert done(second, "reused") == ALL
-    assert json.dumps(second["file"]) == json.dumps(before["file"])
-    assert json.dumps(second["values"]) == json.dumps(before["values"])
+    assert json.dumps(second["file"]) == json.dumps(first["file"])
+    assert json.dumps(second["values"]) == json.dumps(first["values"])
 
 
 @pytest.mark.slow
-def test_number_of_jobs_does_not_change_a_byte(lab: Lab) -> None:
-    one = lab.audit(jobs=1, read=False, OMP_NUM_THREADS="2")
-    two = lab.audit(jobs=2, read=False)
-    three = lab.audit(jobs=3, read=False)
+def test_number_of_jobs_does_not_change_a_byte(apart: Lab) -> None:
+    one = apart.audit(jobs=1, read=False, OMP_NUM_THREADS="2")
+    two = apart.audit(jobs=2, read=False)
+    three = apart.audit(jobs=3, read=False)
     assert done(one, "computed") == done(two, "computed") == done(three, "computed") == ALL
     for other in (two, three):
         assert json.dumps(other["values"]) == json.dumps(one["values"])
         assert json.dumps(without_seconds(other["file"])) == json.dumps(without_seconds(one["file"]))
 
 
-def test_results_pass_through_json_exactly(first: tuple[Lab, dict[str, Any]]) -> None:
-    values = first[1]["values"]
+def test_results_pass_through_json_exactly(lab: Lab) -> None:
+    values = lab.audit()["values"]
     assert values["toy2020.spectrum"]["tiny"] == [5e-324, -0.0, 0.1 + 0.2]
     assert str(values["toy2020.spectrum"]["tiny"][1]) == "-0.0"
 
 
-def test_records_say_what_ran_and_what_solved(first: tuple[Lab, dict[str, Any]]) -> None:
-    _, answer = first
+def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
+    answer = lab.audit()
     (square,) = (record for record in answer["file"]["experiments"] if record["name"] == "toy2020.square")
     assert square["function"] == "papers.toy2020.squares:square"
     assert square["code"].startswith("papers/toy2020/squares.py:")
@@ -103,26 +99,28 @@ def test_records_say_what_ran_and_what_solved(first: tuple[Lab, dict[str, Any]])
     ],
 )
 def test_an_edit_reruns_what_uses_the_file_and_nothing_else(
-    ran: Lab, file: str, old: str, new: str, rerun: set[str]
+    lab: Lab, file: str, old: str, new: str, rerun: set[str]
 ) -> None:
-    ran.edit(file, old, new)
-    answer = ran.audit()
+    lab.audit()
+    lab.edit(file, old, new)
+    answer = lab.audit()
     assert done(answer, "computed") == rerun
     assert {reason(answer, name) for name in rerun} <= {f"changed: papers/{file}"}
 
 
-def test_inputs_lock_and_damage_are_reasons(ran: Lab) -> None:
-    ran.edit("toy2020/experiments.py", '"seed": 1', '"seed": 2')
-    entry = ran.root / ".cache" / "toy2020.wait-a.json"
+def test_inputs_lock_and_damage_are_reasons(lab: Lab) -> None:
+    lab.audit()
+    lab.edit("toy2020/experiments.py", '"seed": 1', '"seed": 2')
+    entry = lab.root / ".cache" / "toy2020.wait-a.json"
     entry.write_bytes(entry.read_bytes()[:-20])
-    answer = ran.audit()
+    answer = lab.audit()
     assert done(answer, "computed") == {"toy2020.spectrum", "toy2020.wait-a"}
     assert reason(answer, "toy2020.spectrum") == "changed: inputs"
     assert reason(answer, "toy2020.wait-a") == "entry unreadable"
-    (ran.root / "requirements.lock").write_text("numpy==2\n", encoding="utf-8")
-    answer = ran.audit()
+    (lab.root / "requirements.lock").write_text("numpy==2\n", encoding="utf-8")
+    answer = lab.audit()
     assert {reason(answer, name) for name in ALL} == {"changed: lock"}
-    answer = ran.audit(read=False)
+    answer = lab.audit(read=False)
     assert {reason(answer, name) for name in ALL} == {"the cache was not asked"}
 
 
@@ -143,10 +141,10 @@ def test_one_paper_alone(lab: Lab) -> None:
     ],
 )
 def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
-    lab: Lab, planted: str, message: str, jobs: int
+    apart: Lab, planted: str, message: str, jobs: int
 ) -> None:
-    lab.edit("toy2020/squares.py", "    solver = ", f"    {planted}\n    solver = ")
-    answer = lab.audit(jobs=jobs)
+    apart.edit("toy2020/squares.py", "    solver = ", f"    {planted}\n    solver = ")
+    answer = apart.audit(jobs=jobs)
     assert done(answer, "failed") == {"toy2020.square"}
     assert answer["log"]["toy2020.square"][2].startswith(message)
     assert verdicts(answer) == {
@@ -161,14 +159,14 @@ def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
     assert answer["file"]["errata"][0]["holds"] is False
     assert answer["failures"][0].startswith("findings of toy2020:")
     assert "toy2020.square" not in answer["values"]
-    assert done(lab.audit(jobs=jobs), "failed") == {"toy2020.square"}
+    assert done(apart.audit(jobs=jobs), "failed") == {"toy2020.square"}
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(0)"])
-def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab, jobs: int, end: str) -> None:
-    lab.edit("toy2020/squares.py", "    solver = ", f"    import os\n    {end}\n    solver = ")
-    answer = lab.audit(jobs=jobs)
+def test_a_killed_process_is_an_error_of_its_experiment_alone(apart: Lab, jobs: int, end: str) -> None:
+    apart.edit("toy2020/squares.py", "    solver = ", f"    import os\n    {end}\n    solver = ")
+    answer = apart.audit(jobs=jobs)
     assert done(answer, "failed") == {"toy2020.square"}
     assert "the process was killed" in answer["log"]["toy2020.square"][2]
     assert done(answer, "computed") == ALL - {"toy2020.square"}
@@ -219,16 +217,16 @@ def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:
     assert findings.removeprefix("findings of toy2020: ") in answer["file"]["papers"][1]["findings"][0]
 
 
-def test_a_function_without_a_name_is_refused_before_anything_runs(lab: Lab) -> None:
-    lab.edit("other2021.py", "function=half", "function=lambda value: value")
-    answer = lab.python("-c", AUDIT, json.dumps({"papers": [], "jobs": 1, "read": True}))
+def test_a_function_without_a_name_is_refused_before_anything_runs(apart: Lab) -> None:
+    apart.edit("other2021.py", "function=half", "function=lambda value: value")
+    answer = apart.python("-c", AUDIT, json.dumps({"papers": [], "jobs": 1, "read": True}))
     assert answer.returncode == 1
     assert "experiment other2021.half" in answer.stderr and "define it with def at module level" in answer.stderr
-    assert not (lab.root / ".cache").exists()
+    assert not (apart.root / ".cache").exists()
 
 
 def test_sources_edited_during_the_run_are_not_taken_for_what_ran(lab: Lab) -> None:
-    edit = "Path('papers/toy2020/arithmetic.py').open('a').write('# edited')"
+    edit = "Path(__file__).with_name('arithmetic.py').open('a').write('# edited')"
     lab.edit("toy2020/squares.py", "    solver = ", f"    from pathlib import Path\n    {edit}\n    solver = ")
     answer = lab.audit()
     assert reason(answer, "toy2020.square") == "not kept: its sources or data were edited while it ran"
@@ -239,7 +237,16 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
     """A run in which the second of the two waiting experiments takes a minute, once the others are stored."""
     lab.edit("toy2020/experiments.py", '"seconds": 0.0, "label": "b"', '"seconds": 60.0, "label": "b"')
     options = json.dumps({"papers": [], "jobs": jobs, "read": True})
-    process = lab.begin("-c", AUDIT, options)
+    process = subprocess.Popen(
+        [sys.executable, "-c", AUDIT, options],
+        cwd=lab.root,
+        env=lab.environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=hear_interruptions,
+    )
     wanted = ALL - {"toy2020.wait-b"}
     wait_for(
         lambda: all((lab.root / ".cache" / f"{name}.json").exists() for name in wanted), lambda: process.poll() is None
@@ -250,16 +257,16 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
-def test_an_interrupted_run_resumes(lab: Lab, jobs: int, blow: signal.Signals) -> None:
-    process = start(lab, jobs)
+def test_an_interrupted_run_resumes(apart: Lab, jobs: int, blow: signal.Signals) -> None:
+    process = start(apart, jobs)
     os.killpg(process.pid, blow)
     process.communicate(timeout=PATIENCE)
     assert process.returncode != 0
-    lab.edit("toy2020/experiments.py", '"seconds": 60.0', '"seconds": 0.0')
-    answer = lab.audit(jobs=jobs)
+    apart.edit("toy2020/experiments.py", '"seconds": 60.0', '"seconds": 0.0')
+    answer = apart.audit(jobs=jobs)
     assert done(answer, "reused") == ALL - {"toy2020.wait-b"}
     assert done(answer, "computed") == {"toy2020.wait-b"}
-    assert sorted(path.name for path in (lab.root / ".cache").iterdir()) == sorted(f"{name}.json" for name in ALL)
+    assert sorted(path.name for path in (apart.root / ".cache").iterdir()) == sorted(f"{name}.json" for name in ALL)
 
 
 def alive(group: int) -> list[str]:
@@ -271,8 +278,8 @@ def alive(group: int) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
-    process = start(lab, 2)
+def test_no_process_outlives_the_run(apart: Lab, blow: signal.Signals) -> None:
+    process = start(apart, 2)
     os.kill(process.pid, blow)
     process.wait(timeout=PATIENCE)
     wait_for(lambda: alive(process.pid) == [])

@@ -1,11 +1,9 @@
 import functools
 import sys
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 
-import replication.audit.store.sources as sources
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
@@ -154,26 +152,3 @@ def test_the_real_project_reaches_its_own_errors() -> None:
     files = SourceTree({"replication": root / "replication"}).files_of("replication.audit.store.cache")
     assert "replication/errors.py" in files
     assert "replication/cli.py" not in files
-
-
-@pytest.mark.parametrize("damage", [None, b"{", b'"modules"', b"other"])
-def test_what_files_import_is_kept_by_their_content_and_never_believed_when_damaged(
-    tmp_path: Path, damage: bytes | None
-) -> None:
-    lab = tmp_path / "lab"
-    lab.mkdir()
-    for name, text in {"__init__": "", "a": "from lab import b", "b": "", "c": ""}.items():
-        (lab / f"{name}.py").write_text(text)
-    with patch.multiple(sources, _known={}, _asked=set()), sources.kept_at(tmp_path / "kept.json"):
-        first = SourceTree({"lab": lab}).files_of("lab.a")
-    kept = tmp_path / "kept.json"
-    if damage == b"other":
-        kept.write_bytes(kept.read_bytes().replace(b'"lab.b"', b'"lab.c"').replace(b'"b"', b'"c"'))
-    elif damage is not None:
-        kept.write_bytes(damage)
-    parsed = patch.object(sources, "_parsed", wraps=sources._parsed)
-    with patch.multiple(sources, _known={}, _asked=set()), parsed as read, sources.kept_at(kept):
-        assert SourceTree({"lab": lab}).files_of("lab.a") == first
-        assert bool(read.call_count) == (damage is not None)
-        (lab / "a.py").write_text("from lab import c")
-        assert "lab/c.py" in SourceTree({"lab": lab}).files_of("lab.a")

@@ -10,7 +10,7 @@ import pytest
 from replication.audit.judge.typed import require_found
 from replication.errors import AuditError
 
-RESULTS = {"model": {"mean": 12.345, "all": [1.5, 2.5, 4.5], "n": 1005, "rows": [0.0] * 240, "on": True}}
+RESULTS = {"model": {"rate": 1.0, "mean": 12.345, "all": [1.5, 2.5, 4.5], "n": 1005, "rows": [0.0] * 240, "on": True}}
 Ask = Callable[[Any], Sequence[str]]
 
 
@@ -38,6 +38,7 @@ def test_a_number_of_results_or_prints_may_stand(ask: Ask) -> None:
         (lambda given: ["Of 7,635,996 settings none does."], "7,635,996"),
         (lambda given: ["It is .75 of that.", f"Mean {given['model']['mean']:.1f}."], ".75"),
         (lambda given: ["Patients: 242."], "242"),
+        (lambda given: [f"From {given['model']['rate']:g} on, the mean is 99.9 hours."], "99.9"),
     ],
 )
 def test_a_number_that_is_typed_is_told(ask: Ask, number: str) -> None:

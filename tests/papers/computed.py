@@ -12,7 +12,7 @@ from typing import Any
 
 import papers
 from replication.audit.model import Experiment
-from replication.audit.run.runner import _finish, _Plan, _plan, _task
+from replication.audit.run.runner import Plan, _finish, _plan
 from replication.audit.run.tracing import state
 from replication.audit.run.worker import compute
 from replication.audit.store.cache import Cache
@@ -34,7 +34,7 @@ def result(name: str) -> Any:
 def _stored(name: str) -> str:
     (store,), (environment, sources) = STORE, _project()
 
-    def planned() -> _Plan:
+    def planned() -> Plan:
         places, lookup = (
             (ROOT, store.files),
             functools.partial(store.lookup, now=functools.partial(state, tree=sources)),
@@ -42,13 +42,13 @@ def _stored(name: str) -> str:
         return _plan([(_experiments()[name], {})], [], places, environment, lookup, sources, PATIENCE)[name]
 
     plan = planned()
-    if plan.lookup.entry is None:
-        answer = compute(_task(plan, sources.packages))
+    if plan[1].entry is None:
+        answer = compute(plan[0])
         assert answer.text is not None, answer.error
         _finish(answer, plan, store, sources)
         plan = planned()
-    assert plan.lookup.entry is not None, plan.lookup.reason
-    return json.dumps(plan.lookup.entry.result)
+    assert plan[1].entry is not None, plan[1].reason
+    return json.dumps(plan[1].entry.result)
 
 
 @functools.cache

@@ -30,8 +30,9 @@ from replication.audit.publish.readme import (
     verdicts,
 )
 from replication.audit.report.claim import targets, views
-from replication.audit.run.draw import write_figures
+from replication.audit.run.draw import write_figure
 from replication.audit.run.runner import Outcome
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
@@ -48,7 +49,10 @@ def number(text: str) -> float:
 def test_figures_hold_the_data_of_a_fresh_run(fresh_run: Outcome, tmp_path: Path) -> None:
     import papers
 
-    records = write_figures(papers.load(), fresh_run.results_by_experiment, tmp_path)
+    results, tree = fresh_run.results_by_experiment, SourceTree({})
+    records = tuple(
+        write_figure(one, paper.key, results, tmp_path, tree) for paper in papers.load() for one in paper.figures
+    )
     assert [record.error for record in records if record.error] == []
     for record in records:
         committed, fresh = (read_csv(folder / f"{record.name}.csv") for folder in (ROOT / "figures", tmp_path))

@@ -17,7 +17,8 @@ from papers.okajima2023 import figures as periods
 from papers.peet2019 import figures as observer
 from papers.shao.figures import readings, stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
-from replication.audit.run.draw import write_figures
+from replication.audit.run.draw import write_figure
+from replication.audit.store.sources import SourceTree
 from replication.drawing import svg
 from replication.drawing.style import house_style
 
@@ -49,7 +50,8 @@ def again(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any
     # Kept as they lie there: data that agree with a table beside them are not rounded again.
     for name in FIGURES:
         (folder / f"{name}.csv").write_bytes((FOLDER / f"{name}.csv").read_bytes())
-    return folder, {record.name: record for record in write_figures([paper], {}, folder)}
+    records = [write_figure(one, paper.key, {}, folder, SourceTree({})) for one in paper.figures]
+    return folder, {record.name: record for record in records}
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -26,7 +26,7 @@ READING_OF = {
     "d, all w": "energy of d and of both sensor noises",
 }
 """Names of the readings of eq. (34), by denominator."""
-SIMULATION = Part("Sec. IV-A, simulation, eq. (34), Figs. 2-5", reading=CENTRAL, figures=("fig2-5", "worst"))
+SIMULATION = Part("Sec. IV-A, simulation, eq. (34), Figs. 2-5", reading=CENTRAL, figures=("rms", "fig2-5", "worst"))
 
 AS_PRINTED, ALL_NOISE = DENOMINATORS[0], DENOMINATORS[-1]
 DENOMINATOR = "denominator"

@@ -58,6 +58,9 @@ Name = tuple[str, str]
 Fault = tuple[str, str]
 """Where, and what is wrong with a proof."""
 
+Found = tuple[str, Cause, str]
+"""The fields of a `Problem`."""
+
 
 class Problem(msgspec.Struct, frozen=True, kw_only=True):
     """One thing wrong with a results file. where: the id of the claim, erratum, experiment or figure; message: what."""
@@ -82,35 +85,40 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     The numbers themselves, the words on how they came about, and the environment are taken as the run left them: what
     they are is known only by computing them again and comparing the files (`compare.compare`).
     """
-    problems = [*_schema(results), *_repeated(results)]
+    found = [
+        *_problems(results),
+        *_proofs(results, root),
+        *(_against_code(results, papers) if papers is not None else ()),
+    ]
+    return [Problem(where=where, cause=cause, message=message) for where, cause, message in found]
+
+
+def _problems(results: ResultsFile) -> Iterator[Found]:
+    """What the file says of itself: its schema, its names, its verdicts, its errors, its readings."""
+    if results.schema_version != SCHEMA_VERSION:
+        message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
+        yield "schema_version", Cause.SCHEMA, message
+    for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
+        if count > 1:
+            yield name, Cause.SET, f"the {sort} stands {count} times in the file"
     errata = {erratum.id: erratum for erratum in results.errata}
     derived = {
         record.id: rejudge(record, errata, readings=results.readings.get(record.paper, ())) for record in results.claims
     }
     for record in results.claims:
         own = msgspec.structs.replace(record, judgement=derived[record.id])
-        problems.extend(_verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement))
-    problems.extend(_errors(results))
-    problems.extend(_readings(results))
-    problems.extend(_proofs(results, root))
-    if papers is not None:
-        problems.extend(_against_code(results, papers))
-    return problems
+        yield from _verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement)
+    for sort, named in PARTS.items():
+        if sort in ("erratum", "experiment", "figure"):
+            records = getattr(results, named[0])
+            yield from ((f"{sort} {getattr(r, named[1])}", Cause.ERROR, r.error) for r in records if r.error)
+    for paper in results.papers:
+        claims = [claim for claim in results.claims if claim.paper == paper.key]
+        for name in unused_readings(paper.readings, claims):
+            yield paper.key, Cause.TEXT, f"no claim rests on the reading {name!r}"
 
 
-def _schema(results: ResultsFile) -> Iterator[Problem]:
-    if results.schema_version != SCHEMA_VERSION:
-        message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
-        yield Problem(where="schema_version", cause=Cause.SCHEMA, message=message)
-
-
-def _repeated(results: ResultsFile) -> Iterator[Problem]:
-    for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
-        if count > 1:
-            yield Problem(where=name, cause=Cause.SET, message=f"the {sort} stands {count} times in the file")
-
-
-def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
+def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Found]:
     found = record.judgement
     for name in type(found).__struct_fields__:
         # The reason of an error may be a failure that left no number to derive it from.
@@ -118,38 +126,21 @@ def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
             continue
         if (stored_value := getattr(found, name)) != (wanted_value := getattr(derived, name)):
             message = f"{name} is {_show(stored_value)}, but the stored numbers give {_show(wanted_value)}"
-            yield Problem(where=record.id, cause=Cause.FORGED, message=message)
+            yield record.id, Cause.FORGED, message
     if found.verdict is Verdict.ERROR:
-        yield Problem(where=record.id, cause=Cause.ERROR, message=found.reason)
+        yield record.id, Cause.ERROR, found.reason
     elif record.unexpected:
         message = f"{_show(found.verdict)}, pinned {_show(record.claim.expected)}: {found.reason}"
-        yield Problem(where=record.id, cause=Cause.CHANGED_VERDICT, message=message)
+        yield record.id, Cause.CHANGED_VERDICT, message
 
 
-def _errors(results: ResultsFile) -> Iterator[Problem]:
-    found = [
-        *((f"erratum {erratum.id}", erratum.error) for erratum in results.errata),
-        *((f"experiment {experiment.name}", experiment.error) for experiment in results.experiments),
-        *((f"figure {figure.name}", figure.error) for figure in results.figures),
-    ]
-    for where, error in found:
-        if error:
-            yield Problem(where=where, cause=Cause.ERROR, message=error)
-
-
-def _readings(results: ResultsFile) -> Iterator[Problem]:
-    for paper in results.papers:
-        claims = [claim for claim in results.claims if claim.paper == paper.key]
-        for name in unused_readings(paper.readings, claims):
-            yield Problem(where=paper.key, cause=Cause.TEXT, message=f"no claim rests on the reading {name!r}")
-
-
-def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:
-    faults = [(Cause.FORGED, fault) for fault in unsupported(results)]
-    faults += [(Cause.ERROR, fault) for fault in refused(results)]
-    if root is not None:
-        faults += [(Cause.CERTIFICATE, fault) for fault in against_files(results, root)]
-    yield from (Problem(where=where, cause=cause, message=message) for cause, (where, message) in faults)
+def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Found]:
+    yield from ((where, Cause.FORGED, message) for where, message in unsupported(results))
+    for entry in results.certificates:
+        if not entry.proved:
+            yield entry.path, Cause.ERROR, entry.reason or "it is not proved, and no reason is given"
+    for where, message in against_files(results, root) if root is not None else ():
+        yield where, Cause.CERTIFICATE, message
 
 
 def unsupported(results: ResultsFile) -> Iterator[Fault]:
@@ -177,13 +168,6 @@ def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) ->
     return "" if found.supported == standing.supported else "what its certificates do not say is told otherwise"
 
 
-def refused(results: ResultsFile) -> Iterator[Fault]:
-    """Certificates that are not proved."""
-    for entry in results.certificates:
-        if not entry.proved:
-            yield entry.path, entry.reason or "it is not proved, and no reason is given"
-
-
 def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
     """Certificates of the file that are not the ones wanted, or not the ones that lie below `root`."""
     listed, reasons = wanted(root, [paper.key for paper in results.papers])
@@ -202,19 +186,19 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
             yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
 
 
-def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
+def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Found]:
     records, code = dict(_stored(results)), stated(papers)
     for names, message in (
         (code.keys() - records.keys(), "in the code and not in the file"),
         (records.keys() - code.keys(), "in the file and not in the code"),
     ):
         for sort, name in sorted(names):
-            yield Problem(where=name, cause=Cause.SET, message=f"the {sort} is {message}")
+            yield name, Cause.SET, f"the {sort} is {message}"
     for key, fields in code.items():
         for field, said in fields.items():
             if key in records and (found := getattr(records[key], field)) != said:
                 message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
-                yield Problem(where=key[1], cause=Cause.TEXT, message=message)
+                yield key[1], Cause.TEXT, message
 
 
 def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
@@ -233,11 +217,9 @@ def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
 def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
     """The records of a results file under the same names."""
     return [
-        *((("claim", record.id), record.claim) for record in results.claims),
-        *((("erratum", record.id), record) for record in results.errata),
-        *((("paper", record.key), record) for record in results.papers),
-        *((("figure", record.name), record) for record in results.figures),
-        *((("experiment", record.name), record) for record in results.experiments),
+        ((sort, getattr(record, name)), record.claim if sort == "claim" else record)
+        for sort, (part, name) in PARTS.items()
+        for record in getattr(results, part)
     ]
 
 
@@ -256,8 +238,14 @@ def _show(value: object) -> str:
 # this is said, and the numbers are taken as they stand.
 
 
-PARTS = {"papers": "key", "claims": "id", "errata": "id", "figures": "name", "experiments": "name"}
-"""Parts of a file whose records belong to a paper, with what names a record."""
+PARTS = {
+    "paper": ("papers", "key"),
+    "claim": ("claims", "id"),
+    "erratum": ("errata", "id"),
+    "figure": ("figures", "name"),
+    "experiment": ("experiments", "name"),
+}
+"""The sorts of records that belong to a paper: the part of the file that holds them, and what names one."""
 
 TAKEN = {
     "run.date": "the time of the run",
@@ -276,13 +264,15 @@ TAKEN = {
 class Kept:
     """What the cache gives: the file that a run would write now, and which experiments and figures it would have to do.
 
-    files: the checksums with which the files of a figure were left, by its name.
+    files: the checksums with which the files of a figure were left, by its name. traced, untraced: as of a run.
     """
 
     results: ResultsFile
     absent: frozenset[str]
     files: Mapping[str, Sequence[str]]
     environment: Environment
+    traced: Mapping[str, str]
+    untraced: tuple[str, ...]
 
 
 class _Nobody:
@@ -303,7 +293,7 @@ def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
     absent |= {name for name, entry in drawn.items() if entry is None}
     results = msgspec.structs.replace(outcome.results, figures=figures)
     files = {name: entry[1] for name, entry in drawn.items() if entry is not None}
-    return Kept(results, frozenset(absent), files, outcome.environment)
+    return Kept(results, frozenset(absent), files, outcome.environment, outcome.traced, outcome.untraced)
 
 
 def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tuple[str, str]]:
@@ -320,7 +310,7 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tu
         more = f" (and of {len(others) - 1} more)" if others[1:] else ""
         yield others[0], f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
     unknown = _unknown(results, again)
-    for part, name in PARTS.items():
+    for part, name in PARTS.values():
         stored = {getattr(record, name): record for record in getattr(results, part)}
         for record in getattr(again.results, part):
             key = getattr(record, name)

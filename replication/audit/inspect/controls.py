@@ -50,10 +50,7 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
         for altered, record, known in _alterations(claim, errata, target.printed if target else None):
             # A print that was left alone is not read again.
             judged = rejudge(
-                record,
-                known,
-                target if record.claim is claim.claim else None,
-                readings=readings.get(claim.paper, ()),
+                record, known, target if record.claim is claim.claim else None, readings=readings.get(claim.paper, ())
             )
             agrees = judged.verdict in AGREES and Policy.SOLVER not in judged.policies
             noticed[altered].append(agrees is (EXPECTED[altered] == "agreement"))

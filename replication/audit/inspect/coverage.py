@@ -161,7 +161,7 @@ def faults(folder: Path, paper: Paper) -> list[str]:
 
 
 def _incomplete(text: Text) -> Iterator[str]:
-    listed = sum(_listed(text).values())
+    listed = _listed(text).total()
     if listed != text.runs:
         yield f"{listed} numerals are listed, and the text has {text.runs}; one was taken out or added"
     items: dict[str, Counter[int]] = {kind: Counter() for kind in text.numbered}

@@ -33,11 +33,11 @@ class Basis(StrEnum):
 _WORDS = {
     Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
     Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
-    Verdict.COMPATIBLE: ("agrees", "agree", "under an inference or as a random draw"),
+    Verdict.COMPATIBLE: ("is", "are", "possible: under an inference or as a random draw"),
     Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
     Verdict.DIFFERS: ("differs", "differ", "from the print"),
     Verdict.REFUTED: ("is", "are", "refuted"),
-    Verdict.UNDETERMINED: ("is", "are", "not settled by the text"),
+    Verdict.UNDETERMINED: ("is", "are", "undetermined by the text"),
     Verdict.ERROR: ("ended", "ended", "in an error"),
 }
 _SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
@@ -63,49 +63,43 @@ def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
     return {verdict: found[verdict] for verdict in Verdict}
 
 
+GROUPS = {
+    "hold": (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT),
+    "possible": (Verdict.COMPATIBLE,),
+    "fail": (Verdict.DIFFERS, Verdict.REFUTED),
+    "undetermined": (Verdict.UNDETERMINED,),
+    "in error": (Verdict.ERROR,),
+}
+"""The words of every badge, card and heading, and which verdicts each counts."""
+_ONE = {"hold": "holds", "fail": "fails"}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tally:
-    """How claims stand, in the words of every badge, card and heading; repeats and remarks of ours aside.
+    """How many claims stand how, by the words of `GROUPS`; timed: run times of another computer, told apart."""
 
-    agree: with the text, as it stands or corrected with certainty. possible: under an inference, a choice of ours, or
-    as a random draw. timed: run times of another computer, which no other number holds. failed: ended in an error.
-    """
-
-    agree: int
-    possible: int
-    failing: int
-    undecided: int
+    numbers: Mapping[str, int]
     timed: int
-    failed: int
 
     @property
     def words(self) -> str:
-        """The numbers that are not zero, run times last and apart; `0 agree` stays."""
-        told = (
-            (self.agree, "agrees" if self.agree == 1 else "agree"),
-            (self.possible, "possible"),
-            (self.failing, "fails" if self.failing == 1 else "fail"),
-            (self.undecided, "undecided"),
-            (self.failed, "in error"),
+        """The numbers that are not zero, run times last and apart; `0 hold` stays."""
+        listed = ", ".join(
+            f"{number} {_ONE.get(word, word) if number == 1 else word}"
+            for word, number in self.numbers.items()
+            if number or word == "hold"
         )
-        listed = ", ".join(f"{number} {word}" for number, word in told if number or word == "agree")
         timed = f"; {self.timed} run time{'s' * (self.timed != 1)} cannot be checked" if self.timed else ""
         return f"{listed}{timed}"
 
 
 def tally(claims: Iterable[ClaimRecord]) -> Tally:
-    """How many of the claims agree, are possible, fail or are undecided."""
+    """How the claims stand; repeats and remarks of ours aside."""
     counted = once(claims)
     found = counts(counted)
     timed = sum(claim.claim.kind is Kind.CITED and claim.claim.unit == "s" for claim in counted)
-    return Tally(
-        agree=sum(found[one] for one in (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT)),
-        possible=found[Verdict.COMPATIBLE],
-        failing=found[Verdict.DIFFERS] + found[Verdict.REFUTED],
-        undecided=found[Verdict.UNDETERMINED] - timed,
-        timed=timed,
-        failed=found[Verdict.ERROR],
-    )
+    numbers = {word: sum(found[verdict] for verdict in verdicts) for word, verdicts in GROUPS.items()}
+    return Tally(numbers=numbers | {"undetermined": numbers["undetermined"] - timed}, timed=timed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,16 +166,16 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
 
 
 def theorems(claims: Iterable[ClaimRecord]) -> str:
-    """How many verdicts rest on theorems, how many of them against the claim, how many are supported; empty if none."""
+    """How many claims theorems decide, how many of these against the claim, how many they support; empty if none."""
     claims = tuple(claims)
     proved = sum(claim.judgement.proved for claim in claims)
     against = sum(claim.judgement.proved and claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in claims)
     supported = sum(bool(claim.judgement.supported) for claim in claims)
     if not proved and not supported:
         return ""
-    many = f"{proved} {'verdict rests on a theorem' if proved == 1 else 'verdicts rest on theorems'}"
-    many += f", {against} of them against the claim" if against else ""
-    return f"{many}; theorems support {supported} more." if supported else f"{many}."
+    sides = f", {against} of them against the claim" if against else ""
+    more = f"; they support {supported} more in part" if supported else ""
+    return f"Theorems decide {proved} of {len(claims)} claims{sides}{more}."
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:
@@ -251,6 +245,14 @@ def notes(
         yield f"a number that rests on no experiment: {listed(numbers)}"
     if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
         yield f"a statement that rests on no experiment: {listed(statements)}"
+    loose = [f"{', '.join(one.untraced)} ({one.name})" for one in results.experiments if one.untraced]
+    if loose:
+        yield f"not traced, and so computed again by every run: {listed(loose)}"
+    if unborne := [erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)]:
+        yield f"an erratum that its own proof does not bear out: {listed(unborne)}"
+    pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
+    if asked := [claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)]:
+        yield f"the print is an input of what the number rests on, so look whether it only comes back: {listed(asked)}"
     unchecked = [
         claim.id
         for claim in results.claims

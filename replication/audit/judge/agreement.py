@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
@@ -58,6 +60,13 @@ class Interval:
         return Interval(*sorted((abs(self.low), abs(self.high))))
 
 
+def _positive(tolerance: str) -> Fraction:
+    with contextlib.suppress(AuditError):
+        if (found := decimal_fraction(tolerance)) > 0:
+            return found
+    raise AuditError(f'the tolerance must be a positive number, such as "0.005", got {tolerance!r}')
+
+
 @dataclass(frozen=True)
 class Target:
     """A printed value, and for each of its numbers the interval that it stands for; none beside a relation."""
@@ -71,9 +80,7 @@ class Target:
 
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
-        tolerance = None if claim.tolerance is None else decimal_fraction(claim.tolerance)
-        if tolerance is not None and tolerance <= 0:
-            raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
+        tolerance = None if claim.tolerance is None else _positive(claim.tolerance)
         printed = parse(claim.printed)
         spread = any(entry.spread for entry in printed.entries)
         if tolerance is not None and spread:
@@ -280,6 +287,13 @@ def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> s
 
 def _sentence(text: str) -> str:
     return text[0].upper() + text[1:] + "."
+
+
+def stands_there(numbers: Sequence[float], printed: str) -> bool:
+    """Whether these are the printed numbers, to the last bit; never raises."""
+    with contextlib.suppress(AuditError):
+        return list(numbers) == [float(entry.value) for entry in parse(printed).entries]
+    return False
 
 
 def last_place(printed: str) -> Fraction:

@@ -28,12 +28,13 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
     """
     known = {number for text in elsewhere for number in _numbers(text)}
     sentences = list(ask(given))
-    suspects = {place: number for place, number in _by_place(sentences).items() if number not in known}
+    found = _by_place(sentences).items()
+    suspects = {place: number for place, number in found if _tells(number) and number not in known}
     for turn in (0, 1):
         if not suspects:
             return
         try:
-            again = _by_place(ask(_moved(given, iter(range(turn, 10**9)))))
+            again = _by_place(ask(_Moved(given, iter(range(turn, 10**9)))))
         except Exception:  # noqa: BLE001 - a sentence may have no words for what cannot be
             return
         suspects = {place: number for place, number in suspects.items() if again.get(place) == number}
@@ -60,13 +61,34 @@ def _by_place(sentences: Iterable[str]) -> dict[tuple[str, int], str]:
 
 
 def _numbers(text: str) -> Iterator[str]:
-    for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")):
-        if "." in found[0] or float(found[0].replace(",", "")) >= WHOLE:
-            yield found[0]
+    return (found[0] for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")))
+
+
+def _tells(number: str) -> bool:
+    """Whether a number says more than how many, or which one."""
+    return "." in number or float(number.replace(",", "")) >= WHOLE
 
 
 def _share(turn: int) -> float:
     return 1 + FIRST + (LAST - FIRST) * (turn * 0.6180339887 % 1.0)
+
+
+class _Moved(Mapping[str, Any]):
+    """What sentences are made from, each entry moved when it is asked for: they read few of them."""
+
+    def __init__(self, given: Mapping[str, Any], turns: Iterator[int]) -> None:
+        self._given, self._turns, self._done = given, turns, dict[str, Any]()
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._done:
+            self._done[name] = _moved(self._given[name], self._turns)
+        return self._done[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)
 
 
 def _moved(value: Any, turns: Iterator[int]) -> Any:
@@ -75,7 +97,10 @@ def _moved(value: Any, turns: Iterator[int]) -> Any:
         return {key: _moved(entry, turns) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         share = _share(next(turns))
-        moved = [_moved(entry, turns) for entry in value]
+        floats = set(map(type, value)) == {float}  # rows of numbers are most of what there is
+        moved = (
+            [e * _share(t) for e, t in zip(value, turns, strict=False)] if floats else [_moved(e, turns) for e in value]
+        )
         return type(value)(share * entry if isinstance(entry, float) else entry for entry in moved)
     if isinstance(value, bool) or not isinstance(value, int | float) or (isinstance(value, int) and value < WHOLE):
         return value

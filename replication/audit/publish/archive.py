@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import html
-import io
 import json
 import re
-import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
@@ -20,7 +18,7 @@ import msgspec
 
 from replication.audit.inspect.headline import tally
 from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software, without_empty
-from replication.audit.publish.rebuild import brings_the_tool, rebuild_files
+from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
 from replication.audit.report.claim import standing
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
@@ -56,11 +54,10 @@ def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
 
 def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Path, ...]:
     """Write every export of `results` below `directory`; returns the paths. root: of the project, for CITATION.cff."""
-    paths = []
-    for name, text in export_texts(results, read_software(root)).items():
+    texts = export_texts(results, read_software(root))
+    for name, text in texts.items():
         write_atomically(directory / name, text.encode())
-        paths.append(directory / name)
-    return tuple(paths)
+    return tuple(directory / name for name in texts)
 
 
 def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
@@ -160,10 +157,7 @@ def _yaml(content: Json) -> str:
 
 MANIFEST, CRATE, EXPORTS = "SHA256SUMS", "ro-crate-metadata.json", "exports"
 BUILT = ("report/index.html", "report/results.json")
-EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The earliest time that a zip can hold, given to every file: the same content is then the same archive."""
-
-EXECUTABLE, PLAIN = 0o100755, 0o100644
+EXECUTABLE = 0o100755
 
 
 def archive_name(root: Path) -> str:
@@ -180,14 +174,7 @@ def write_archive(root: Path, path: Path) -> int:
     the one that is checked out, or a source file is missing.
     """
     content = dict(_content(root))
-    buffer = io.BytesIO()
-    top = path.stem
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name, (data, mode) in sorted(content.items()):
-            entry = zipfile.ZipInfo(f"{top}/{name}", EPOCH)
-            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, mode << 16
-            archive.writestr(entry, data)
-    write_atomically(path, buffer.getvalue())
+    write_atomically(path, zipped({f"{path.stem}/{name}": entry for name, entry in content.items()}))
     return len(content)
 
 

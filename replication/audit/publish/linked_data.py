@@ -155,7 +155,7 @@ def article(paper: PaperRecord) -> Json:
 
 def crate(results: ResultsFile, software: Software, files: Mapping[str, bytes]) -> Json:
     """The metadata of an RO-Crate 1.1 of `files`, by their names in it: each with its size, type and checksum."""
-    parts = [_file(name, content) for name, content in sorted(files.items())]
+    run, parts = results.run, [_file(name, content) for name, content in sorted(files.items())]
     return {
         "@context": f"{CRATE}/context",
         "@graph": [
@@ -179,23 +179,17 @@ def crate(results: ResultsFile, software: Software, files: Mapping[str, bytes]) 
             {"@id": f"https://spdx.org/licenses/{software.license}", "@type": "CreativeWork", "name": software.license},
             source_code(software),
             *map(article, results.papers),
-            _action(results),
+            {
+                "@id": "#run",
+                "@type": "CreateAction",
+                "name": "python -m replication run",
+                "endTime": run.date,
+                "instrument": {"@id": "#software"},
+                "result": [{"@id": "report/results.json"}, {"@id": "report/index.html"}],
+                "description": f"Python {run.python}, {run.platform}, {run.cpu}, commit {run.commit}",
+            },
             *parts,
         ],
-    }
-
-
-def _action(results: ResultsFile) -> Json:
-    """The run that made the results, with what it ran on."""
-    run = results.run
-    return {
-        "@id": "#run",
-        "@type": "CreateAction",
-        "name": "python -m replication run",
-        "endTime": run.date,
-        "instrument": {"@id": "#software"},
-        "result": [{"@id": "report/results.json"}, {"@id": "report/index.html"}],
-        "description": f"Python {run.python}, {run.platform}, {run.cpu}, commit {run.commit}",
     }
 
 

@@ -145,11 +145,7 @@ def _page(notebook: Any) -> str:
     return (
         environment()
         .get_template("notebook.html.j2")
-        .render(
-            title=heading[1] if heading else "Tutorial",
-            body=Markup(body),
-            style=Markup(_style()),
-        )
+        .render(title=heading[1] if heading else "Tutorial", body=Markup(body), style=Markup(_style()))
     )
 
 

@@ -120,7 +120,7 @@ STILL = """#rows { padding: .5rem 1.5rem; border: 0 }
 """Without what a picture cannot do; the sentences stand in the README."""
 COMMIT, VERDICTS = "Commit", "Verdicts"
 """What the picture notes, as texts of the PNG."""
-COLOURS = 64
+COLOURS = 192
 
 
 def verdicts(results: ResultsFile) -> str:

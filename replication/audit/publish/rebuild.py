@@ -10,8 +10,13 @@ import base64
 import hashlib
 import io
 import json
+import os
 import platform
+import shutil
+import subprocess
+import sys
 import zipfile
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -29,7 +34,11 @@ INSTALL = (f"python -m pip install -r {LOCK}", f"python -m pip install {TOOL}/*.
 RUN = ("replication run", "replication check")
 METADATA = ("METADATA", "WHEEL", "entry_points.txt", "top_level.txt", "licenses/LICENSE")
 NOT_LOCKED = {OWN, "pip", "setuptools", "wheel"}
-EARLIEST = (1980, 1, 1, 0, 0, 0)
+BARE = "# Without checksums of the files"
+PATIENCE = 120
+"""Seconds that the index may take."""
+EARLIEST, PLAIN = (1980, 1, 1, 0, 0, 0), 0o100644
+"""The earliest time that a zip can hold, given to every file, and the mode of one that is not to be run."""
 
 
 def brings_the_tool(root: Path) -> bool:
@@ -57,21 +66,30 @@ def tool_wheel() -> tuple[str, bytes]:
     lines = [f"{name},sha256={_digest(data)},{len(data)}" for name, data in sorted(files.items())]
     record = f"{stem}.dist-info/RECORD"
     files[record] = "\n".join([*lines, f"{record},,", ""]).encode()
+    return f"{TOOL}/{stem}-py3-none-any.whl", zipped({name: (data, PLAIN) for name, data in files.items()})
+
+
+def zipped(files: Mapping[str, tuple[bytes, int]]) -> bytes:
+    """A zip of files with their modes, in the order of their names: the same content is the same archive."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as wheel:
-        for name, data in sorted(files.items()):
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, (data, mode) in sorted(files.items()):
             entry = zipfile.ZipInfo(name, EARLIEST)
-            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o100644 << 16
-            wheel.writestr(entry, data)
-    return f"{TOOL}/{stem}-py3-none-any.whl", buffer.getvalue()
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, mode << 16
+            archive.writestr(entry, data)
+    return buffer.getvalue()
 
 
 def _digest(data: bytes) -> str:
     return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
 
 
-def lock_text() -> str:
-    """What is installed where this runs, a package a line with its version; what is in no index is named beside."""
+def lock_text(*, ask: bool = False) -> str:
+    """What is installed where this runs, a package a line with its version; what is in no index is named beside.
+
+    ask: whether uv or pip-compile, where there is one, asks the index for the checksums of the files. The first lines
+    say whether they are there, and why not.
+    """
     pins: dict[str, str] = {}
     for found in metadata.distributions():
         name = found.metadata["Name"]
@@ -79,8 +97,30 @@ def lock_text() -> str:
             origin = json.loads(found.read_text("direct_url.json") or "{}").get("url", "")
             pin = f"# from no index: {name} {found.version}, {origin}" if origin else f"{name}=={found.version}"
             pins.setdefault(canonical(name), pin)
-    head = f"# What `replication run` is run with: Python {python_minor(platform.python_version())} and these packages."
-    return "\n".join([head, *(pins[name] for name in sorted(pins)), ""])
+    text = "".join(f"{pins[name]}\n" for name in sorted(pins))
+    hashed, why = _hashed(text) if ask else ("", "the index was not asked")
+    kept = [line for line in text.splitlines(keepends=True) if hashed and line.startswith("#")]
+    head = (
+        f"# What `replication run` is run with: Python {python_minor(platform.python_version())} and these packages.\n"
+    )
+    return "".join([head, *([] if hashed else [f"{BARE}: {why}.\n"]), *kept, hashed or text])
+
+
+def _hashed(pins: str) -> tuple[str, str]:
+    """The pins with the checksums of their files as the index gives them, or nothing and why not."""
+    here = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    words = ["--quiet", "--generate-hashes", "--no-header", "--no-annotate"]
+    asked = {"uv": ["pip", "compile", "--no-deps", *words, "-"], "pip-compile": [*words, "--output-file=-", "-"]}
+    program = next((found for name in asked if (found := shutil.which(name, path=here))), None)
+    if program is None:
+        return "", "neither uv nor pip-compile is here"
+    line = [program, *asked[Path(program).stem]]
+    try:
+        done = subprocess.run(line, input=pins, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return "", f"{Path(program).stem} took longer than {PATIENCE} s"
+    said = next(iter(reversed(done.stderr.strip().splitlines())), "it says nothing").strip()
+    return (done.stdout, "") if done.returncode == 0 else ("", f"{Path(program).stem}: {said[:200]}")
 
 
 def rebuild_texts() -> dict[str, str]:
@@ -98,9 +138,13 @@ def rebuild_texts() -> dict[str, str]:
     return {name: templates.get_template(template).render(given) for name, template in names.items()}
 
 
-def rebuild_files(root: Path) -> dict[str, bytes]:
-    """All of it by name, but for what the project has: a wheel in `tool`, a lock, files that a person wrote."""
-    texts = {LOCK: lock_text(), ".dockerignore": ".cache\n.git\n.venv\n", **rebuild_texts()}
+def rebuild_files(root: Path, *, ask: bool = False) -> dict[str, bytes]:
+    """All of it by name, but for what the project has: a wheel in `tool`, a lock, files that a person wrote.
+
+    ask: as for `lock_text`.
+    """
+    lock = "" if (root / LOCK).exists() else lock_text(ask=ask)
+    texts = {LOCK: lock, ".dockerignore": ".cache\n.git\n.venv\n", **rebuild_texts()}
     files = {name: text.encode() for name, text in texts.items() if not (root / name).exists()}
     if not list((root / TOOL).glob("*.whl")):
         name, wheel = tool_wheel()

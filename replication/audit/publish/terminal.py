@@ -36,7 +36,9 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     """The summary of a run: verdicts per paper, what was computed, the slowest, changed verdicts, failures."""
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
-        yield f"{paper.key}: {_counts(claims)}"
+        found = Counter(claim.verdict for claim in once(claims))
+        several = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
+        yield f"{paper.key}: {found.total()} claims{several and f': {several}'}"
     done = Counter(step.action for step in log)
     yield "experiments: " + ", ".join(f"{done[action]} {action}" for action in Action)
     slowest = sorted((step for step in log if step.seconds > 0), key=lambda step: (-step.seconds, step.name))
@@ -110,7 +112,8 @@ def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterato
         for name, value in _given(part):
             yield LABELS.get(name, name.replace("_", " ")), _text(value)
     if (reading := known.get(record.claim.reading)) is not None:
-        yield "under the reading", reading_text(reading)
+        inference = "; an inference" if reading.inference else ""
+        yield "under the reading", f"{reading.name}: {reading.text} ({reading.place}{inference})"
     if (over := record.evidence.over_inputs) is not None:
         yield "over all inputs that round to their prints", f"[{over.lower!r}, {over.upper!r}], by {over.how}"
     for outcome in record.evidence.outcomes:
@@ -130,11 +133,6 @@ def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
             yield name, value
 
 
-def reading_text(reading: Reading) -> str:
-    """A reading on one line: what is assumed, where the text leaves the choice, whether it is an inference."""
-    return f"{reading.name}: {reading.text} ({reading.place}{'; an inference' if reading.inference else ''})"
-
-
 def _outcome_text(outcome: Outcome, reading: Reading | None) -> str:
     given = ", ".join(f"{name} {_text(value)}" for name, value in _given(outcome) if name != "reading")
     return f"{given or 'nothing'}{f'; {reading.text} ({reading.place})' if reading is not None else ''}"
@@ -148,13 +146,6 @@ def solver_text(solver: SolverRecord) -> str:
     parts += [f"{name} {value:.1e}" for name, value in solver.residuals.items()]
     parts += [f"{name}={value}" for name, value in solver.options.items()]
     return ", ".join(parts)
-
-
-def _counts(claims: Sequence[ClaimRecord]) -> str:
-    counted = once(claims)
-    found = Counter(claim.verdict for claim in counted)
-    several = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
-    return f"{len(counted)} claims{several and f': {several}'}"
 
 
 def _text(value: object) -> str:

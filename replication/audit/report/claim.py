@@ -79,7 +79,10 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
         broken=sum(claim.verdict in FAILS for claim in theorems),
         sound=bool(theorems) and all(claim.verdict in STANDS for claim in theorems),
         corrected=any(claim.claim.erratum and claim.verdict not in FAILS for claim in theorems),
-        open=any(map(_depends_on_the_reading, promised)),
+        open=any(
+            claim.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in claim.evidence.outcomes}
+            for claim in promised
+        ),
         failing=sum(claim.verdict in FAILS for claim in own),
         claims=len(own),
     )
@@ -89,10 +92,6 @@ def standings(results: ResultsFile) -> dict[str, Standing]:
     """How each paper stands, by its key, in the one order in which papers are shown."""
     found = {p.key: standing(claim for claim in results.claims if claim.paper == p.key) for p in results.papers}
     return dict(sorted(found.items(), key=lambda item: item[1].rank))
-
-
-def _depends_on_the_reading(claim: ClaimRecord) -> bool:
-    return claim.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in claim.evidence.outcomes}
 
 
 def consequence(claim: StatedClaim) -> Consequence:

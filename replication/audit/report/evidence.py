@@ -201,7 +201,7 @@ def _ladder(view: ClaimView) -> Ladder | None:
     if not inside:
         end, gap = (box[0], box[0] - ours[1]) if ours[1] <= box[0] else (box[1], ours[0] - box[1])
     # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
-    if not gap or inside is (view.record.verdict is Verdict.DIFFERS):
+    if not gap or inside is (view.record.verdict is Verdict.DIFFERS or bool(view.rounded)):
         return None
     return Ladder(
         view=view,
@@ -227,21 +227,17 @@ def _two_digits(number: Fraction) -> int:
 
 
 def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, Rung, Rung]:
-    width = box[1] - box[0]
-    first = (min(box[0], ours[0]) - width / 4, max(box[1], ours[1]) + width / 4)
+    first = _widened((min(box[0], ours[0]), max(box[1], ours[1])), (box[1] - box[0]) / 4)
     near = (min(end, ours[0]), max(end, ours[1]))
-    second = _widened(near, Fraction(1, 3))
-    third = _widened(ours, Fraction(1, 2))
+    second, third = (_widened(ends, (ends[1] - ends[0]) / part) for ends, part in ((near, 3), (ours, 2)))
     scale = first[1] - first[0]
-    return (
-        _rung(first, scale, box, ours, None),
-        _rung(second, scale, box, ours, end),
-        _rung(third, scale, box, ours, None),
+    whole, closer, finest = (
+        _rung(window, scale, box, ours, at) for window, at in ((first, None), (second, end), (third, None))
     )
+    return whole, closer, finest
 
 
-def _widened(ends: Ends, part: Fraction) -> Ends:
-    margin = (ends[1] - ends[0]) * part
+def _widened(ends: Ends, margin: Fraction) -> Ends:
     return ends[0] - margin, ends[1] + margin
 
 

@@ -112,6 +112,12 @@ class PictureView:
     share: float
     marks: tuple[tuple[str, str], ...]
 
+    @property
+    def level(self) -> float:
+        """The value of the claim, if it has one."""
+        value = self.claim.record.evidence.value if self.claim else None
+        return float(value) if isinstance(value, int | float) else 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class ExplorerView:
@@ -128,31 +134,23 @@ def explorers(
 
     Raises AuditError where one names a figure, column or claim that the paper does not have.
     """
-    known, refuted = {view.record.id: view for view in claims}, _refuted(paper, claims)
+    known = {view.record.id: view for view in claims}
+    # What the opening draws in red: what the paper prints, where one of its theorems fails.
+    led, broken = paper.brief.picture if paper.brief else None, standing(view.record for view in claims).broken
+    printed = [curve for curve in led.curves if not curve.quiet] if isinstance(led, Traces) and broken else []
+    refuted = {name for curve in printed for name in curve.columns}
     made = []
     for explorer in paper.brief.explorers if paper.brief else ():
         require_title(explorer.title)
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
-        pictures = [_view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known) for picture in own]
-        pictures = [_coloured(view, refuted) for view in pictures]
-        largest = max((_level(view) for view in pictures), default=0.0)
+        pictures = [
+            _view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known, refuted) for picture in own
+        ]
+        largest = max((view.level for view in pictures), default=0.0) or math.inf
         if pictures:
-            made.append(ExplorerView(explorer=explorer, pictures=tuple(_shared(v, largest) for v in pictures)))
+            shared = tuple(replace(view, share=round(100 * view.level / largest)) for view in pictures)
+            made.append(ExplorerView(explorer=explorer, pictures=shared))
     return tuple(made)
-
-
-def _refuted(paper: PaperRecord, claims: Sequence[ClaimView]) -> set[str]:
-    """The columns that the opening draws in red: what the paper prints, where one of its theorems fails."""
-    picture = paper.brief.picture if paper.brief else None
-    if not isinstance(picture, Traces) or not standing(view.record for view in claims).broken:
-        return set()
-    return {name for curve in picture.curves if not curve.quiet for name in curve.columns}
-
-
-def _coloured(view: PictureView, refuted: set[str]) -> PictureView:
-    shown = zip(view.curves, view.picture.curves, strict=True)
-    curves = tuple(replace(made, refuted=bool(refuted & set(curve.columns))) for made, curve in shown)
-    return replace(view, curves=curves)
 
 
 def table(path: Path) -> dict[str, Values]:
@@ -172,7 +170,9 @@ def _column(table: Mapping[str, Values], name: str, picture: Picture) -> Values:
     return table[name]
 
 
-def _view(key: str, picture: Picture, table: Mapping[str, Values], known: Mapping[str, ClaimView]) -> PictureView:
+def _view(
+    key: str, picture: Picture, table: Mapping[str, Values], known: Mapping[str, ClaimView], refuted: set[str]
+) -> PictureView:
     if picture.claim and f"{key}.{picture.claim}" not in known:
         raise AuditError(f"an explorer of {key} names {picture.claim!r}, which is no claim of it; correct the name")
     end = math.inf if picture.last is None else picture.last
@@ -183,13 +183,20 @@ def _view(key: str, picture: Picture, table: Mapping[str, Values], known: Mappin
     if not across or not shown or (picture.log_y and min(shown) <= 0) or (picture.log_x and min(across) <= 0):
         raise AuditError(f"the explorer {picture.label!r} of {picture.figure} has nothing to draw on such axes")
     x_scale, y_scale = scale_of(across, picture.log_x, 0), scale_of(shown, picture.log_y, 60)
-    begin = _nearest(across, picture.begin)
+    start = across[0] if picture.begin is None else picture.begin
+    begin = min(range(len(across)), key=lambda i: abs(across[i] - start))
     pairs = list(zip(picture.curves, drawn, strict=True))
-    heights = spread([_name_height(lines, y_scale) for _, lines in pairs], [_lines(curve) for curve in picture.curves])
+    # A name stands at the end of its curve, with a second line if it is long, and the value below.
+    last = [[[y for y in line if math.isfinite(y)][-1] for line in lines] for lines in drawn]
+    ends = [FRAME - sum(map(y_scale, own)) / len(own) for own in last]
+    heights = spread(ends, [LINE * (2 + (len(curve.label) > LETTERS)) for curve in picture.curves])
     return PictureView(
         picture=picture,
         curves=tuple(
-            _curve(curve, lines, [x_scale(x) for x in across], y_scale, begin, height)
+            replace(
+                _curve(curve, lines, [x_scale(x) for x in across], y_scale, begin, height),
+                refuted=bool(refuted & set(curve.columns)),
+            )
             for (curve, lines), height in zip(pairs, heights, strict=True)
         ),
         x_ticks=ticks(across, picture.log_x, x_scale),
@@ -205,10 +212,6 @@ def _view(key: str, picture: Picture, table: Mapping[str, Values], known: Mappin
         share=0.0,
         marks=tuple((one.label, _instants(across, one.period, one.offset, x_scale)) for one in picture.sensors),
     )
-
-
-def _nearest(across: Values, begin: float | None) -> int:
-    return 0 if begin is None else min(range(len(across)), key=lambda i: abs(across[i] - begin))
 
 
 def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture, count: int) -> tuple[Values, ...]:
@@ -254,24 +257,5 @@ def _named(ends: Sequence[float]) -> str:
     return " to ".join(numerals.short(end, 4) for end in _shown(ends)) or "none"
 
 
-def _name_height(lines: tuple[Values, ...], scale: Scale) -> float:
-    """Where the name stands if it is alone: at the end of the curve."""
-    last = [[y for y in line if math.isfinite(y)][-1] for line in lines]
-    return FRAME - sum(map(scale, last)) / len(last)
-
-
-def _lines(curve: Curve) -> float:
-    return LINE * (2 + (len(curve.label) > LETTERS))
-
-
 def _instants(across: Sequence[float], period: int, offset: int, scale: Scale) -> str:
     return "".join(f"M{scale(x):.0f} 0v10" for x in across if x >= offset and (x - offset) % period == 0)
-
-
-def _level(view: PictureView) -> float:
-    value = view.claim.record.evidence.value if view.claim else None
-    return float(value) if isinstance(value, int | float) else 0.0
-
-
-def _shared(view: PictureView, largest: float) -> PictureView:
-    return replace(view, share=round(100 * _level(view) / largest)) if largest else view

@@ -24,7 +24,7 @@ from markupsafe import Markup
 
 import replication
 from replication.audit.inspect.compare import Change, moved
-from replication.audit.inspect.headline import counts, headline
+from replication.audit.inspect.headline import GROUPS, counts, headline
 from replication.audit.judge.policies import once
 from replication.audit.model import Verdict
 from replication.audit.publish.linked_data import summary_graph
@@ -38,6 +38,7 @@ from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
 from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
+from replication.audit.report.words import terms
 from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile, RunRecord, read_results, to_json
 from replication.errors import AuditError, InvalidInputError
 from replication.files import made_from, write_atomically, write_page
@@ -93,29 +94,28 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     records = sorted(results.papers, key=lambda paper: order.index(paper.key))
     papers = [paper_view(paper, results, figures, read) for paper in records]
     told, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
+    behind = sections(results, read)
     return {
         "results": results,
         "run": results.run,
         "papers": papers,
-        "sections": sections(results, read),
+        "sections": behind,
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "field": drawn,
         "rows": rows(drawn.lanes, told, figures),
         "costs": chart(across(results)),
+        "costs_heading": next((section.heading for section in behind if section.name == "across"), ""),
+        "groups": GROUPS,
+        "terms": terms,
         "briefs": told,
         "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
-        "linked_data": Markup(_inside_script(summary_graph(results))),
+        "linked_data": Markup(json.dumps(summary_graph(results)).replace("<", "\\u003c")),
         "inferred": {erratum.id for erratum in results.errata if erratum.inference},
     }
-
-
-def _inside_script(content: dict[str, Any]) -> str:
-    """JSON that no HTML parser takes for the end of its element, or for a comment."""
-    return json.dumps(content).replace("<", "\\u003c")
 
 
 def _made(
@@ -222,23 +222,11 @@ def _text(value: Any) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
-    """One paper of a project; report: address of its page in the report, empty if there is none."""
-
-    paper: PaperRecord
-    counts: Mapping[Verdict, int]
-    total: int
-    proved: int
-    unexpected: int
-    report: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One project, by its results."""
+    """One project, by its results; report: the address of its report, or empty. rows: what is told of each paper."""
 
     results: ResultsFile
-    rows: tuple[Row, ...]
+    rows: tuple[dict[str, Any], ...]
     counts: Mapping[Verdict, int]
     total: int
     report: str
@@ -271,23 +259,24 @@ def entry(results: ResultsFile, report: str) -> Entry:
     """What the page says of a project; report: address of its report, or empty."""
     return Entry(
         results=results,
-        rows=tuple(_row(paper, results.claims, report) for paper in results.papers),
+        rows=tuple(
+            _row(paper, [c for c in results.claims if c.paper == paper.key], report) for paper in results.papers
+        ),
         counts=counts(results.claims),
         total=len(once(results.claims)),
         report=report,
     )
 
 
-def _row(paper: PaperRecord, claims: Sequence[ClaimRecord], report: str) -> Row:
-    own = [claim for claim in claims if claim.paper == paper.key]
-    return Row(
-        paper=paper,
-        counts=counts(own),
-        total=len(once(own)),
-        proved=sum(claim.judgement.proved for claim in once(own)),
-        unexpected=sum(claim.unexpected for claim in own),
-        report=report and f"{report}#{quote(anchor('paper', paper.key))}",
-    )
+def _row(paper: PaperRecord, own: Sequence[ClaimRecord], report: str) -> dict[str, Any]:
+    return {
+        "paper": paper,
+        "counts": counts(own),
+        "total": len(once(own)),
+        "proved": sum(claim.judgement.proved for claim in once(own)),
+        "unexpected": sum(claim.unexpected for claim in own),
+        "report": report and f"{report}#{quote(anchor('paper', paper.key))}",
+    }
 
 
 def _report(results: Path, output: Path) -> str:

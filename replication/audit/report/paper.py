@@ -117,7 +117,7 @@ class FigureView:
 
 @dataclass(frozen=True, kw_only=True)
 class PaperView:
-    """All that the report shows of one paper; beyond: how many undetermined claims the text alone cannot settle."""
+    """All that the report shows of one paper."""
 
     record: PaperRecord
     claims: tuple[ClaimView, ...]
@@ -125,13 +125,17 @@ class PaperView:
     tally: Tally
     total: int
     proved: int
-    beyond: int
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
     ladders: tuple[Ladder, ...]
     explorers: tuple[ExplorerView, ...]
     tables: tuple[TableView, ...]
+
+    @property
+    def rounded(self) -> tuple[ClaimView, ...]:
+        """Claims whose print is off in its last digit only because a solver stops above the optimum."""
+        return tuple(view for view in self.claims if view.record.counted and view.rounded)
 
     @property
     def headings(self) -> dict[str, str]:
@@ -142,19 +146,22 @@ class PaperView:
         parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
         copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
         resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
-        findings = self.record.findings
+        off = f"; {last} number{'s' * (last > 1)} off in the last digit" if (last := len(self.rounded)) else ""
+        findings, drawn = self.record.findings, sum(figure.record.published for figure in self.figures)
+        checked = sum(bool(item.claims) for item in self.record.scope)
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
             if numbers
             else "Tables as printed, and ours",
             "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
-            "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}",
+            "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}{off}",
             "findings": findings[0].removesuffix(".") if findings else "",
             "claims": f"{self.total} claims: {self.tally.words}",
-            "figures": "The paper's figures, and ours beside them",
+            "figures": f"{drawn} drawings of the paper's figures, {len(self.figures) - drawn} of our own",
             "readings": f"{len(resting)} claim{'s rest' if len(resting) != 1 else ' rests'} on an assumption where the "
             "text is silent",
-            "scope": "What was checked, and what was left out",
+            "formulas": f"{len(self.formulas)} formulas that the program uses",
+            "scope": f"{checked} parts of the paper checked, {len(self.record.scope) - checked} left out with a reason",
         }
         return dict(self.parts) | {name: heading for name, heading in told.items() if name in dict(self.parts)}
 
@@ -192,7 +199,7 @@ class PaperView:
             ("tables", "Tables"): self.tables,
             ("ladder", "How close"): self.ladders,
             ("explore", "Try it"): self.explorers,
-            ("errata", "Corrections"): self.errata,
+            ("errata", "Corrections"): self.errata or self.rounded,
             ("claims", "All claims"): self.claims,
             ("figures", "Figures"): self.figures,
             ("readings", "Assumptions"): self.record.readings,
@@ -216,7 +223,6 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
     """
     claims = _of(paper, results.claims)
     shown = views(claims, read)
-    undetermined = [claim for claim in once(claims) if claim.verdict is Verdict.UNDETERMINED]
     drawn = tuple(_figure(record, figures) for record in _of(paper, results.figures))
     names = [figure.record.name for figure in drawn if figure.drawing]
     return PaperView(
@@ -226,7 +232,6 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         tally=tally(claims),
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
-        beyond=sum(bool(claim.evidence.not_checkable) for claim in undetermined),
         figures=drawn,
         errata=_of(paper, results.errata),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),

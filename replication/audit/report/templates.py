@@ -14,6 +14,7 @@ from markupsafe import Markup, escape
 
 from replication.audit.judge import numerals
 from replication.audit.report.claim import anchor
+from replication.audit.report.words import linked, word
 from replication.errors import AuditError
 from replication.verify.predicate import in_words
 
@@ -155,6 +156,8 @@ def environment() -> Environment:
         "anchor": lambda name, kind: anchor(kind, name),
         "slug": lambda verdict: str(verdict).replace(" ", "-"),
         "exact": numerals.exact,
+        "linked": linked,
+        "word": word,
         "code_link": code_link,
         "file_link": file_link,
         "pretty": lambda value: msgspec.json.format(

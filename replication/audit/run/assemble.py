@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from replication.audit.data import watched
-from replication.audit.judge.agreement import last_place
+from replication.audit.judge.agreement import last_place, stands_there
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.typed import require_found
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Reading, Verdict
+from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry, encode
@@ -85,9 +85,19 @@ class _Run:
         try:
             return function(results), ""
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
-            return None, describe(failure, self.sources, place)
+            return None, describe(failure, self.sources, place) + _of_results(failure, results)
         finally:
             self.read.update(results.read)
+
+
+def _of_results(failure: Exception, results: Available) -> str:
+    """What an error of a paper's function has to do with the results that it read, in words; empty if nothing."""
+    read = {name: results[name] for name in sorted(results.read) if name in results}
+    if isinstance(failure, KeyError) and failure.args and isinstance(failure.args[0], str):
+        keys = {key for found in read.values() if isinstance(found, dict) for key in found}
+        return f"; of the keys of {', '.join(read)}, {meant(failure.args[0], keys)}" if keys else ""
+    nothing = [name for name, found in read.items() if found is None]
+    return f"; the result of {', '.join(nothing)} is None: return what the claims are to read" if nothing else ""
 
 
 def assemble(
@@ -113,7 +123,7 @@ def assemble(
     failures: list[str] = []
     for paper in papers:
         proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
-        answered = [_claim(state, claim, paper.readings, proofs) for claim in paper.claims]
+        answered = [_claim(state, claim, paper, proofs) for claim in paper.claims]
         first = {record.id: record.judgement for record in answered}
         answered = [same_fact(record, first.get(record.claim.repeats)) for record in answered]
         claims.extend(answered)
@@ -180,10 +190,11 @@ def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Pr
 def _claim(
     state: _Run,
     claim: Claim,
-    readings: tuple[Reading, ...],
+    paper: Paper,
     proofs: Mapping[str, tuple[ErratumRecord, Proof | None]],
 ) -> ClaimRecord:
-    evidence, error = _answer(state, claim)
+    given = [one.name for one in paper.experiments if one.name in claim.uses and one.is_given(claim)]
+    evidence, error = _answer(state, claim, given)
     erratum, proof = proofs[claim.erratum] if claim.erratum is not None else (None, None)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
@@ -192,7 +203,7 @@ def _claim(
         proof,
         inferred=erratum is not None and erratum.inference,
         scanned=erratum is not None and erratum.scan,
-        readings=readings,
+        readings=paper.readings,
         code=state.sources.location(claim.answer),
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
@@ -202,8 +213,11 @@ def _claim(
     )
 
 
-def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
-    """What answers the claim. Asked again with its own print moved, it must not follow."""
+def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence | None, str]:
+    """What answers the claim. Asked again with its own print moved, it must not follow.
+
+    given: the experiments that have the print as an input, which may not hand it back.
+    """
     looked: set[str] = set()
 
     def ask(results: Available) -> Evidence:
@@ -218,6 +232,16 @@ def _answer(state: _Run, claim: Claim) -> tuple[Evidence | None, str]:
         return None, (
             f"claim {claim.id} looks at none of the experiments that it uses, {', '.join(claim.uses)}; answer it from "
             "their results, or take uses away"
+        )
+    if (
+        given
+        and evidence is not None
+        and evidence.value is not None
+        and stands_there(_flat(evidence.value), claim.printed)
+    ):
+        return None, (
+            f"claim {claim.id} answers itself: {given[0]} is given {claim.printed} and its value is exactly that; give "
+            "the experiment what the print follows from"
         )
     if not watch.met or evidence is None:
         return evidence, error

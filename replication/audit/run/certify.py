@@ -11,6 +11,7 @@ from typing import Any
 from replication.audit.project import read_settings
 from replication.audit.run.pool import Processes
 from replication.audit.run.worker import Answer, Task
+from replication.audit.store.cache import Dependencies
 from replication.audit.store.sources import default_packages
 from replication.errors import one_of
 from replication.files import write_atomically
@@ -39,17 +40,12 @@ def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iter
     known = [*dict.fromkeys(paper for paper, _ in wanted), *(name for _, name in wanted)]
     asked = {one_of("paper or theorem", name, known) for name in names}
     chosen = [(paper, name) for paper, name in wanted if not asked or asked & {paper, name}]
-    package = read_settings(root).papers
-    tasks = [
-        Task(
-            f"{paper}/{name}",
-            f"{package}.{paper}.certificates:make",
-            json.dumps({"name": name}),
-            default_packages(root),
-        )
-        for paper, name in chosen
-        if again or verify(file_of(paper, name, root), root).theorem is None
-    ]
+    package, folders = read_settings(root).papers, {name: str(path) for name, path in default_packages(root).items()}
+    tasks = []
+    for paper, name in chosen:
+        if again or verify(file_of(paper, name, root), root).theorem is None:
+            made = Dependencies(function=f"{package}.{paper}.certificates:make", inputs=json.dumps({"name": name}))
+            tasks.append(Task(f"{paper}/{name}", made, made.inputs, folders))
     for answer in Processes(jobs).compute(tasks) if tasks else ():
         yield _finish(answer, root)
 

@@ -9,16 +9,22 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib
+import inspect
 import os
 import random
 import sys
 import time
 from collections.abc import Callable, Iterator
-from types import FrameType
+from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 SEEDLESS, CLOCK = "random numbers without a seed", "the clock"
 _RANDOM = ("/random.py", "/secrets.py")
+_CLOCKS = tuple(
+    f"{name}{unit}"
+    for name in ("time", "perf_counter", "monotonic", "process_time", "thread_time")
+    for unit in ("", "_ns")
+)
 
 _seeded = False
 Told = Callable[[str, FrameType], None]
@@ -50,7 +56,37 @@ def listen(told: Told) -> None:
     # What SystemRandom, secrets and NumPy's generators without a seed draw from.
     random._urandom = asked(SEEDLESS, os.urandom)  # type: ignore[attr-defined]
     os.urandom = random._urandom  # type: ignore[attr-defined]
-    time.time, time.time_ns = asked(CLOCK, time.time), asked(CLOCK, time.time_ns)
+    for name in _CLOCKS:
+        setattr(time, name, asked(CLOCK, getattr(time, name)))
+
+
+def dates(function: Any, ours: Callable[[str], bool]) -> bool:
+    """Whether a function, or one that it names, asks `datetime` for now, of which Python tells nobody.
+
+    ours: whether the functions of this file are followed.
+    """
+    waiting, seen = [function], set[CodeType]()
+    while waiting:
+        one = inspect.unwrap(waiting.pop())
+        code = getattr(one, "__code__", None)
+        if code is None or code in seen or not ours(code.co_filename):
+            continue
+        seen.add(code)
+        names = {name for part in _codes(code) for name in part.co_names}
+        if names & {"now", "utcnow", "today"} and names & {"datetime", "date", "Timestamp"}:
+            return True
+        found = [one.__globals__[name] for name in names & one.__globals__.keys()]
+        held = [vars(value) for value in found if isinstance(value, type | ModuleType)]
+        waiting += [*found, *(inner[name] for inner in held for name in names & inner.keys())]
+    return False
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """A code, and those of the functions and comprehensions inside."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
 
 
 def _shared() -> random.Random:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import platform
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -21,30 +22,14 @@ import msgspec
 from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
-from replication.audit.store.provenance import kernel, loaded, plain, read_environment, read_packages
-from replication.audit.store.sources import SourceTree, default_packages, project_of
+from replication.audit.store.cache import Dependencies
+from replication.audit.store.provenance import kernel, plain, python_minor, read_packages
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
 KERNEL = "instruction set of the linear algebra (OPENBLAS_CORETYPE chooses it)"
 TIMEOUT = 10
 """Seconds to wait for the scheduler, and then for a first worker."""
-
-
-class Order(msgspec.Struct, frozen=True, kw_only=True):
-    """A task as it is sent to another machine, with what must be there: sources by SHA-256, Python, packages.
-
-    alone, timeout: as for `Task`.
-    """
-
-    name: str
-    function: str
-    inputs: str
-    sources: dict[str, str]
-    python: str
-    packages: dict[str, str]
-    kernel: str
-    alone: bool = False
-    timeout: float | None = None
 
 
 @dataclass(frozen=True)
@@ -69,8 +54,8 @@ class Cluster:
         client = _connect(self.address)
         futures: dict[Any, str] = {}
         try:
-            for order in orders_of(tasks):
-                futures[client.submit(compute_apart, msgspec.json.encode(order), pure=False)] = order.name
+            for task in tasks:
+                futures[client.submit(compute_apart, msgspec.json.encode(task), pure=False)] = task.name
             for future in as_completed(futures, loop=client.loop):
                 yield _answer(futures[future], future)
         finally:
@@ -78,29 +63,11 @@ class Cluster:
             client.close()
 
 
-def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
-    """What each of the tasks, all of one project, needs of the machine that computes it, as it is here."""
-    packages = tasks[0].packages
-    environment, sources = read_environment(project_of(packages) or Path()), SourceTree(packages)
-    for task in tasks:
-        yield Order(
-            name=task.name,
-            function=task.function,
-            inputs=task.inputs,
-            sources=sources.files_of(task.function.partition(":")[0]),
-            python=environment.python,
-            packages={**environment.packages, **plain(loaded(sources.installed_of(task.function.partition(":")[0])))},
-            kernel=environment.kernel,
-            alone=task.alone,
-            timeout=task.timeout,
-        )
-
-
-def compute_apart(order: bytes) -> bytes:
-    """Compute an order in a fresh process on this machine; the JSON of an `Answer`."""
+def compute_apart(task: bytes) -> bytes:
+    """Compute a task in a fresh process on this machine; the JSON of an `Answer`."""
     done = subprocess.run(
         [sys.executable, "-m", "replication.audit.run.cluster", str(os.getpid())],
-        input=order,
+        input=task,
         stdout=subprocess.PIPE,
         env={**os.environ, **FIXED, "PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
         check=False,
@@ -110,17 +77,16 @@ def compute_apart(order: bytes) -> bytes:
     return done.stdout
 
 
-def fulfil(order: Order) -> Answer:
-    """Compute `order` in this process, unless this machine has other sources, Python or packages than it asks for."""
+def fulfil(task: Task) -> Answer:
+    """Compute `task` in this process, unless this machine has other sources, Python or packages than it depends on."""
     try:
-        packages = default_packages(_project(order.function))
-        refusal = _other(order, SourceTree(packages))
+        packages = default_packages(_project(task.dependencies.function))
+        refusal = _other(task.dependencies, SourceTree(packages))
     except AuditError as error:  # a module or package that only the sender has
         refusal = f"the worker on {os.uname().nodename}: {error}"
     if refusal:
-        return Answer(order.name, None, 0.0, refusal)
-    named = tuple(order.sources), tuple(order.packages)
-    return compute(Task(order.name, order.function, order.inputs, packages, *named, order.alone, order.timeout))
+        return Answer(task.name, None, 0.0, refusal)
+    return compute(msgspec.structs.replace(task, packages={name: str(folder) for name, folder in packages.items()}))
 
 
 def _project(function: str) -> Path:
@@ -132,11 +98,12 @@ def _project(function: str) -> Path:
     return Path(found.submodule_search_locations[0]).resolve().parent
 
 
-def _other(wanted: Order, sources: SourceTree) -> str:
-    """What this machine has not as the order wants it, as a sentence; empty if all is there."""
-    found = {**sources.files_of(wanted.function.partition(":")[0]), **read_packages(wanted.packages)}
-    found |= {"Python": ".".join(map(str, sys.version_info[:2])), KERNEL: kernel()}
-    expected = {**wanted.sources, **wanted.packages, "Python": wanted.python, KERNEL: wanted.kernel}
+def _other(wanted: Dependencies, sources: SourceTree) -> str:
+    """What this machine has not as a task wants it, as a sentence; empty if all is there."""
+    packages = plain(wanted.packages)
+    found = {**sources.files_of(wanted.function.partition(":")[0]), **read_packages(packages)}
+    found |= {"Python": python_minor(platform.python_version()), KERNEL: kernel() if wanted.kernel else ""}
+    expected = {**wanted.sources, **packages, "Python": wanted.python, KERNEL: wanted.kernel}
     different = [name for name, value in expected.items() if found.get(name) != value]
     if not different:
         return ""
@@ -176,11 +143,11 @@ def _answer(name: str, future: Any) -> Answer:
 
 
 def _main() -> None:
-    """Read an order on standard input, write the answer; what the computation prints goes to standard error."""
+    """Read a task on standard input, write the answer; what the computation prints goes to standard error."""
     end_with(int(sys.argv[1]))
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    answer = fulfil(msgspec.json.decode(sys.stdin.buffer.read(), type=Order))
+    answer = fulfil(msgspec.json.decode(sys.stdin.buffer.read(), type=Task))
     with os.fdopen(out, "wb") as stream:
         stream.write(msgspec.json.encode(answer))
 

@@ -7,11 +7,14 @@ depend on is not there. It answers in JSON or CSV, on its output or in a file.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import hashlib
 import io
 import json
+import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -20,7 +23,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from replication.audit.run.tracing import FIXED, note
+from replication.audit.run.tracing import ABSENT, FIXED, loose, note, said
 from replication.errors import AuditError
 from replication.files import write_atomically
 
@@ -28,6 +31,8 @@ HANDED_ON = ("PATH", "HOME")
 OUTPUT = "-"
 """The answer stands on the standard output, as JSON."""
 LONGEST = 300
+_SHARED = re.compile(rb"/tmp/|/dev/shm/")
+"""Where programs may leave something for one another. TMPDIR is a folder of the command's own."""
 
 
 def execute(
@@ -52,7 +57,8 @@ def execute(
     names = list(_files(project, [*reads, *([environment] if environment else [])]))
     with tempfile.TemporaryDirectory(prefix="replication-") as made:
         folder = Path(made).resolve() / "work"
-        folder.mkdir()
+        for inner in (folder, folder.with_name("tmp")):
+            inner.mkdir()
         for name in names:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(project / name, folder / name)
@@ -65,7 +71,11 @@ def execute(
         before = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
         around = {folder.parent, project, *((project / name).parent for name in names)}
         there = _listed(around)
+        if version and said(tuple(version)) == ABSENT:
+            raise AuditError(f"`{' '.join(version)}` says no version; give the command that prints it, or none")
         note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
+        if any(_SHARED.search(text) for text in [" ".join(command).encode(), *map(_bytes, folder.rglob("*"))]):
+            loose("files in a folder that all programs share")
         output = _run(command, folder, variables)
         _require_kept(before, folder, project, names)
         if outside := sorted(_listed(around) - there):
@@ -128,7 +138,7 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> byte
         process = subprocess.Popen(
             list(command),
             cwd=folder,
-            env={**kept, **FIXED},
+            env={**kept, **FIXED, "TMPDIR": str(folder.with_name("tmp"))},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -161,7 +171,7 @@ def _require_declared(new: set[str], writes: Sequence[str]) -> None:
     if more := sorted(new - set(writes)):
         raise AuditError(f"it writes {', '.join(more[:4])}, which it does not declare; add to writes=[...]")
     if absent := sorted(set(writes) - new):
-        raise AuditError(f"it did not write {', '.join(absent[:4])}, as it declares")
+        raise AuditError(f"it did not write {', '.join(absent[:4])}, as it declares; look whether it ends early")
 
 
 def _keep(path: Path, store: Path, command: Sequence[str]) -> str:
@@ -183,18 +193,23 @@ def _checksums(folder: Path) -> dict[str, str]:
 
 
 def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+    return hashlib.sha256(_bytes(path)).hexdigest() if path.is_file() else ""
+
+
+def _bytes(path: Path) -> bytes:
+    return path.read_bytes() if path.is_file() else b""
 
 
 def _json(text: str | bytes, where: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise AuditError(f"{where} is no JSON: {error}; write the answer and nothing else") from None
+        begins = f", it begins with {text[:30]!r}".replace("b'", "'", 1) if text else ""
+        raise AuditError(f"{where} is no JSON{begins}: {error}; write the answer and nothing else") from None
 
 
 def _csv(text: str, where: str) -> dict[str, list[float | str]]:
-    """The columns by name; what reads as a number is one."""
+    """The columns by name; what reads as a finite number is one."""
     head, *rows = [row for row in csv.reader(io.StringIO(text), skipinitialspace=True) if row] or [[]]
     if len(head) == 1 and (mark := next((mark for mark in ";\t" if mark in head[0]), "")):
         raise AuditError(f"{where} is parted by {mark!r}; write a table with commas between its cells")
@@ -204,7 +219,6 @@ def _csv(text: str, where: str) -> dict[str, list[float | str]]:
 
 
 def _number(cell: str) -> float | str:
-    try:
-        return float(cell)
-    except ValueError:
-        return cell
+    with contextlib.suppress(ValueError):
+        return number if math.isfinite(number := float(cell)) else cell
+    return cell

@@ -10,7 +10,7 @@ import functools
 import hashlib
 import io
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
@@ -80,23 +80,6 @@ def _read(path: Path) -> Mapping[str, tuple[float, ...]]:
 Kept = tuple[FigureRecord, list[str]]
 
 
-def write_figures(
-    papers: Iterable[Paper],
-    results_by_experiment: Mapping[str, Any],
-    directory: Path,
-    packages: Mapping[str, Path] | None = None,
-) -> tuple[FigureRecord, ...]:
-    """Write NAME.csv and NAME.svg of every figure into `directory` and return their records.
-
-    A figure that fails, or whose experiment has no result, gives a record with the error and no files.
-    """
-    return tuple(
-        _write_figure(figure, paper.key, results_by_experiment, directory, packages or {})
-        for paper in papers
-        for figure in paper.figures
-    )
-
-
 def draw_figures(
     papers: Sequence[Paper],
     results: Mapping[str, Any],
@@ -104,23 +87,21 @@ def draw_figures(
     *,
     cache: Cache,
     root: Path,
-    packages: Mapping[str, Path] | None = None,
 ) -> tuple[FigureRecord, ...]:
-    """The records that `write_figures(papers, results, directory)` gives, and its files, drawing what is out of date.
+    """The records of all figures, whose files it writes into `directory`, drawing what is out of date.
 
     A figure depends on all files of its paper and of the drawing, on its texts, and on the results that it uses.
-    root, packages: as for `runner.run`.
     """
     records = []
-    tree = SourceTree(packages or default_packages(root))
-    for paper, figure, dependencies in _asked(papers, results, root, packages):
+    tree = SourceTree(default_packages(root))
+    for paper, figure, dependencies in _asked(papers, results, root):
         entry = _kept(cache, figure, dependencies, tree)
         if entry is not None and entry[1] == checksums(directory, figure.name):
             record = entry[0]
         else:
             with traced(root) as trace:
                 trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
-                record = _write_figure(figure, paper.key, results, directory, tree.packages)
+                record = write_figure(figure, paper.key, results, directory, tree)
             if not (record.error or untraced(trace, tree, dependencies.sources)):
                 result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
                 data = labels(trace, tree, dependencies.sources)
@@ -143,7 +124,7 @@ def kept_figures(
     environment: `read_environment(root)`, for who has read it.
     """
     tree = SourceTree(default_packages(root))
-    for _, figure, dependencies in _asked(papers, results, root, None, environment):
+    for _, figure, dependencies in _asked(papers, results, root, environment):
         yield figure.name, _kept(cache, figure, dependencies, tree)
 
 
@@ -162,13 +143,13 @@ def to_csv(data: FigureData) -> bytes:
     return stream.getvalue().encode()
 
 
-def _write_figure(
-    figure: Figure, paper: str, results: Mapping[str, Any], directory: Path, packages: Mapping[str, Path]
+def write_figure(
+    figure: Figure, paper: str, results: Mapping[str, Any], directory: Path, sources: SourceTree
 ) -> FigureRecord:
+    """Write NAME.csv and NAME.svg and return the record: with the error and no files where anything fails."""
     targets = directory / f"{figure.name}.csv", directory / f"{figure.name}.svg"
     table, drawing, alt, failure = b"", b"", "", ""
     title = figure.name if callable(figure.title) else figure.title
-    sources = SourceTree(packages)
     try:
         missing = [name for name in figure.uses if name not in results]
         if missing:
@@ -229,10 +210,9 @@ def _asked(
     papers: Sequence[Paper],
     results: Mapping[str, Any],
     root: Path,
-    packages: Mapping[str, Path] | None,
     environment: Environment | None = None,
 ) -> Iterator[tuple[Paper, Figure, Dependencies]]:
-    sources, environment = SourceTree(packages or default_packages(root)), environment or read_environment(root)
+    sources, environment = SourceTree(default_packages(root)), environment or read_environment(root)
     package = read_settings(root).papers
 
     @functools.cache
@@ -269,18 +249,29 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
 
     with house_style(), mpl.rc_context({"svg.hashsalt": figure.name}):
         stream = io.StringIO()
-        figure.plot(data).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        drawn = figure.plot(data)
+        if not hasattr(drawn, "savefig"):
+            raise AuditError(f"its plot gave {drawn!r:.80}; return the figure of matplotlib")
+        drawn.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return svg.tidy(stream.getvalue(), figure.name).encode()
 
 
 def _titled(figure: Figure, data: FigureData) -> str:
     """The message, with numbers of the data; whoever reads nothing else reads this, so it is short."""
-    return require_title(figure.title(data) if callable(figure.title) else figure.title)
+
+    def titled(columns: Any) -> tuple[str]:
+        title = figure.title
+        return (title(FigureData(columns=columns)) if callable(title) else title,)
+
+    require_found("title", titled, data.columns, [figure.caption, figure.place])
+    return require_title(titled(data.columns)[0])
 
 
 def _described(figure: Figure, data: FigureData) -> str:
     """The alternative text; whoever cannot see the figure learns its numbers from it, so it must hold some."""
-    text = figure.alt(data)
+    text: object = figure.alt(data)
+    if not isinstance(text, str):
+        raise AuditError(f"its alternative text is {text!r:.80}; return a string")
     if not any(character.isdigit() for character in text):
         raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 KILLED = (
     "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
-    "or the code ended it"
+    "or compiled code crashed, or the code ended it"
 )
 
 
@@ -143,11 +143,13 @@ def _deaf_children() -> Iterator[None]:
     """Processes begun meanwhile never hear Ctrl-C, which reaches them too: this one decides, and ends them.
 
     Here it waits until the end at most; it would be lost if it were ignored. They have the language and the time zone
-    of every experiment.
+    of every experiment, and no handler that prints the stacks of all threads when one crashes, of which their parent
+    says a line.
     """
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    before = {name: os.environ.get(name) for name in FIXED}
-    os.environ.update(FIXED)
+    settings = {**FIXED, "PYTHONFAULTHANDLER": ""}
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
     try:
         yield
     finally:

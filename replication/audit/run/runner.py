@@ -57,19 +57,8 @@ class Outcome:
     untraced: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """A task of the run. arguments: JSON text of what its function is given, which may hold places on this disk.
-
-    alone, timeout: as for `Task`.
-    """
-
-    name: str
-    dependencies: Dependencies
-    lookup: Lookup
-    arguments: str
-    alone: bool
-    timeout: float
+Plan = tuple[Task, Lookup]
+"""A task of the run, and what the cache knows of it."""
 
 
 def run(
@@ -99,7 +88,7 @@ def run(
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     environment = read_environment(root)
     now = partial(state, tree=sources)
-    plans: dict[str, _Plan] = {}
+    plans: dict[str, Plan] = {}
     computed: dict[str, Computed] = {}
     steps: dict[str, Step] = {}
     lookup = partial(cache.lookup, now=now)
@@ -111,18 +100,17 @@ def run(
             for name, (error, needed) in blocked.items():
                 computed[name] = Computed(needed, None, error, 0.0)
                 steps[name] = Step(name, Action.FAILED, "not started", 0.0, error)
-            stored = {name: plan.lookup.entry for name, plan in planned.items() if plan.lookup.entry is not None}
-            for name, entry in stored.items():
-                computed[name] = Computed(entry.dependencies, entry, "", entry.seconds)
-                steps[name] = Step(name, Action.REUSED, planned[name].lookup.reason, entry.seconds)
+            for name, (_, known) in planned.items():
+                if (entry := known.entry) is not None:
+                    computed[name] = Computed(entry.dependencies, entry, "", entry.seconds)
+                    steps[name] = Step(name, Action.REUSED, known.reason, entry.seconds)
             plans |= planned
-            open_plans = [plan for name, plan in planned.items() if name not in stored]
-            tasks = [_task(plan, packages) for plan in _longest_first(open_plans)]
+            tasks = _longest_first([plan for plan in planned.values() if plan[1].entry is None])
             watcher.begin(len(tasks))
             for answer in (executor or Processes()).compute(tasks) if tasks else ():
                 computed[answer.name], steps[answer.name] = _finish(answer, plans[answer.name], cache, sources)
                 watcher.step(steps[answer.name])
-    environment = _with_loaded(environment, plans.values())
+    environment = _with_loaded(environment, [task for task, _ in plans.values()])
     order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
     values = {name: done.entry.result for name in order if (done := computed[name]).entry is not None}
     proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
@@ -131,7 +119,7 @@ def run(
     entries = [done.entry for done in computed.values() if done.entry is not None]
     read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
     own = (".", *packages)
-    elsewhere = [(label, sha) for plan in plans.values() for label, sha in plan.dependencies.sources.items()]
+    elsewhere = [(label, sha) for task, _ in plans.values() for label, sha in task.dependencies.sources.items()]
     read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in own}
     loose = {words for entry in entries for words in entry.untraced} | set(untraced(trace, sources, ()))
     results = msgspec.structs.replace(results, project=read_settings(root))
@@ -140,10 +128,10 @@ def run(
     )
 
 
-def _with_loaded(environment: Environment, plans: Iterable[_Plan]) -> Environment:
+def _with_loaded(environment: Environment, tasks: Iterable[Task]) -> Environment:
     """With the distributions that the experiments import beside those that the project declares."""
     declared = set(map(canonical, environment.packages))
-    found = {name: version for plan in plans for name, version in plan.dependencies.packages.items()}
+    found = {name: version for task in tasks for name, version in task.dependencies.packages.items()}
     return replace(environment, loaded={k: v for k, v in plain(found).items() if canonical(k) not in declared})
 
 
@@ -177,15 +165,7 @@ def _ready(
         failed = [name for name in experiment.needs if computed[name].entry is None]
         if failed:
             inputs = encode(experiment.name, dict(experiment.inputs), sort=True)
-            none = Dependencies(
-                sources={},
-                function=function_name(experiment),
-                inputs=inputs,
-                lock="",
-                python="",
-                packages={},
-                kernel="",
-            )
+            none = Dependencies(function=function_name(experiment), inputs=inputs)
             blocked[experiment.name] = (f"it needs {', '.join(failed)}, which failed", none)
             continue
         entries = [computed[name].entry for name in experiment.needs]
@@ -201,7 +181,7 @@ def _plan(
     lookup: Callable[[str, Dependencies], Lookup],
     sources: SourceTree,
     timeout: float,
-) -> dict[str, _Plan]:
+) -> dict[str, Plan]:
     """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
     verifier = f"{prove.__module__}:{prove.__name__}"
     root, store = map(str, places)
@@ -213,7 +193,8 @@ def _plan(
         asked.append((experiment.name, function, dict(experiment.inputs), place, needed, experiment.timeout))
     for one in certificates:
         asked.append((one.task, verifier, {"path": one.path, "subject": dict(one.subject)}, {"root": root}, {}, None))
-    plans: dict[str, _Plan] = {}
+    plans: dict[str, Plan] = {}
+    folders = {name: str(folder) for name, folder in sources.packages.items()}
     packages = functools.cache(lambda module: loaded(sources.installed_of(module)))
     for name, function, inputs, place, needed, limit in asked:
         module = function.partition(":")[0]
@@ -225,7 +206,8 @@ def _plan(
             environment, files, function, text, loaded=packages(module), needed=needed, exact=exact
         )
         arguments = encode(f"the inputs of {name}", {**inputs, **place}) if place else text
-        plans[name] = _Plan(name, dependencies, lookup(name, dependencies), arguments, dynamic, limit or timeout)
+        task = Task(name, dependencies, arguments, folders, dynamic, limit or timeout)
+        plans[name] = task, lookup(name, dependencies)
     return plans
 
 
@@ -239,29 +221,21 @@ def _all(papers: Sequence[Paper]) -> Iterator[Experiment]:
         yield experiment
 
 
-def _longest_first(plans: Sequence[_Plan]) -> list[_Plan]:
+def _longest_first(plans: Sequence[Plan]) -> list[Task]:
     """Those by falling duration as last known, those never run in front: the short ones then fill the gaps."""
-    known = [plan.lookup.last_seconds for plan in plans]
-    durations = [math.inf if seconds is None else seconds for seconds in known]
-    order = sorted(range(len(plans)), key=lambda index: -durations[index])
-    return [plans[i] for i in order]
+    known = [math.inf if lookup.last_seconds is None else lookup.last_seconds for _, lookup in plans]
+    return [plans[i][0] for i in sorted(range(len(plans)), key=lambda index: -known[index])]
 
 
-def _task(plan: _Plan, packages: Mapping[str, Path]) -> Task:
-    needed = plan.dependencies
-    names = tuple(needed.sources), tuple(needed.packages)
-    return Task(plan.name, needed.function, plan.arguments, packages, *names, plan.alone, plan.timeout)
-
-
-def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:
+def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:
     """Store an answer, unless it failed or its sources and data are no longer those that it was computed from."""
-    name, reason, seconds = answer.name, plan.lookup.reason, answer.seconds
+    name, reason, seconds, dependencies = answer.name, plan[1].reason, answer.seconds, plan[0].dependencies
     try:
         if answer.text is not None:
             result = json.loads(answer.text)
             solvers = solvers_in(f"the result of {name}", result)
             entry = Entry(
-                dependencies=plan.dependencies,
+                dependencies=dependencies,
                 data=answer.data,
                 untraced=answer.untraced,
                 files=answer.files,
@@ -270,10 +244,10 @@ def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> t
                 result=result,
             )
             moved = any(state(label, sources) != now for label, now in answer.data.items())
-            whole = sources.unchanged(plan.dependencies.sources) and not moved
+            whole = sources.unchanged(dependencies.sources) and not moved
             reason = (cache.store(name, entry) if whole else EDITED) or reason
-            return Computed(plan.dependencies, entry, "", seconds), Step(name, Action.COMPUTED, reason, seconds)
+            return Computed(dependencies, entry, "", seconds), Step(name, Action.COMPUTED, reason, seconds)
         error = answer.error
     except AuditError as failure:
         error = describe(failure, sources)
-    return Computed(plan.dependencies, None, error, seconds), Step(name, Action.FAILED, reason, seconds, error)
+    return Computed(dependencies, None, error, seconds), Step(name, Action.FAILED, reason, seconds, error)

@@ -18,20 +18,17 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-import msgspec
-
 import replication
 from replication.audit.project import CONFIGURATION
 from replication.audit.run.chance import CLOCK, draws, listen
-from replication.audit.store.provenance import OWN, installed, kernel, listing, owners, run_record
-from replication.audit.store.sources import KEPT, SourceTree, default_packages
-from replication.files import write_atomically
+from replication.audit.store.provenance import OWN, installed, owners
+from replication.audit.store.sources import SourceTree
 
 ABSENT = "absent"
 FIXED = {"LC_ALL": "C.UTF-8", "TZ": "UTC", "PYTHONHASHSEED": "0"}
@@ -55,6 +52,7 @@ _MAKERS = (".git", ".cache", ".venv", "__pycache__")
 class Trace:
     """What was noted: files and folders by path, variables, and in words what cannot be followed.
 
+    passing: files in a folder for a while, which must be gone when the computation ends.
     named: dependencies by the names of `state`, and files: made files by name and checksum, which a command declares.
     """
 
@@ -63,6 +61,7 @@ class Trace:
     written: set[str] = field(default_factory=set)
     variables: dict[str, None] = field(default_factory=dict)
     untraced: dict[str, None] = field(default_factory=dict)
+    passing: set[str] = field(default_factory=set)
     named: set[str] = field(default_factory=set)
     files: dict[str, str] = field(default_factory=dict)
 
@@ -81,6 +80,9 @@ def traced(root: Path | None) -> Iterator[Trace]:
     try:
         yield _active
     finally:
+        for path in sorted(_active.passing):
+            if os.path.exists(path):  # noqa: PTH110 - of each that was written
+                _active.untraced[f"writes {path}"] = None
         _active = before
 
 
@@ -141,7 +143,7 @@ def state(label: str, tree: SourceTree) -> str:
         found = installed(name)
         return ABSENT if found is None else found.version
     if kind == "version":
-        return _said(tuple(json.loads(name)))
+        return said(tuple(json.loads(name)))
     if kind == "program":
         program = shutil.which(name)
         if program is None:
@@ -160,13 +162,14 @@ def state(label: str, tree: SourceTree) -> str:
 
 
 @functools.cache
-def _said(command: tuple[str, ...]) -> str:
-    """The first line of what a program says of its version."""
+def said(command: tuple[str, ...]) -> str:
+    """The first line of what a program says of its version; `ABSENT` if it fails or says nothing."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return ABSENT
-    return next(iter((done.stdout + done.stderr).strip().splitlines()), ABSENT)
+    lines = (done.stdout + done.stderr).strip().splitlines()
+    return lines[0] if lines and not done.returncode else ABSENT
 
 
 def _sha256(content: bytes) -> str:
@@ -212,15 +215,19 @@ def _chance(words: str, frame: FrameType) -> None:
         return
     place = draws(frame)
     by = place.f_code.co_filename if place is not None else ""
-    ours = by.startswith(_active.root) and _counts(by, _active.root)
-    if ours or (words != CLOCK and _library(by) and place is not None and not _importing(place)):
+    if ours(by) or (words != CLOCK and _library(by) and place is not None and not _importing(place)):
         _owner(frame).untraced[words] = None
 
 
-def unseeded(words: str) -> None:
-    """Note what was found when a computation ended."""
+def loose(words: str) -> None:
+    """Note what cannot be followed of the computation that goes on."""
     if _active is not None:
         _active.untraced[words] = None
+
+
+def ours(file: str) -> bool:
+    """Whether a file is one of the project, for the computation that goes on."""
+    return _active is not None and file.startswith(_active.root) and _counts(file, _active.root)
 
 
 def _hear(event: str, arguments: tuple[Any, ...]) -> None:
@@ -266,8 +273,11 @@ def _open(path: str, flags: int, frame: FrameType, *, library: bool) -> None:
             owner.written.add(path)
         assert _active is not None
         kept = not path.startswith(tempfile.gettempdir()) or path.startswith(_active.root)
-        if kept and _counts(path, _active.root) and not _asking(frame).startswith(_HOME):
+        asking = _asking(frame)
+        if kept and _counts(path, _active.root) and not asking.startswith(_HOME):
             owner.untraced[f"writes {path.removeprefix(_active.root)}"] = None
+        elif not kept and ours(asking):
+            owner.passing.add(path)
     elif path and path not in owner.written:
         owner.read[path] = None
 
@@ -293,7 +303,7 @@ def _owner(frame: FrameType) -> Trace:
     assert _active is not None
     for place in _frames(frame):
         by = place.f_code.co_filename
-        if place.f_code.co_name == "<module>" and by.startswith(_active.root) and _counts(by, _active.root):
+        if place.f_code.co_name == "<module>" and ours(by):
             return _imported.setdefault(by, Trace())
     return _active
 
@@ -319,93 +329,3 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
     while frame is not None:
         yield frame
         frame = frame.f_back
-
-
-# The last run: where nothing has changed since, its words are said again and its files are left alone.
-#
-# What may matter to a run is every file of the project that is not hidden, the package itself, the results, figures and
-# entries of the cache that it left, the machine, what is installed, and what else it was seen to read. If all that is
-# as it was when the last run ended, so is what a run would write. Whatever is in doubt is run again, from results that
-# are kept one by one.
-
-
-NAME = "last-run"
-LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV")
-"""How variables begin that may matter though nobody asks for them by name."""
-APART = ("__pycache__", "notebooks", "build", "dist")
-"""Folders with what Python, the tutorials and the packaging make of the sources."""
-INDEX = (f"{NAME}.json", KEPT)
-"""Files of the cache that hold no result."""
-
-
-class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """What a run says that has nothing to compute, the tutorials to which its report links, and its exit code."""
-
-    lines: tuple[str, ...]
-    tutorials: tuple[str, ...]
-    code: int
-
-
-class LastRun:
-    """The last complete run in these places. Made before a run starts, and asked again when it has ended.
-
-    root: the project. written: the files, and the folders of files, that a run leaves. asked: what else it was told.
-    directory: where it is kept, the folder of the cache.
-    """
-
-    def __init__(self, root: Path, written: Sequence[Path], asked: Sequence[str], directory: Path) -> None:
-        self._places = [root, Path(replication.__file__).parent, *written, directory]
-        self._written = [path.resolve() for path in (*written, directory)]
-        self._asked, self._root, self._path = list(asked), root, directory / f"{NAME}.json"
-        self._before = self._files()
-
-    def said(self) -> Said | None:
-        """What the last run said, if nothing has changed since it ended; None otherwise."""
-        try:
-            kept = json.loads(self._path.read_bytes())
-            told = msgspec.convert(kept["said"], Said)
-            whole = kept["sha256"] == self._checksum(self._before, told, kept["traced"])
-            whole = whole and self._traced(kept["traced"]) == kept["traced"]
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            return None
-        return told if whole else None
-
-    def keep(self, said: Said, traced: Iterable[str] = ()) -> None:
-        """Keep what this run said, unless something else than the run itself changed files while it ran.
-
-        traced: what the run read besides, by the names of `tracing.state`.
-        """
-        after = self._files()
-        changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
-        if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
-            now = self._traced(traced)
-            kept = {"said": msgspec.to_builtins(said), "traced": now, "sha256": self._checksum(after, said, now)}
-            write_atomically(self._path, json.dumps(kept).encode())
-
-    def _traced(self, names: Iterable[str]) -> dict[str, str]:
-        tree = SourceTree(default_packages(self._root))
-        return {name: state(name, tree) for name in names}
-
-    def _files(self) -> dict[str, str]:
-        found = {path.resolve() for place in self._places for path in _visible(place)}
-        return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(found)}
-
-    def _checksum(self, files: Mapping[str, str], said: Said, traced: Mapping[str, str]) -> str:
-        record = msgspec.structs.replace(run_record(self._root), date="", blas=kernel())
-        language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
-        machine = [msgspec.to_builtins(record), language, listing()]
-        whole: list[Any] = [self._asked, machine, files, msgspec.to_builtins(said), traced]
-        return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
-
-
-def _visible(place: Path) -> Iterator[Path]:
-    """A file, or the files of a folder and of those in it, hidden ones and folders that stand apart left out."""
-    if place.is_file():
-        yield place
-    for folder, inner, names in os.walk(place):
-        if "pyvenv.cfg" in names:  # an environment, which the versions of its packages stand for
-            inner.clear()
-            continue
-        inner[:] = [name for name in inner if not name.startswith(".") and name not in APART]
-        paths = (Path(folder, name) for name in names if not name.startswith(".") and name not in INDEX)
-        yield from (path for path in paths if path.is_file())

@@ -9,17 +9,16 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.chance import shared_generators
-from replication.audit.run.tracing import labels, others, traced, unseeded, untraced
-from replication.audit.store.cache import encode
+from replication.audit.run.chance import CLOCK, dates, shared_generators
+from replication.audit.run.tracing import labels, loose, others, ours, traced, untraced
+from replication.audit.store.cache import Dependencies, encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, ReplicationError
@@ -32,21 +31,19 @@ GRACE = 5.0
 """Seconds that an experiment has to end after its time-out, before its process is ended."""
 
 
-@dataclass(frozen=True)
-class Task:
-    """An experiment in a form that any process can read. inputs: JSON text. packages: those of the project.
+class Task(msgspec.Struct, frozen=True):
+    """An experiment in a form that any process reads, on this machine or another one.
 
-    sources: labels of the files that its function imports. loaded: names of the distributions that it imports.
+    dependencies: all that it depends on, as it is where the run is. arguments: JSON text of what its function is given,
+    which may hold places on this disk. packages: those of the project, with their folders.
     alone: whether it needs a process of its own, which shows what it imports by computed names.
     timeout: seconds after which it is ended.
     """
 
     name: str
-    function: str
-    inputs: str
-    packages: Mapping[str, Path]
-    sources: tuple[str, ...] = ()
-    loaded: tuple[str, ...] = ()
+    dependencies: Dependencies
+    arguments: str
+    packages: dict[str, str]
     alone: bool = False
     timeout: float | None = None
 
@@ -87,27 +84,30 @@ def compute(task: Task) -> Answer:
     """Run a task with one BLAS thread. Whatever fails in it ends up in the answer, except an interruption."""
     import threadpoolctl
 
-    tree = SourceTree(task.packages)
+    tree = SourceTree({name: Path(folder) for name, folder in task.packages.items()})
+    sources = task.dependencies.sources
     begin = time.perf_counter()
     text, error, data = None, "", {}
-    loose: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
     files: dict[str, str] = {}
     try:
         with traced(tree.root) as trace:
-            function = _find(task.function)
+            function = _find(task.dependencies.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(unseeded):
-                text = _encoded(task.name, function(**json.loads(task.inputs)))
+            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(loose):
+                text = _encoded(task.name, function(**json.loads(task.arguments)))
+            if dates(function, ours):
+                loose(CLOCK)
         files = trace.files
-        more = others(tree, task.sources, task.loaded) if task.alone else set()
-        data, loose = labels(trace, tree, task.sources, more), untraced(trace, tree, {*task.sources, *more})
+        more = others(tree, sources, task.dependencies.packages) if task.alone else set()
+        data, unseen = labels(trace, tree, sources, more), untraced(trace, tree, {*sources, *more})
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
         error = describe(failure, tree, _place(task, tree))
         text = None
-    return Answer(task.name, text, time.perf_counter() - begin, error, data, loose, files)
+    return Answer(task.name, text, time.perf_counter() - begin, error, data, unseen, files)
 
 
 @contextlib.contextmanager
@@ -146,7 +146,7 @@ def _encoded(name: str, value: Any) -> str:
 def _place(task: Task, tree: SourceTree) -> str:
     """Where the function of a task is defined; empty if it cannot be found, or is none of the project's."""
     with contextlib.suppress(Exception):
-        place = tree.location(_find(task.function))
+        place = tree.location(_find(task.dependencies.function))
         return "" if place.startswith("replication/") else place
     return ""
 

@@ -99,13 +99,13 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     needed: SHA-256 of the files of other experiments that a command gets.
     """
 
-    sources: dict[str, str]
+    sources: dict[str, str] = {}
     function: str
     inputs: str
-    lock: str
-    python: str
-    packages: dict[str, str]
-    kernel: str
+    lock: str = ""
+    python: str = ""
+    packages: dict[str, str] = {}
+    kernel: str = ""
     needed: dict[str, str] = {}
 
     @classmethod

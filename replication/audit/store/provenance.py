@@ -75,12 +75,17 @@ def against_lock(versions: Mapping[str, str], lock: Path) -> tuple[str, ...]:
     )
 
 
-def listing() -> list[str]:
-    """A name for each thing that is installed where Python looks, with its version and the time it was put there."""
-    return sorted(_installed())
+def machine(root: Path) -> list[Any]:
+    """All that may matter to a run beside files and what it reads, found without loading what computes.
+
+    The processor and what is installed stand for the linear algebra that will be chosen.
+    """
+    here = [replication.__version__, platform.python_version(), platform.platform(), _of_processor("flags")]
+    return [*git_state(root), *here, _cpu_model(), sorted(_installed())]
 
 
 def _installed() -> Iterator[str]:
+    """A name for each thing that is installed where Python looks, with its version and the time it was put there."""
     for place in dict.fromkeys(sys.path):
         if Path(place).is_dir():
             for entry in os.scandir(place or "."):
@@ -290,7 +295,11 @@ def _pools() -> list[dict[str, Any]]:
 
 
 def _cpu_model() -> str:
+    return _of_processor("model name") or platform.processor() or platform.machine() or "unknown"
+
+
+def _of_processor(name: str) -> str:
+    """What Linux says of the first processor under this name; empty elsewhere."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8", errors="replace").splitlines() if info.is_file() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return models[0] if models else platform.processor() or platform.machine() or "unknown"
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(name)), "")

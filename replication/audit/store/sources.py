@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import ast
-import contextlib
 import functools
 import hashlib
 import importlib.util
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import msgspec
-
 import replication
 from replication.audit.project import read_settings
 from replication.errors import AuditError
-from replication.files import write_atomically
 
 CALLERS = tuple(
     f"replication/audit/{name}.py" for name in ("run/worker", "run/assemble", "run/draw", "declare", "numbers")
@@ -35,17 +32,13 @@ _BODIES = ("body", "orelse", "finalbody", "handlers", "cases")
 """Where a statement holds others."""
 
 
-class _Module(msgspec.Struct, frozen=True, kw_only=True):
+@dataclass(frozen=True, kw_only=True)
+class _Module:
     sha256: str
     imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
     texts: tuple[str, ...]  # that may name a file
     bound: frozenset[str]  # the names that the module binds itself, at any depth
     dynamic: bool  # whether it imports by a computed name
-
-
-class _Kept(msgspec.Struct, frozen=True, kw_only=True):
-    sha256: str
-    modules: dict[str, _Module]
 
 
 class SourceTree:
@@ -301,55 +294,15 @@ def parents(module: str) -> Iterator[str]:
         yield module
 
 
-_known: dict[str, _Module] = {}
-"""What files say, by name and content."""
-_asked: set[str] = set()
-
-
-KEPT = "sources.json"
-"""File of the cache for `kept_at`."""
-
-
-@contextlib.contextmanager
-def kept_at(path: Path) -> Iterator[None]:
-    """Take what files import from what an earlier command kept at `path`, and keep there what was asked for.
-
-    It is found by a file's content, and by that of this one, which says how to read it. A damaged file is not used.
-    """
-    _known.update(_kept(path))
-    before = set(_known)
-    yield
-    if _asked != before and path.parent.is_dir():
-        modules = {key: _known[key] for key in sorted(_asked)}
-        with contextlib.suppress(OSError):
-            write_atomically(path, msgspec.json.encode(_Kept(sha256=_checksum(modules), modules=modules)))
-
-
-def _kept(path: Path) -> dict[str, _Module]:
-    try:
-        kept = msgspec.json.decode(path.read_bytes(), type=_Kept)
-    except (OSError, msgspec.DecodeError):
-        return {}
-    return kept.modules if kept.sha256 == _checksum(kept.modules) else {}
-
-
-def _checksum(modules: Mapping[str, _Module]) -> str:
-    return hashlib.sha256(msgspec.json.encode(modules, order="deterministic")).hexdigest()
-
-
-@functools.cache
-def _reader() -> bytes:
-    return hashlib.sha256(Path(__file__).read_bytes() + sys.version.encode()).digest()
+_known: dict[tuple[str, Path, bytes], _Module] = {}
 
 
 def _read(name: str, path: Path) -> _Module:
-    """What a file says; each is read by several trees in one command, and by every command."""
+    """What a file says; each is read by several trees in one command."""
     content = path.read_bytes()
-    whole = b"".join([_reader(), name.encode(), b"\0", path.name.encode(), b"\0", content])
-    key = hashlib.sha256(whole).hexdigest()
+    key = name, path, content
     if key not in _known:
         _known[key] = _parsed(name, path, content)
-    _asked.add(key)
     return _known[key]
 
 

@@ -90,11 +90,13 @@ def close_loop(
         )
     sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
     sensed = np.eye(true_plant.order) if observer.full_state else true_plant.C
-    steps = []
-    for phase in range(design.ratio):
-        computes = phase == 0 or not observer.slow_command
-        steps.append(_step(design.feedback, observer.steps[phase], sampled, sensed, computes=computes))
-    return DualRateLoop(design, true_plant, harmonic, tuple(steps))
+    own = [(step, phase == 0 or not observer.slow_command) for phase, step in enumerate(observer.steps)]
+    different = {(id(step), computes): (step, computes) for step, computes in own}
+    steps = {
+        key: _step(design.feedback, step, sampled, sensed, computes=computes)
+        for key, (step, computes) in different.items()
+    }
+    return DualRateLoop(design, true_plant, harmonic, tuple(steps[id(step), computes] for step, computes in own))
 
 
 def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool) -> LoopStep:

@@ -146,10 +146,17 @@ def _balance(state: bytes, n: int) -> Any:
 
 
 def _exponential(matrix: Any) -> Any:
+    return _exponential_of(matrix.tobytes(), matrix.dtype, len(matrix))
+
+
+@lru_cache(maxsize=64)
+def _exponential_of(matrix: bytes, kind: Any, n: int) -> Any:
+    """Kept, since the loops of a table share a model and its periods."""
     with np.errstate(over="ignore", invalid="ignore"):
-        power = scipy.linalg.expm(matrix)
+        power = scipy.linalg.expm(np.frombuffer(matrix, kind).reshape(n, n))
     if not np.all(np.isfinite(power)):
         raise InvalidInputError("exp(A T) overflows: the plant grows too fast for this period; choose a shorter period")
+    power.flags.writeable = False
     return power
 
 
@@ -193,51 +200,37 @@ def single_correction(model: SampledModel) -> Observer:
 
 def held_measurement(model: SampledModel) -> Observer:
     """(2) with u changing every T and the last measurement held over M T. State (ζ, y held)."""
-    return _observer(model, [_holding(model, phase) for phase in range(model.ratio)])
+    return _observer(model, _phases(_holding, model))
 
 
 def single_rate(model: SampledModel) -> Observer:
     """Observer (2) and controller both updated every M T: F, G, H at M T, written over the fast instants."""
-    return _observer(model, [_holding(model, phase) for phase in range(model.ratio)], slow_command=True)
+    return _observer(model, _phases(_holding, model), slow_command=True)
 
 
 def model_interpolation(model: SampledModel) -> Observer:
     """`held_measurement` read at phase 0 only, the model carrying the estimate between. State (ζ, y held, x̂)."""
-    return _observer(model, [_interpolating(model, phase) for phase in range(model.ratio)])
+    return _observer(model, _phases(_interpolating, model))
 
 
 def slow_input_interpolation(model: SampledModel) -> Observer:
     """`model_interpolation` whose observer takes the input of phase 0 for the whole M T. State (ζ, y held, x̂, u₀)."""
-    return _observer(model, [_interpolating(model, phase, slow_input=True) for phase in range(model.ratio)])
+    return _observer(model, _phases(_interpolating, model, slow_input=True))
 
 
 def alternating_predictive(model: SampledModel) -> Observer:
     """The alternating predictive observer as printed: (7) with the virtual measurement (6). State (ζ, y_p)."""
-    return _observer(model, [_virtual(model, phase, running=False) for phase in range(model.ratio)])
+    return _observer(model, _phases(_virtual, model, running=False))
 
 
 def running_prediction(model: SampledModel) -> Observer:
     """The restarted predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement."""
-    return _observer(model, [_virtual(model, phase, running=True) for phase in range(model.ratio)])
+    return _observer(model, _phases(_virtual, model, running=True))
 
 
 def open_loop_prediction(model: SampledModel) -> Observer:
     """(7) with y_p = C ζ_p, where ζ_p starts at ζ at phase 0 and follows the model alone. State (ζ, ζ_p)."""
-    n = model.F.shape[0]
-    steps = []
-    for phase in range(model.ratio):
-        draft = _corrected(model, phase)
-        own = np.hstack([draft.transition, model.H @ model.output * (phase > 0)])
-        chain = np.hstack([model.predictor.state * (phase == 0), model.predictor.state * (phase > 0)])
-        steps.append(
-            _Draft(
-                np.vstack([own, chain]),
-                np.vstack([draft.input, model.predictor.input]),
-                np.vstack([draft.injection, np.zeros((n, model.H.shape[1]))]),
-                np.concatenate([draft.forcing, model.predictor.forcing]),
-            )
-        )
-    return _observer(model, steps)
+    return _observer(model, _phases(_predicting, model))
 
 
 def state_feedback(model: SampledModel) -> Observer:
@@ -277,20 +270,36 @@ class _Draft:
     reads: int = 0  # first column of the state block that is the estimate
 
 
+def _phases(draft: Callable[..., _Draft], model: SampledModel, **choice: bool) -> list[_Draft]:
+    """The drafts of all phases, of which those after the first are one."""
+    return [draft(model, 0, **choice)] + [draft(model, 1, **choice)] * (model.ratio - 1)
+
+
 def _observer(model: SampledModel, drafts: list[_Draft], *, slow_command: bool = False) -> Observer:
-    n = model.F.shape[0]
-    steps = []
-    for draft in drafts:
+    n, direct = model.F.shape[0], np.zeros((model.F.shape[0], model.output.shape[0]))
+    steps = {}
+    for draft in {id(draft): draft for draft in drafts}.values():
         readout = np.zeros((n, draft.transition.shape[0]))
         readout[:, draft.reads : draft.reads + n] = np.eye(n)
-        direct = np.zeros((n, model.output.shape[0]))
-        steps.append(ObserverStep(draft.transition, draft.input, draft.injection, draft.forcing, readout, direct))
-    return Observer(tuple(steps), slow_command)
+        steps[id(draft)] = ObserverStep(draft.transition, draft.input, draft.injection, draft.forcing, readout, direct)
+    return Observer(tuple(steps[id(draft)] for draft in drafts), slow_command)
 
 
 def _corrected(model: SampledModel, phase: int) -> _Draft:
     """(7) with the measurement of this phase, which only phase 0 has."""
     return _Draft(model.F, model.G, model.H * (phase == 0), model.forcing)
+
+
+def _predicting(model: SampledModel, phase: int) -> _Draft:
+    """State (ζ, ζ_p): ζ follows (7) with y at phase 0 and C ζ_p elsewhere."""
+    draft, chain = _corrected(model, phase), model.predictor.state
+    own = np.hstack([draft.transition, model.H @ model.output * (phase > 0)])
+    return _Draft(
+        np.vstack([own, np.hstack([chain * (phase == 0), chain * (phase > 0)])]),
+        np.vstack([draft.input, model.predictor.input]),
+        np.vstack([draft.injection, np.zeros((len(chain), model.H.shape[1]))]),
+        np.concatenate([draft.forcing, model.predictor.forcing]),
+    )
 
 
 def _holding(model: SampledModel, phase: int) -> _Draft:

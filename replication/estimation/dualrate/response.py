@@ -131,9 +131,16 @@ def tracking_error_peak(loop: DualRateLoop) -> tuple[float, float]:
     width = loop.design.period / substeps
     peaks = np.flatnonzero((sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)))
     peaks = peaks[np.argsort(-sizes[peaks], kind="stable")][:REFINED]
-    near = [peak * width for peak in peaks if sizes[peak] >= NEARLY_HIGHEST * sizes.max()]
+    near = [int(peak) for peak in peaks if sizes[peak] >= NEARLY_HIGHEST * sizes.max()]
     highest = float(sizes.max()), int(sizes.argmax()) * width
-    return max(highest, *(_refined(loop, steady, time, width) for time in near))
+    return max(highest, *(_refined(loop, steady, peak * width, width, _offset(sizes, peak)) for peak in near))
+
+
+def _offset(sizes: Array, peak: int) -> float:
+    """Where the parabola through a local maximum of a periodic grid and its neighbours is highest, in its steps."""
+    before, at, after = sizes[peak - 1], sizes[peak], sizes[(peak + 1) % len(sizes)]
+    bend = before - 2 * at + after
+    return float((before - after) / bend / 2) if bend < 0 else 0.0
 
 
 def _substeps(loop: DualRateLoop) -> int:
@@ -142,12 +149,13 @@ def _substeps(loop: DualRateLoop) -> int:
     return max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
 
 
-def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float) -> tuple[float, float]:
-    """The highest amplitude of the error within `width` of `time`, and where it is met, modulo the slow period.
+def _refined(loop: DualRateLoop, steady: SteadyState, start: float, width: float, offset: float) -> tuple[float, float]:
+    """The highest amplitude of the error within `width` of `start`, and where it is met, modulo the slow period.
 
-    Newton's method for the slope of the squared amplitude; where that jumps, at a fast instant, `time` is the peak.
+    offset: in widths, where to begin. Newton's method for the slope of the squared amplitude; where that jumps, at a
+    fast instant, a point of the grid is the peak.
     """
-    best, start = (0.0, time), time
+    best, time = (0.0, start), start + offset * width
     for _ in range(MOST_STEPS):
         error, slope, bend = _error_at(loop, steady, time)
         best = max(best, (abs(error), time))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +40,8 @@ ANGLES = 200
 """Points of a gain over the frequency."""
 DENSE_INPUTS = 300
 """Up to so many inputs over a period the lifted response is a matrix, above it an operator (`LiftedResponse`)."""
+GROUP = 100_000
+"""Entries of responses that are formed at once."""
 SAMPLES = tuple(np.linspace(0.0, np.pi, 8)[1:-1].tolist())
 """Angles at which the response is looked at before a bracket is believed."""
 
@@ -109,31 +110,50 @@ def gain_if_finite(system: PeriodicSystem) -> float | None:
         return None
 
 
-def response_norm(system: PeriodicSystem) -> Callable[[float], float]:
+Curve = Callable[[Array], Array]
+"""A gain as a function of angles, all at once."""
+
+
+def response_norm(system: PeriodicSystem) -> Curve:
     """The largest singular value of the lifted response as a function of the angle; formed in full only if small."""
     if sum(stage.B.shape[1] for stage in system.stages) <= DENSE_INPUTS:
-        lifted = compressed(system.lift())
-        return lambda angle: spectral_norm(frequency_response(lifted, angle))
+        whole = compressed(system.lift())
+        return in_groups(lambda angles: spectral_norm(frequency_response(whole, angles)), whole.D.size)
     response = LiftedResponse(system)
 
     def value(angle: float) -> float:
         forward, adjoint = response.at(angle)
         return largest_singular_value(lambda v: adjoint(forward(v)), response.inputs)
 
-    return value
+    return one_by_one(value)
+
+
+def one_by_one(value: Callable[[float], float]) -> Curve:
+    """The curve of a function of one angle."""
+    return lambda angles: np.array([value(angle) for angle in angles.tolist()])
+
+
+def in_groups(curve: Curve, entries: int) -> Curve:
+    """The same curve, for so many angles at once that their matrices of so many `entries` fit."""
+    size = max(1, GROUP // max(1, entries))
+    return lambda angles: np.concatenate([curve(angles[i : i + size]) for i in range(0, len(angles), size)])
 
 
 def gain_curve(system: PeriodicSystem, duration: float) -> tuple[Array, Array]:
     """Frequencies (rad/s) up to half a turn over the period of `duration` seconds, and the largest gain at each."""
-    angles, norm = np.linspace(0.0, np.pi, ANGLES), response_norm(system)
-    return angles / duration, np.array([norm(float(angle)) for angle in angles])
+    angles = np.linspace(0.0, np.pi, ANGLES)
+    return angles / duration, response_norm(system)(angles)
 
 
-def spectral_norm(matrix: ComplexArray) -> float:
-    """Largest singular value, from the smaller Gram matrix: as accurate as an SVD for the largest one, and faster."""
-    rows, columns = matrix.shape
-    gram = matrix @ matrix.conj().T if rows <= columns else matrix.conj().T @ matrix
-    return float(np.sqrt(max(np.linalg.eigvalsh(gram)[-1], 0.0))) if len(gram) else 0.0
+def spectral_norm(matrices: ComplexArray) -> Array:
+    """Largest singular values of a stack (..., p, m), from the smaller Gram matrices: as accurate as by an SVD for the
+    largest one, and faster."""
+    rows, columns = matrices.shape[-2:]
+    conjugate = matrices.conj().mT
+    gram = matrices @ conjugate if rows <= columns else conjugate @ matrices
+    if not gram.shape[-1]:
+        return np.zeros(gram.shape[:-2])
+    return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[..., -1], 0.0)))
 
 
 def slowest_angle(A: Array) -> float:
@@ -155,28 +175,36 @@ def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
     )
 
 
-def peak_on_circle(value: Callable[[float], float], maps: Callable[[float], RiccatiMap], hint: float) -> GainBracket:
-    """Supremum over [0, pi] of `value(angle)`, whose crossings of a level are the circle angles of `maps(level)`.
+def peak_on_circle(curve: Curve, maps: Callable[[float], RiccatiMap], hint: float) -> GainBracket:
+    """Supremum over [0, pi] of `curve`, whose crossings of a level are the circle angles of `maps(level)`.
 
     hint: an angle at which to start beside 0 and pi, for example that of a lightly damped pole. Raises SolverError if
     the rounds run out (they end after a handful: the middles of the crossings close in on the peak quadratically).
     """
-    value = cache(value)
-    angle = max(0.0, np.pi, hint, key=value)
-    if not any(value(t) > NONE for t in (angle, *SAMPLES)):
+    values: dict[float, float] = {}
+
+    def highest(angles: Sequence[float]) -> float:
+        """The first angle with the largest value."""
+        if new := [angle for angle in dict.fromkeys(angles) if angle not in values]:
+            values.update(zip(new, curve(np.array(new)).tolist(), strict=True))
+        return max(angles, key=values.__getitem__)
+
+    highest((0.0, np.pi, hint, *SAMPLES))
+    angle = highest((0.0, np.pi, hint))
+    if not max(values.values()) > NONE:
         return GainBracket(0.0, 0.0, 0.0)
     margin = UPPER_MARGIN
     for _ in range(MAX_ROUNDS):
-        level = max(value(angle), np.finfo(float).tiny) * (1 + margin)
+        level = max(values[angle], np.finfo(float).tiny) * (1 + margin)
         crossings = _crossings(maps, level)
         edges = np.unique([0.0, *crossings, np.pi])
         middles = (edges[:-1] + edges[1:]) / 2
         # An all-pass response has no peak to cross, and its pencil is ill-conditioned: samples see it best.
-        best = max([*edges.tolist(), *middles.tolist()] if crossings.size else SAMPLES, key=value)
-        if value(best) > value(angle) * (1 + 1e-14):
+        best = highest([*edges.tolist(), *middles.tolist()] if crossings.size else SAMPLES)
+        if values[best] > values[angle] * (1 + 1e-14):
             angle = best
         elif not crossings.size:
-            return GainBracket(value(angle), level, angle)
+            return GainBracket(values[angle], level, angle)
         else:
             # Eigenvalues feign a crossing because the peak is flat or the pencil ill-conditioned: test a wider margin.
             margin *= 4

@@ -75,19 +75,23 @@ class PeriodicSystem:
 
     def lift(self) -> Stage:
         """The time-invariant system over one period: inputs and outputs of all phases stacked, same induced norm."""
-        inputs = np.cumsum([0, *(stage.B.shape[1] for stage in self.stages)])
-        transition = np.eye(self.order)
-        drive = np.zeros((self.order, inputs[-1]))
-        outputs, direct = [], []
-        for stage, start, stop in zip(self.stages, inputs[:-1], inputs[1:], strict=True):
-            row = stage.C @ drive
-            row[:, start:stop] = stage.D
-            outputs.append(stage.C @ transition)
-            direct.append(row)
-            transition = stage.A @ transition
-            drive = stage.A @ drive
-            drive[:, start:stop] = stage.B
-        return Stage(transition, drive, np.vstack(outputs), np.vstack(direct))
+        return lifted(self.stages)
+
+
+def lifted(stages: Sequence[Stage]) -> Stage:
+    """`PeriodicSystem.lift` of stages that need no check."""
+    n = len(stages[0].A)
+    columns = n + np.cumsum([0, *(stage.B.shape[1] for stage in stages)])
+    # [transition, drive]: the effect of the first state and of all inputs so far on the state.
+    effect, rows = np.eye(n, columns[-1]), []
+    for stage, start, stop in zip(stages, columns[:-1], columns[1:], strict=True):
+        row = np.dot(stage.C, effect)
+        row[:, start:stop] = stage.D
+        rows.append(row)
+        effect = np.dot(stage.A, effect)
+        effect[:, start:stop] = stage.B
+    outputs = np.concatenate(rows)
+    return Stage(effect[:, :n], effect[:, n:], outputs[:, :n], outputs[:, n:])
 
 
 def block_diagonal(blocks: Sequence[Array]) -> Array:
@@ -109,9 +113,9 @@ def monodromy(steps: Array) -> Array:
     return np.asarray(steps[0])
 
 
-def frequency_response(system: Stage, angle: float) -> ComplexArray:
-    """C (e^{j angle} I - A)^-1 B + D of a time-invariant system; angle in radians per sample."""
-    z = np.exp(1j * angle)
+def frequency_response(system: Stage, angle: float | Array) -> ComplexArray:
+    """C (e^{j angle} I - A)^-1 B + D of a time-invariant system; angle in radians per sample, or many in a stack."""
+    z = np.exp(1j * np.asarray(angle))[..., None, None]
     return np.asarray(system.C @ np.linalg.solve(z * np.eye(len(system.A)) - system.A, system.B) + system.D)
 
 

@@ -8,15 +8,19 @@ Sources: B. D. O. Anderson, Int. J. Control 28 (1978), doubling; Bittanti and Co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
+from math import isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from replication.estimation.validation import Array
 
 MAX_DOUBLINGS = 60
 STAGNATION = 1e-13
+TINY = float(np.finfo(float).tiny)
 DYING_DOUBLINGS, DEAD = 30, 1e-6
 """A motion that has not died out to this share after so many doublings, a thousand million periods, counts as never."""
 
@@ -49,7 +53,11 @@ def symmetric(matrix: Array) -> Array:
 
 def apply(stage: RiccatiMap, X: Array) -> Array:
     """One step of the recursion from X (n, n); for stacks (..., n, n), one by one."""
-    return symmetric(stage.A @ np.linalg.solve(X @ stage.G + np.eye(X.shape[-1]), X) @ stage.A.mT + stage.H)
+    return symmetric(_applied(stage, X))
+
+
+def _applied(stage: RiccatiMap, X: Array) -> Array:
+    return np.asarray(stage.A @ np.linalg.solve(X @ stage.G + identity(X.shape[-1]), X) @ stage.A.mT + stage.H)
 
 
 def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
@@ -57,16 +65,20 @@ def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
 
     (I + G H)^-1 G = G (I + H G)^-1 saves a second system of equations.
     """
-    size = first.A.shape[-1]
-    times = product(first.A)
-    inner = times(first.H, second.G) + np.eye(size)
-    solved = solve(inner, np.concatenate([first.A, times(first.H, second.A.mT)], axis=-1))
-    turned, driven = solved[..., :size], solved[..., size:]
-    return RiccatiMap(
-        times(second.A, turned),
-        first.G + times(first.A.mT, times(second.G, turned)),
-        second.H + times(second.A, driven),
-    )
+    n, times = first.A.shape[-1], product(first.A)
+    both = np.concatenate([first.A, times(first.H, second.A.mT)], axis=-1)
+    solved = solve(times(first.H, second.G) + identity(n), both)
+    ahead = times(second.A, solved)
+    told = times(first.A.mT, times(second.G, solved[..., :n]))
+    return RiccatiMap(ahead[..., :n], first.G + told, second.H + ahead[..., n:])
+
+
+@cache
+def identity(size: int) -> Array:
+    """The identity matrix, read-only: made once, since a small one takes as long as a product."""
+    matrix = np.eye(size)
+    matrix.flags.writeable = False
+    return matrix
 
 
 def product(matrix: Array) -> Callable[[Array, Array], Array]:
@@ -114,9 +126,9 @@ def down(levels: Sequence[RiccatiMap], X: Array) -> Array:
     for level in levels[-2::-1]:
         first = RiccatiMap(*(part[0 : len(part) - 1 : 2] for part in level))
         both = np.empty_like(level.A)
-        both[0::2], both[1::2] = states, apply(first, states[: len(first.A)])
+        both[0::2], both[1::2] = states, _applied(first, states[: len(first.A)])
         states = both
-    return states
+    return symmetric(states)
 
 
 def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:
@@ -127,7 +139,7 @@ def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:
     """
     A, G, H = stages
     # (I + X G)^-1 from the left, so that A_c = A (I + X G)^-1 and the step from the reference is A_c X A'.
-    inner = (np.eye(A.shape[-1]) + reference @ G).mT
+    inner = (identity(A.shape[-1]) + reference @ G).mT
     solved = np.linalg.solve(inner, np.concatenate([A.mT, G], axis=-1))
     closed, weight = solved[..., : A.shape[-1]].mT, solved[..., A.shape[-1] :]
     following = np.roll(reference, -1, axis=0)
@@ -148,6 +160,21 @@ def settled(stages: RiccatiMap) -> Array | None:
             return None if start is None else down(levels, start)
         except np.linalg.LinAlgError:
             return None
+
+
+def settled_each(stages: RiccatiMap) -> list[Array | None]:
+    """`settled` for several cases at once, stages of shape (N, cases, n, n): small ones take about the time of one."""
+    count = stages.A.shape[1]
+    if count > 1:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            try:
+                levels = tree(stages)
+                starts, ended = _doubled_each(_only(levels[-1]))
+                states = down(levels, starts)
+                return [states[:, case] if ended[case] else None for case in range(count)]
+            except np.linalg.LinAlgError:
+                pass  # of which case is not told
+    return [settled(RiccatiMap(*(part[:, case] for part in stages))) for case in range(count)]
 
 
 def from_zero(stages: RiccatiMap) -> Array | None:
@@ -178,25 +205,62 @@ def _only(stages: RiccatiMap) -> RiccatiMap:
     return RiccatiMap(*(part[0] for part in stages))
 
 
-def _tidied(stage: RiccatiMap) -> RiccatiMap:
-    return stage._replace(G=symmetric(stage.G), H=symmetric(stage.H))
+def _twice(A: Array, G: Array, H: Array) -> tuple[Array, Array, Array, Array]:
+    """`compose` of a map with itself, G and H symmetric, and by how much H has grown."""
+    n, times = A.shape[-1], product(A)
+    solved = solve(times(H, G) + identity(n), np.concatenate([A, times(H, A.mT)], axis=-1))
+    ahead = times(A, solved)
+    told, driven = times(A.mT, times(G, solved[..., :n])), ahead[..., n:]
+    grown = (driven + driven.mT) / 2
+    return ahead[..., :n], G + (told + told.mT) / 2, H + grown, grown
 
 
 def _doubled(total: RiccatiMap) -> Array | None:
     """The limit of repeating one map from zero; raises numpy.linalg.LinAlgError where the recursion escapes."""
-    previous, total = np.inf, _tidied(total)
+    A, G, H = total.A, symmetric(total.G), symmetric(total.H)
+    previous = np.inf
     for _ in range(MAX_DOUBLINGS):
-        doubled = _tidied(compose(total, total))
-        size = float(np.linalg.norm(doubled.H))
+        A, G, H, grown = _twice(A, G, H)
+        size = float(np.sqrt(np.vdot(H, H)))
         if not np.isfinite(size):
             return None
-        step = float(np.linalg.norm(doubled.H - total.H)) / max(size, np.finfo(float).tiny)
-        total = doubled
+        step = float(np.sqrt(np.vdot(grown, grown))) / max(size, TINY)
         # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
         if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
-            return total.H
+            return H
         previous = step
     return None
+
+
+def _doubled_each(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
+    """`_doubled` for several cases (cases, n, n), and which of them have a limit; each leaves when it is done."""
+    A, G, H = total.A, symmetric(total.G), symmetric(total.H)
+    limits, ended = np.zeros_like(H), np.zeros(len(H), dtype=bool)
+    cases, previous = np.arange(len(H)), [np.inf] * len(H)
+    for _ in range(MAX_DOUBLINGS):
+        A, G, H, grown = _twice(A, G, H)
+        squared, changes = (np.vecdot(part, part).tolist() for part in (_rows(H), _rows(grown)))
+        steps = [
+            sqrt(change / max(size, TINY)) if size < np.inf else np.nan
+            for size, change in zip(squared, changes, strict=True)
+        ]
+        ready = [
+            step <= STAGNATION or before >= step <= 1e3 * STAGNATION
+            for step, before in zip(steps, previous, strict=True)
+        ]
+        going = [not (done or isnan(step)) for done, step in zip(ready, steps, strict=True)]
+        if not all(going):
+            limits[cases[ready]], ended[cases[ready]] = H[ready], True
+            cases, A, G, H = cases[going], A[going], G[going], H[going]
+            steps = [step for step, goes in zip(steps, going, strict=True) if goes]
+            if not steps:
+                break
+        previous = steps
+    return limits, ended
+
+
+def _rows(stack: Array) -> Array:
+    return stack.reshape(len(stack), -1)
 
 
 def _dying(period: RiccatiMap) -> Array | None:
@@ -217,11 +281,15 @@ def circle_angles(stages: RiccatiMap, tolerance: float) -> Array:
     LinAlgError if the pencil overflows, as at the level of a gain that is zero up to rounding.
     """
     A, G, H = period_map(stages)
-    identity, zero = np.eye(len(A)), np.zeros_like(A)
-    pencil = np.block([[A.T, zero], [-H, identity]]), np.block([[identity, G], [zero, A]])
-    if not np.all(np.isfinite(pencil)):
+    n = len(A)
+    left, right = np.eye(2 * n), np.eye(2 * n)
+    left[:n, :n], left[n:, :n], right[:n, n:], right[n:, n:] = A.T, -H, G, A
+    if not (np.isfinite(left).all() and np.isfinite(right).all()):
         raise np.linalg.LinAlgError("the pencil overflows")
-    alpha, beta = scipy.linalg.eig(*pencil, right=False, homogeneous_eigvals=True)
+    real, imaginary, beta, _, _, _, failed = scipy.linalg.lapack.dggev(left, right, 0, 0)
+    if failed:
+        raise np.linalg.LinAlgError("the pencil has no eigenvalues")
+    alpha = real + 1j * imaginary
     # |alpha| = |beta| is the circle; comparing them so needs no division by a beta that may vanish.
     close = np.abs(np.abs(alpha) - np.abs(beta)) <= tolerance * np.maximum(np.abs(alpha), np.abs(beta))
     return np.sort(np.abs(np.angle(alpha[close] * np.conj(beta[close]))))

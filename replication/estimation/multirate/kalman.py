@@ -8,8 +8,9 @@ phases come at once (`steady_state`), judged by one step by covariances, which s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,17 @@ from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
-from replication.estimation.linear.riccati import RiccatiMap, from_zero, product, recentre, settled, solve, symmetric
+from replication.estimation.linear.riccati import (
+    RiccatiMap,
+    from_zero,
+    identity,
+    product,
+    recentre,
+    settled,
+    settled_each,
+    solve,
+    symmetric,
+)
 from replication.estimation.multirate.problem import MultirateProblem, ScaledProblem, require_problem, scaled_problem
 from replication.estimation.validation import Array, hidden_modes, positive_scalar
 
@@ -27,6 +38,8 @@ STABILITY_MARGIN = 1e-9
 """A multiplier closer than this to the unit circle, or outside, counts as not stable; as in the detectability test."""
 HIDDEN_TOLERANCE = 1e-6
 """Share of a disturbance, in state units, below which it does not reach a mode."""
+NEGATIVE = 1e-9
+"""Size of an eigenvalue of a covariance that may be negative by rounding."""
 CLUSTER = 1e-3
 """Modes nearer than this to each other count as one of higher multiplicity."""
 
@@ -47,14 +60,14 @@ class RiccatiDesign:
 class KalmanCentre:
     """The scaled problem and the stabilising solution X_k at an infinite level, in scaled coordinates (N, n, n).
 
-    units: the `state_units` (n,) of the problem.
+    quick: `state_scales` of a filter with much process noise on every state, if asked for.
     """
 
     scaled: ScaledProblem
     states: Array
-    units: Array
+    quick: Array | None = None
 
-    @property
+    @cached_property
     def floor(self) -> float:
         """sqrt(max_k lambda_max(W X_k W')): no observer, at no level, has a smaller gain."""
         return float(np.sqrt(largest_weighted(self.scaled, self.states)))
@@ -76,8 +89,13 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
     return RiccatiDesign(scaled.gains(corrected), scaled.unscaled(states), np.inf)
 
 
-def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> KalmanCentre:
-    """The stabilising solution at an infinite level; errors as in `kalman_design`."""
+def kalman_centre(
+    problem: MultirateProblem, *, extra_noise: float = 0.0, quick_noise: float | None = None
+) -> KalmanCentre:
+    """The stabilising solution at an infinite level; errors as in `kalman_design`.
+
+    quick_noise: intensity of the process noise, in state units, of the filter for the scales `quick`.
+    """
     require_problem(problem)
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
@@ -89,7 +107,9 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
             "this one (`kalman_design` also takes extra_noise)"
         )
-    scaled = scaled_problem(problem, state_scales(problem, units))
+    noises = (SCALING_NOISE,) if quick_noise is None else (SCALING_NOISE, quick_noise)
+    T, *quick = scales_each(problem, units, noises)
+    scaled = scaled_problem(problem, T)
     maps = scaled.maps(extra_noise=extra_noise)
     states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
     if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
@@ -100,7 +120,7 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
             f"of {growth:.3g} over the period of {problem.schedule.period} instants; measure more often, or disturb "
             "the slowest mode more"
         )
-    return KalmanCentre(scaled, states, units)
+    return KalmanCentre(scaled, states, *quick)
 
 
 def require_noise_near(problem: MultirateProblem) -> None:
@@ -125,6 +145,9 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
         none = np.zeros((0, plant.order)), np.zeros((0, rest.B.shape[-1]))
         lifted = PeriodicSystem(tuple(Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True))).lift()
         A, B = lifted.A, lifted.B
+    widest = max(STABILITY_MARGIN, 10 * np.finfo(float).eps ** (1 / plant.order))
+    if np.min(np.abs(np.abs(np.linalg.eigvals(A)) - 1)) > 2 * widest:
+        return None
     hidden = np.array(hidden_modes(A.T, B.T, tolerance=HIDDEN_TOLERANCE))
     for mode in hidden:
         multiplicity = int(np.sum(np.abs(hidden - mode) <= CLUSTER))
@@ -134,18 +157,26 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
     return None
 
 
-def state_scales(problem: MultirateProblem, deviations: Array | None = None, noise: float = SCALING_NOISE) -> Array:
-    """T_k (N, n, n), roots of the error covariances of a Kalman filter with process noise on every state.
+def state_scales(problem: MultirateProblem) -> Array:
+    """T_k (N, n, n), roots of the error covariances of a Kalman filter with a little process noise on every state.
 
-    Cholesky factors, unless rounding makes a covariance singular.
-
-    deviations: `state_units`, if known; the intensity `noise` is relative to their squares. Raises SolverError if
-    rounding spoils the recursion.
+    Cholesky factors, unless rounding makes a covariance singular. Raises SolverError if rounding spoils the recursion.
     """
-    units = np.diag(state_units(problem) if deviations is None else deviations)
-    scaled = scaled_problem(problem, np.stack([units] * problem.schedule.period))
-    maps = scaled.maps()
-    covariance = settled(maps._replace(H=maps.H + noise * np.eye(problem.plant.order)))
+    return scales_each(problem, state_units(problem), (SCALING_NOISE,))[0]
+
+
+def scales_each(problem: MultirateProblem, deviations: Array, noises: Sequence[float]) -> list[Array]:
+    """`state_scales` for process noise of each intensity, in squares of the `state_units` (`deviations`)."""
+    units, n = np.diag(deviations), len(deviations)
+    maps = scaled_problem(problem, np.broadcast_to(units, (problem.schedule.period, n, n))).maps()
+    several = (len(maps.A), len(noises), n, n)
+    A, G = (np.broadcast_to(part[:, None], several) for part in (maps.A, maps.G))
+    driven = maps.H[:, None] + np.array(noises)[:, None, None] * identity(n)
+    return [_root(units, covariance) for covariance in settled_each(RiccatiMap(A, G, driven))]
+
+
+def _root(units: Array, covariance: Array | None) -> Array:
+    """Roots (N, n, n) of covariances in `units`."""
     if covariance is not None and np.all(np.isfinite(covariance)):
         try:
             return np.asarray(units @ np.linalg.cholesky(covariance))
@@ -166,16 +197,16 @@ def state_units(problem: MultirateProblem) -> Array:
 
     A change of units of the plant changes it in proportion. States that have neither take 1.
     """
-    scaled = scaled_problem(problem, np.stack([np.eye(problem.plant.order)] * problem.schedule.period))
-    A, n = problem.plant.A, problem.plant.order
+    plant, C = problem.plant, problem.whitened.C
+    n, count = plant.order, len(C) + plant.order
     # Growing modes are discounted: the unit is one of the near past, not of the far one.
-    step = A / max(1.0, float(np.max(np.abs(np.linalg.eigvals(A)))))
-    information, driven = np.zeros(n), np.zeros(n)
-    back, forth = np.eye(n), problem.plant.drive
-    for k in range(problem.schedule.period + n):
-        information += np.sum((scaled.C[k % len(scaled.C)] @ back) ** 2, axis=0)
-        driven += np.sum(forth**2, axis=1)
-        back, forth = step @ back, step @ forth
+    step = plant.A / max(1.0, float(np.max(np.abs(np.linalg.eigvals(plant.A)))))
+    powers = np.stack([np.eye(n), step])
+    while len(powers) < count:
+        powers = np.concatenate([powers, powers @ (powers[-1] @ step)])
+    powers = powers[:count]
+    seen = np.take(C, np.arange(count), axis=0, mode="wrap") @ powers
+    information, driven = np.sum(seen**2, axis=(0, 1)), np.sum((powers @ plant.drive) ** 2, axis=(0, 2))
     driven[driven == 0] = np.inf
     seen = np.divide(1.0, information, out=np.full(n, np.inf), where=information > 0)
     squared = np.minimum(driven, seen)
@@ -184,28 +215,44 @@ def state_units(problem: MultirateProblem) -> Array:
 
 def stationary(maps: RiccatiMap, reference: Array) -> Array | None:
     """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
+    return stationary_each(RiccatiMap(*(part[:, None] for part in maps)), reference)[0]
+
+
+def stationary_each(maps: RiccatiMap, reference: Array) -> list[Array | None]:
+    """`stationary` for the maps (N, cases, n, n) of several cases, with one reference."""
     try:
-        deviation = settled(recentre(maps, reference))
-        return None if deviation is None else np.asarray(reference + deviation)
+        deviations = settled_each(recentre(maps, reference[:, None]))
     except np.linalg.LinAlgError:
-        return None
+        cases = [RiccatiMap(*(part[:, i : i + 1] for part in maps)) for i in range(maps.A.shape[1])]
+        return [None] if len(cases) == 1 else [stationary_each(case, reference)[0] for case in cases]
+    return [None if deviation is None else np.asarray(reference + deviation) for deviation in deviations]
 
 
-def semidefinite(states: Array) -> bool:
-    """Whether all X_k >= 0, to rounding: scaled states are of size one, or vanish where nothing is uncertain."""
-    eigenvalues = np.linalg.eigvalsh(states)
-    return bool(np.all(eigenvalues[:, 0] >= -1e-9 * max(1.0, eigenvalues[:, -1].max())))
+def semidefinite(states: Array) -> Any:
+    """Whether all X_k >= 0, to rounding: scaled states are of size one, or vanish where nothing is uncertain.
+
+    Here and in the next two: of states (N, cases, n, n), one answer for each case.
+    """
+    try:
+        np.linalg.cholesky(states + NEGATIVE * identity(states.shape[-1]))
+        return np.ones(states.shape[1:-2], dtype=bool)
+    except np.linalg.LinAlgError:  # the eigenvalues decide
+        eigenvalues = np.linalg.eigvalsh(states)
+        largest = np.maximum(1.0, eigenvalues[..., -1].max(axis=0))
+        return eigenvalues[..., 0].min(axis=0) >= -NEGATIVE * largest
 
 
-def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> bool:
+def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:
     """Whether the gains at the states stabilise the error system. Every I + X_k G_k must be regular."""
     total = monodromy(scaled.closed_loop(scaled.corrected(states, maps)))
-    return bool(np.max(np.abs(np.linalg.eigvals(total))) < 1 - STABILITY_MARGIN)
+    # What a measurement takes off a mode that has grown since the one before is known to rounding of that growth.
+    blur = np.finfo(float).eps * np.abs(scaled.A).max()
+    return np.abs(np.linalg.eigvals(total)).max(axis=-1) + blur < 1 - STABILITY_MARGIN
 
 
-def largest_weighted(scaled: ScaledProblem, states: Array) -> float:
+def largest_weighted(scaled: ScaledProblem, states: Array) -> Any:
     """max_k lambda_max(W X_k W')."""
-    return max(0.0, float(np.max(np.linalg.eigvalsh(scaled.W @ states @ scaled.W.mT))))
+    return np.maximum(0.0, np.linalg.eigvalsh(scaled.weighted(states))[..., -1].max(axis=0))
 
 
 REPEATS = 1e-11
@@ -257,13 +304,6 @@ def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
     return Sensing(plant.C * used[..., None], R, S)
 
 
-@cache
-def _identity(size: int) -> Array:
-    identity = np.eye(size)
-    identity.flags.writeable = False
-    return identity
-
-
 def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     """Measurement and time update of the covariance P (..., n, n); A (n, n), Q (n, n) of the whole process noise."""
     C, R, S = sensors
@@ -272,7 +312,7 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     innovation = times(CP, C.mT) + R
     K = solve(innovation, CP).mT
     # Joseph's form: a sum of squares, so that rounding leaves it semidefinite.
-    kept = _identity(len(A)) - times(K, C)
+    kept = identity(len(A)) - times(K, C)
     filtered = times(times(kept, P), kept.mT) + times(times(K, R), K.mT)
     if S is None:
         return Correction(K, times(A, K), innovation, filtered, times(times(A, filtered), A.T) + Q)

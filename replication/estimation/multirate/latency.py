@@ -108,7 +108,7 @@ class ContinuousPlant:
         named = {"D": self.D, "Q": self.Q, "R": self.R, "W": self.W, "D_u": self.D_u}
         given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
         make = MultiratePlant.from_covariances if {"Q", "R"} & given.keys() else MultiratePlant
-        return make(A=over, B_d=B_d, B_u=B_u, C=self.C, dt=self.dt, **given)
+        return make(A=over, B_d=B_d, B_u=B_u, C=as_matrix("C", self.C), dt=self.dt, **given)
 
 
 def held_over(A: Array, B: Array, time: float) -> tuple[Array, Array]:

@@ -10,14 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import (
     DENSE_INPUTS,
+    Curve,
     GainBracket,
+    in_groups,
     l2_gain,
+    one_by_one,
     peak_on_circle,
     slowest_angle,
     spectral_norm,
@@ -29,6 +33,8 @@ from replication.estimation.linear.periodic import (
     compressed,
     frequency_response,
     largest_singular_value,
+    lifted,
+    monodromy,
 )
 from replication.estimation.linear.riccati import RiccatiMap, recentre
 from replication.estimation.multirate.kalman import (
@@ -37,11 +43,11 @@ from replication.estimation.multirate.kalman import (
     kalman_centre,
     kalman_design,
     largest_weighted,
+    scales_each,
     semidefinite,
     stabilises,
-    state_scales,
     state_units,
-    stationary,
+    stationary_each,
 )
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import (
@@ -70,53 +76,76 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     `kalman_design` then.
     """
     require_problem(problem)
-    return bound_in(problem, state_units(problem))
+    if _is_short(problem):
+        return _bound(problem, scales_each(problem, state_units(problem), (NOISE,))[0])
+    return _bound_of_filter(kalman_centre(problem))
 
 
-def bound_in(problem: MultirateProblem, units: Array) -> GainBracket:
-    """`noncausal_bound`, where the `state_units` of the problem are known."""
-    inputs = sum(problem.plant.B_d.shape[1] + len(rows) for rows in problem.measured_rows())
-    if inputs <= DENSE_INPUTS:
-        scaled = scaled_problem(problem, state_scales(problem, units, NOISE))
-        # In these coordinates the covariance of the filter is the identity at every phase.
-        reference = np.stack([np.eye(problem.plant.order)] * problem.schedule.period)
-        errors, innovations = _filter(scaled, scaled.corrected(reference, scaled.maps()))
-        value = _dense(errors, innovations)
-    else:
-        centre = kalman_centre(problem)
-        scaled, reference = centre.scaled, centre.states
-        errors, innovations = _filter(scaled, scaled.corrected(reference, scaled.maps()))
-        value = _by_operators(errors, _whitened(innovations, reference))
+def _is_short(problem: MultirateProblem) -> bool:
+    """Whether the noise of a period is so little that responses to it are formed."""
+    inputs = problem.schedule.period * problem.plant.B_d.shape[1] + int(np.count_nonzero(problem.schedule.mask))
+    return bool(inputs <= DENSE_INPUTS)
 
+
+def _bound(problem: MultirateProblem, T: Array) -> GainBracket:
+    """`noncausal_bound` from T (N, n, n), the `scales_each` of the intensity NOISE."""
+    scaled = scaled_problem(problem, T)
+    # In these coordinates the covariance of the filter is the identity at every phase.
+    reference = np.broadcast_to(np.eye(problem.plant.order), T.shape)
+    stages = _filter(scaled, reference)
+    return _peak(scaled, reference, _dense(stages, scaled.W.shape[1]), stages)
+
+
+def _bound_of_filter(centre: KalmanCentre) -> GainBracket:
+    """`noncausal_bound` by operators, from the Kalman filter."""
+    scaled, reference = centre.scaled, centre.states
+    stages, outputs = _filter(scaled, reference), len(scaled.W[0])
+    parts = zip(*((_part(stage, slice(outputs)), _part(stage, slice(outputs, None))) for stage in stages), strict=True)
+    errors, innovations = (PeriodicSystem(part) for part in parts)
+    return _peak(scaled, reference, one_by_one(_by_operators(errors, _whitened(innovations, reference))), stages)
+
+
+def _part(stage: Stage, rows: Any) -> Stage:
+    return stage._replace(C=stage.C[rows], D=stage.D[rows])
+
+
+def _peak(scaled: ScaledProblem, reference: Array, curve: Curve, stages: Sequence[Stage]) -> GainBracket:
     def maps(level: float) -> RiccatiMap:
         return recentre(scaled.maps(level), reference)
 
-    return peak_on_circle(value, maps, slowest_angle(errors.monodromy()))
+    return peak_on_circle(curve, maps, slowest_angle(monodromy(np.stack([stage.A for stage in stages]))))
 
 
-def _filter(scaled: ScaledProblem, corrected: Array) -> tuple[PeriodicSystem, PeriodicSystem]:
-    """The systems from (d, whitened w) to W e and to the innovations C_k e + w."""
+def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
+    """From (d, whitened w) to W e and to the innovations C_k e + w, of the filter with given covariances."""
+    corrected = scaled.corrected(states, scaled.maps())
     closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
-    errors, innovations = [], []
-    for A, B, W, C, L in zip(closed, scaled.B, scaled.W, scaled.C, gains, strict=True):
-        drive = np.hstack([B, -L])
-        noise = np.hstack([np.zeros((len(C), B.shape[1])), np.eye(len(C))])
-        errors.append(Stage(A, drive, W, np.zeros((len(W), drive.shape[1]))))
-        innovations.append(Stage(A, drive, C, noise))
-    return PeriodicSystem(tuple(errors)), PeriodicSystem(tuple(innovations))
+    n_z, m = scaled.W.shape[1], scaled.B.shape[-1]
+    outputs = np.concatenate([scaled.W, scaled.C], axis=1)
+    stages = []
+    for A, B, C, L, rows in zip(closed, scaled.B, outputs, gains, scaled.whitened.rows, strict=True):
+        seen = len(rows)
+        drive, direct = np.empty((len(A), m + seen)), np.zeros((n_z + seen, m + seen))
+        drive[:, :m], drive[:, m:] = B, -L[:, :seen]
+        direct[n_z:, m:] = np.eye(seen)
+        stages.append(Stage(A, drive, C[: n_z + seen], direct))
+    return stages
 
 
-def _dense(errors: PeriodicSystem, innovations: PeriodicSystem) -> Callable[[float], float]:
-    """The norm of E on the kernel of V, both formed in full, as a function of the angle."""
-    lifted_errors, lifted_innovations = compressed(errors.lift()), innovations.lift()
+def _dense(stages: Sequence[Stage], outputs: int) -> Curve:
+    """The norm of E on the kernel of V, both formed in full, as a function of the angles."""
+    whole = lifted(stages)
+    of_error = np.concatenate([np.arange(len(stage.C)) < outputs for stage in stages])
+    errors = compressed(_part(whole, of_error))
+    innovations = _part(whole, ~of_error)
 
-    def value(angle: float) -> float:
-        E, V = frequency_response(lifted_errors, angle), frequency_response(lifted_innovations, angle)
-        seen = np.linalg.qr(V.conj().T).Q
-        found = spectral_norm(E - (E @ seen) @ seen.conj().T)
-        return found if found > ROUNDING * float(np.linalg.norm(E)) else 0.0
+    def curve(angles: Array) -> Array:
+        E, V = frequency_response(errors, angles), frequency_response(innovations, angles)
+        hidden = np.linalg.qr(V.conj().mT, mode="complete").Q[..., V.shape[-2] :]
+        gains = spectral_norm(E @ hidden)
+        return np.where(gains > ROUNDING * np.linalg.norm(E, axis=(-2, -1)), gains, 0.0)
 
-    return value
+    return in_groups(curve, whole.D.size)
 
 
 def _whitened(innovations: PeriodicSystem, covariance: Array) -> PeriodicSystem:
@@ -152,14 +181,20 @@ DESIGN_MARGIN = 1e-8
 """Relative distance above the optimum at which gains are computed: at the optimum the recursion degenerates."""
 TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
-NEAR = 1e-13
-"""Relative distance of two guesses at which the search goes on to the ends of its bracket."""
 LARGEST_TOLD, MISSED = 1e14, 1e-3
 """Variance of the error of a prediction, over that of the noise of the measurement that corrects it, from which on the
 optimum is compared with what its gains reach; relative distance that is too much then.
 """
-LAST = 4
+NEAREST = 5
 """How many points the next guess is drawn through."""
+APART = 1e-10
+"""Relative distance of two points, in 1/level^2, below which rounding makes nothing of the line through them."""
+CLOSE = 1e-11
+"""How wrong a guess may be, relatively, that is taken for the root."""
+FACTORS = (1.1, 1.2, 1.5, 2.0)
+"""Times the largest unachievable level, what is tried next until a level is achievable."""
+SMALL = 1000
+"""Entries of the states of a period up to which levels are tried side by side, which takes little longer than one."""
 MAX_DOUBLINGS = 100
 """From the lower bound the level is doubled until it is achievable; this often only if rounding spoils the problem."""
 
@@ -195,9 +230,9 @@ def riccati_design(problem: MultirateProblem, level: float) -> RiccatiDesign:
     return central(kalman_centre(problem), positive_scalar("level", level))
 
 
-def central(centre: KalmanCentre, level: float) -> RiccatiDesign:
-    """`riccati_design` from the Kalman filter of the problem, for many levels."""
-    states, slack = _solution(centre, level)
+def central(centre: KalmanCentre, level: float, trial: Trial | None = None) -> RiccatiDesign:
+    """`riccati_design` from the Kalman filter of the problem, for many levels; trial: that of the level, if known."""
+    states, slack = _solution(centre, level) if trial is None else trial
     if states is None or slack <= 0:
         raise InfeasibleError(f"no observer has a gain below {level!r}; ask for a larger level (see `optimum`)")
     scaled = centre.scaled
@@ -209,8 +244,10 @@ def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) 
 
     Its gain is below that level (`RiccatiDesign.level`), to rounding, and may exceed upper itself.
     """
-    above, centre = 1 + positive_scalar("margin", margin), kalman_centre(problem)
-    return central(centre, _optimum(problem, centre).upper * above)
+    positive_scalar("margin", margin)
+    search = _Search(problem)
+    level = search.optimum().upper * (1 + margin)
+    return central(search.centre, level, search.latest.get(level))
 
 
 def achievable(problem: MultirateProblem, level: float) -> bool:
@@ -225,132 +262,175 @@ def optimum(problem: MultirateProblem) -> Optimum:
     circle (`kalman_design`), or rounding hides the noise of a measurement beside what it tells of; SolverError if
     rounding spoils the recursion.
     """
-    return _optimum(problem, kalman_centre(problem))
-
-
-def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
-    best = _least(problem, centre)
-    told = float(np.max(np.abs(np.linalg.eigvals(centre.scaled.maps().G @ centre.states))))
-    if told > LARGEST_TOLD and not _reached(problem, centre, best):
-        raise InvalidInputError(
-            f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for floating "
-            f"point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
-        )
-    return best
-
-
-def _reached(problem: MultirateProblem, centre: KalmanCentre, best: Optimum) -> bool:
-    """Whether the gains that should reach the optimum do; not so where it is wrong, or rounding hides the noise."""
-    try:
-        gains = central(centre, best.upper * (1 + DESIGN_MARGIN)).gains
-        exact = l2_gain(problem.error_system(gains)).value
-    except (InfeasibleError, SolverError):
-        return False
-    return best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED)
-
-
-def _least(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
-    noncausal = bound_in(problem, centre.units)
-    # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
-    if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):
-        raise InvalidInputError("the disturbances do not reach z = W e: there is nothing to minimise; check B_d and W")
-    low = max(noncausal.lower, centre.floor)
-    if noncausal.upper >= centre.floor:
-        touching = [noncausal.upper * (1 + distance) for distance in TOUCHING]
-        if _solution(centre, touching[-1])[1] > 0:
-            level = next((level for level in touching[:-1] if _solution(centre, level)[1] > 0), touching[-1])
-            return Optimum(noncausal.lower, level, noncausal, "noncausal")
-        low = touching[-1]
-    low, high = _root(centre, low)
-    return Optimum(low, high, noncausal, "causal")
+    return _Search(problem).optimum()
 
 
 class _Search:
-    """The largest unachievable and the smallest achievable level tried so far."""
+    """The largest unachievable and the smallest achievable level tried so far, and the `latest` trials by level.
 
-    def __init__(self, centre: KalmanCentre, low: float) -> None:
-        self.centre, self.low, self.high = centre, low, np.inf
+    points: (1/level^2, 1/lambda - 1/level^2), lambda = max_k lambda_max(W X_k W'), where there is a solution. The value
+    is positive iff the level is achievable, and nearly a straight line; the Kalman filter gives that at infinity.
+    """
 
-    def tried(self, level: float) -> float | None:
-        """1/lambda - 1/level^2 with lambda = max_k lambda_max(W X_k W'), or None without a solution.
+    def __init__(self, problem: MultirateProblem) -> None:
+        require_problem(problem)
+        self.problem = problem
+        self.centre = kalman_centre(problem, quick_noise=NOISE if _is_short(problem) else None)
+        self.low, self.high = 0.0, np.inf
+        self.latest: dict[float, Trial] = {}
+        floor = self.centre.floor
+        self.points = [(0.0, floor**-2)] if floor > 0 else []
+        self.aside = problem.schedule.period * problem.plant.order**2 <= SMALL
 
-        It is positive iff the level is achievable, and nearly a straight line as a function of 1/level^2.
-        """
-        slack = _solution(self.centre, level)[1]
-        if slack > 0:
-            self.high = min(self.high, level)
+    def optimum(self) -> Optimum:
+        """Raises as the function `optimum`."""
+        best, centre = self._least(), self.centre
+        told = float(np.max(np.abs(np.linalg.eigvals(centre.scaled.maps().G @ centre.states))))
+        if told > LARGEST_TOLD and not self._reached(best):
+            raise InvalidInputError(
+                f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for "
+                f"floating point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
+            )
+        return best
+
+    def _reached(self, best: Optimum) -> bool:
+        """Whether the gains that should reach the optimum do; not so where it is wrong, or rounding hides the noise."""
+        try:
+            gains = central(self.centre, best.upper * (1 + DESIGN_MARGIN)).gains
+            exact = l2_gain(self.problem.error_system(gains)).value
+        except (InfeasibleError, SolverError):
+            return False
+        return best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED)
+
+    def _least(self) -> Optimum:
+        centre = self.centre
+        noncausal = _bound_of_filter(centre) if centre.quick is None else _bound(self.problem, centre.quick)
+        # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
+        if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):
+            raise InvalidInputError(
+                "the disturbances do not reach z = W e: there is nothing to minimise; check B_d and W"
+            )
+        self.low = max(noncausal.lower, centre.floor)
+        if noncausal.upper >= centre.floor:
+            touching = [noncausal.upper * (1 + distance) for distance in TOUCHING]
+            ahead = (touching[0], *self._designs(touching[0]), *(self.low * factor for factor in FACTORS))
+            self.tried(touching[-1], *(ahead if self.aside else ()))
+            if self.latest[touching[-1]][1] > 0:
+                level = next((level for level in touching[:-1] if self._achieved(level)), touching[-1])
+                return Optimum(noncausal.lower, level, noncausal, "noncausal")
+            self.low = max(self.low, touching[-1])
+        self._root()
+        return Optimum(self.low, self.high, noncausal, "causal")
+
+    def _achieved(self, level: float) -> bool:
+        if level not in self.latest:
+            self.tried(level)
+        return self.latest[level][1] > 0
+
+    def _designs(self, *levels: float) -> list[float]:
+        """Where gains are computed if one of the levels is the least: tried with it, since that costs little."""
+        return [level * (1 + DESIGN_MARGIN) for level in levels] if self.aside else []
+
+    def tried(self, *levels: float) -> None:
+        """Try levels, side by side."""
+        self.latest = dict(zip(levels, _solutions(self.centre, levels), strict=True))
+        self.points += [
+            (level**-2, slack / (1 - slack) / level**2) for level, (_, slack) in self.latest.items() if slack > -1
+        ]
+        reached = [level for level in levels if self.latest[level][1] > 0]
+        missed = [level for level in levels if self.latest[level][1] <= 0]
+        # Where rounding puts a level that is reached below one that is not, the bracket stays around both.
+        least, most = min(reached, default=np.inf), max(missed, default=0.0)
+        self.high = min([self.high, *(level for level in reached if level > most)])
+        self.low = max([self.low, *(level for level in missed if level < least)])
+
+    def _root(self) -> None:
+        """Close the bracket in on the root of the slack above `low`."""
+        for _ in range(MAX_DOUBLINGS):
+            if np.isfinite(self.high):
+                break
+            self.tried(*(self.low * factor for factor in (FACTORS if self.aside else FACTORS[-1:])))
         else:
-            self.low = max(self.low, level)
-        return slack / (1 - slack) / level**2 if slack > -1 else None
+            raise SolverError(
+                f"no level up to {self.low:.3g} proved achievable: rounding spoils the recursion; rescale"
+            )
+        width = LEVEL_TOLERANCE / 40
+        while self.high > self.low * (1 + LEVEL_TOLERANCE / 8):
+            level, spread = _zero(self.points)
+            if not self.low < level < self.high:
+                level, spread = (self.low + self.high) / 2, (self.high / self.low - 1) / 4
+            close = spread <= CLOSE
+            if close:
+                levels = [level * (1 + sides * width) for sides in (-4, -1, 1, 4)]
+                width *= 2
+            else:
+                levels = [level * (1 - spread), level, level * (1 + spread)] if self.aside else [level]
+            inside = [near for near in levels if self.low < near < self.high] or [level]
+            low, high = self.low, self.high
+            self.tried(*inside, *(self._designs(*inside[-2:-1]) if close else ()))
+            if (low, high) == (self.low, self.high):  # rounding left the side of each level open
+                self.tried((low + high) / 2)
 
 
-def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
-    """Largest unachievable and smallest achievable level met on the way to the root of the slack above `low`."""
-    search = _Search(centre, low)
-    # Points (1/level^2, value); at an infinite level the Kalman filter gives the value.
-    points = [(0.0, centre.floor**-2)] if centre.floor > 0 else []
-    for _ in range(MAX_DOUBLINGS):
-        level = 2 * search.low
-        if (value := search.tried(level)) is not None:
-            points.append((level**-2, value))
-        if level == search.high:
-            break
-    else:
-        raise SolverError(f"no level up to {search.low:.3g} proved achievable: rounding spoils the recursion; rescale")
-    level, value = search.high, points[-1][1]
-    while search.high > search.low * (1 + LEVEL_TOLERANCE):
-        # Where there is no solution there is no value: halve then, and go on from where there is one.
-        guess = np.nan if value is None else _zero(points[-LAST:])
-        if not search.high**-2 < guess < search.low**-2:
-            guess = (search.high**-2 + search.low**-2) / 2
-        before, level = level, guess**-0.5
-        if abs(level - before) <= NEAR * level:
-            break
-        if (value := search.tried(level)) is not None:
-            points.append((guess, value))
-    # From here outwards, until both sides are known.
-    distance = LEVEL_TOLERANCE / 16
-    while search.high > level * (1 + distance):
-        search.tried(level * (1 + distance))
-        distance *= 4
-    distance = LEVEL_TOLERANCE / 16
-    while search.low < level * (1 - distance):
-        search.tried(level * (1 - distance))
-        distance *= 4
-    while search.high > search.low * (1 + LEVEL_TOLERANCE / 8):
-        search.tried((search.low + search.high) / 2)
-    return float(search.low), float(search.high)
+def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The level at which the value of the points (1/level^2, value) is zero, and by how much of it that may be wrong.
 
-
-def _zero(points: list[tuple[float, float]]) -> float:
-    """Where the polynomial through (value, place) of the points is at the value zero; not a number if there is none."""
-    places = [place for place, _ in points]
-    values = [value for _, value in points]
-    if len(points) < 2 or len(set(values)) < len(values):
-        return np.nan
-    for width in range(1, len(points)):  # Neville
-        for i in range(len(points) - width):
+    By the polynomial through (value, place) of the nearest points, and by that through one fewer; not a number without
+    two points of different values.
+    """
+    values: list[float] = []
+    places: list[float] = []
+    for place, value in sorted(points, key=lambda point: abs(point[1])):
+        if len(places) < NEAREST and all(abs(place - other) > APART * other for other in places):
+            values.append(value)
+            places.append(place)
+    if len(places) < 2 or len(set(values)) < len(values):
+        return np.nan, np.nan
+    before = places[0]
+    for width in range(1, len(values)):  # Neville
+        before = places[0]
+        for i in range(len(values) - width):
             a, b = values[i], values[i + width]
             places[i] = (a * places[i + 1] - b * places[i]) / (a - b)
-    return places[0]
+    place = places[0]
+    return (place**-0.5, abs(place - before) / place / 2) if place > 0 else (np.nan, np.nan)
 
 
-def _solution(centre: KalmanCentre, level: float) -> tuple[Array | None, float]:
-    """The stabilising solution at `level` (N, n, n), scaled, and the slack 1 - max_k lambda_max(W X_k W')/level^2.
+Trial = tuple[Array | None, float]
+"""The stabilising solution (N, n, n) at a level, scaled, and the slack 1 - max_k lambda_max(W X_k W')/level^2.
 
-    The level is achievable iff the slack is positive; without a stabilising solution it is (None, -1).
-    """
-    if level <= centre.floor:
-        return None, -1.0
-    maps = centre.scaled.maps(level)
-    states = stationary(maps, centre.states)
-    if states is None or not semidefinite(states):
-        return None, -1.0
-    slack = 1 - (np.sqrt(largest_weighted(centre.scaled, states)) / level) ** 2
-    if slack > 0 and not stabilises(centre.scaled, states, maps):
-        return None, -1.0
-    # Below -1 its size has no meaning for the root, and it may be huge where the recursion nearly escapes.
-    return states, max(slack, -1.0)
+The level is achievable iff the slack is positive; without a stabilising solution it is (None, -1).
+"""
+NO_SOLUTION: Trial = (None, -1.0)
+
+
+def _solution(centre: KalmanCentre, level: float) -> Trial:
+    return _solutions(centre, (level,))[0]
+
+
+def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
+    """The trials of levels, side by side."""
+    trials = [NO_SOLUTION] * len(levels)
+    tried = np.array([i for i, level in enumerate(levels) if level > centre.floor], dtype=int)
+    if not len(tried):
+        return trials
+    above, scaled = np.array(levels)[tried], centre.scaled
+    maps = scaled.maps_each(above)
+    solved = stationary_each(maps, centre.states)
+    finite = {i: states for i, states in enumerate(solved) if states is not None and np.isfinite(states).all()}
+    if not finite:
+        return trials
+    there, states = np.array(list(finite)), np.stack(list(finite.values()), axis=1)
+    slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
+    sound = semidefinite(states)
+    checked = np.flatnonzero(sound & (slack > 0))
+    if len(checked):
+        G = maps.G[:, there[checked]]
+        sound[checked] = stabilises(scaled, states[:, checked], maps._replace(G=G))
+    for i in np.flatnonzero(sound):
+        # Below -1 its size has no meaning for the root, and it may be huge where the recursion nearly escapes.
+        trials[tried[there[i]]] = states[:, i], max(float(slack[i]), -1.0)
+    return trials
 
 
 Offsets = tuple[int, ...]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -75,23 +75,6 @@ class MultiratePlant(LinearPlant):
     D_u: Array = NOT_GIVEN
     dt: float = 1.0
     under_way: int = 0
-
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(
-            self,
-            *,
-            A: npt.ArrayLike,
-            B_d: npt.ArrayLike,
-            C: npt.ArrayLike,
-            D: npt.ArrayLike,
-            W: npt.ArrayLike | None = None,
-            B_u: npt.ArrayLike | None = None,
-            B_w: npt.ArrayLike | None = None,
-            D_u: npt.ArrayLike | None = None,
-            dt: float = 1.0,
-            under_way: int = 0,
-        ) -> None: ...
 
     def __post_init__(self) -> None:
         sizes = self.check()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import lcm, prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.linear.riccati import RiccatiMap
+from replication.estimation.linear.riccati import RiccatiMap, identity
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_array, positive_integer, undetectable_mode
 
@@ -168,6 +168,24 @@ class MultirateProblem:
         """For each phase, the sensors that are measured."""
         return [list(self.schedule.measured(k)) for k in range(self.schedule.period)]
 
+    @cached_property
+    def whitened(self) -> Whitened:
+        """What does not depend on the coordinates of the states."""
+        plant, measured = self.plant, [self.schedule.measured(k) for k in range(self.schedule.period)]
+        kinds = list(dict.fromkeys(measured))
+        C, parts, roots = np.zeros((len(kinds), *plant.C.shape)), [], []
+        for i, kind in enumerate(kinds):
+            rows = list(kind)
+            # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
+            roots.append(np.asarray(np.linalg.qr(plant.D[rows].T, mode="r")))
+            C[i, : len(rows)] = np.linalg.solve(roots[-1].T, plant.C[rows])
+            parts.append(_decorrelated(plant, rows))
+        which = [kinds.index(rows) for rows in measured]
+        A, B = (np.stack([part[field] for part in parts])[which] for field in (0, 1))
+        return Whitened(
+            A, B, C[which], tuple(roots[i] for i in which), tuple(measured), tuple(parts[i][2] for i in which)
+        )
+
     def checked(self, gains: npt.ArrayLike) -> Array:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
         shape = (self.schedule.period, self.plant.order, self.plant.sensors)
@@ -237,27 +255,36 @@ def _full_row_rank(D: Array) -> bool:
     return bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
 
 
-@dataclass(frozen=True, eq=False)
-class ScaledProblem:
-    """T (N, n, n); A (N, n, n), B (N, n, m) and W (N, n_z, n) in coordinates s; C: per phase the whitened rows (r, n).
+class Whitened(NamedTuple):
+    """At each phase A (N, n, n), B (N, n, m) and the whitened measurements C (N, q, n), rows of zeros at the end.
 
-    Whitening: with the triangular `roots` R_k, D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k T_k, their noise is white
-    with unit intensity, and their gain is R_k'-fold that of the measurements.
+    Whitening: with the triangular `roots` R_k, D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k, their noise is white with
+    unit intensity, and their gain is R_k'-fold that of the measurements of the sensors `rows`.
 
     Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
     `injected` (n, r) are the gains of the measurements that do it.
     """
 
+    A: Array
+    B: Array
+    C: Array
+    roots: tuple[Array, ...]
+    rows: tuple[tuple[int, ...], ...]
+    injected: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledProblem:
+    """A problem in coordinates s(k) = T_k^-1 e(k): T, A (N, n, n), B (N, n, m), W (N, n_z, n), C and the rest as
+    `Whitened`; information C_k'C_k (N, n, n)."""
+
     T: Array
     A: Array
     B: Array
     W: Array
-    C: tuple[Array, ...]
-    roots: tuple[Array, ...]
-    rows: tuple[tuple[int, ...], ...]
-    sensors: int
+    C: Array
     information: Array
-    injected: tuple[Array, ...]
+    whitened: Whitened
 
     def maps(self, level: float = np.inf, *, extra_noise: float = 0.0) -> RiccatiMap:
         """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d' + extra I.
@@ -272,24 +299,38 @@ class ScaledProblem:
             H = H + extra_noise * inverse @ inverse.mT
         return RiccatiMap(self.A, G, H)
 
+    def maps_each(self, levels: Array) -> RiccatiMap:
+        """`maps` at several levels, side by side: fields of shape (N, levels, n, n)."""
+        W = self.W[:, None] / levels[:, None, None]
+        G = self.information[:, None] - W.mT @ W
+        A, H = (np.broadcast_to(part[:, None], G.shape) for part in (self.A, self.B @ self.B.mT))
+        return RiccatiMap(A, G, H)
+
     def corrected(self, states: Array, maps: RiccatiMap) -> Array:
         """(I + X_k G_k)^-1 X_k for each phase, shape (N, n, n)."""
-        return np.asarray(np.linalg.solve(np.eye(self.A.shape[-1]) + states @ maps.G, states))
+        return np.asarray(np.linalg.solve(identity(self.A.shape[-1]) + states @ maps.G, states))
 
     def closed_loop(self, corrected: Array) -> Array:
-        """A_k - L_k C_k for each phase, shape (N, n, n), all gains included."""
-        return np.asarray(self.A - self.A @ corrected @ self.information)
+        """A_k - L_k C_k for each phase, shape (N, n, n), all gains included; of several cases (N, cases, n, n)."""
+        A, information = (_beside(part, corrected) for part in (self.A, self.information))
+        return np.asarray(A - A @ corrected @ information)
 
-    def whitened_gains(self, corrected: Array) -> list[Array]:
-        """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k', each of shape (n, r)."""
-        return [A @ F @ C.T for A, F, C in zip(self.A, corrected, self.C, strict=True)]
+    def weighted(self, states: Array) -> Array:
+        """W X_k W' for each phase, (N, n_z, n_z) or (N, cases, n_z, n_z)."""
+        W = _beside(self.W, states)
+        return np.asarray(W @ states @ W.mT)
+
+    def whitened_gains(self, corrected: Array) -> Array:
+        """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k' (N, n, q), columns of zeros at the end."""
+        return np.asarray(self.A @ corrected @ self.C.mT)
 
     def gains(self, corrected: Array) -> Array:
         """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
-        gains = np.zeros((len(self.A), self.A.shape[-1], self.sensors))
-        for k, gain in enumerate(self.whitened_gains(corrected)):
-            following = self.T[(k + 1) % len(self.T)]
-            gains[k][:, self.rows[k]] = following @ np.linalg.solve(self.roots[k], gain.T).T + self.injected[k]
+        whitened, gains = self.whitened, np.zeros_like(self.C.mT)
+        given = np.roll(self.T, -1, axis=0) @ self.whitened_gains(corrected)
+        for k, (rows, root) in enumerate(zip(whitened.rows, whitened.roots, strict=True)):
+            if rows:
+                gains[k][:, rows] = np.linalg.solve(root, given[k][:, : len(rows)].T).T + whitened.injected[k]
         return gains
 
     def unscaled(self, states: Array) -> Array:
@@ -297,29 +338,17 @@ class ScaledProblem:
         return np.asarray(self.T @ states @ self.T.mT)
 
 
+def _beside(part: Array, states: Array) -> Array:
+    """One matrix per phase, to go with the states of one case or of several."""
+    return part if states.ndim == part.ndim else part[:, None]
+
+
 def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
     """`problem` in the coordinates s(k) = T_k^-1 e(k); T of shape (N, n, n)."""
-    plant, rows = problem.plant, [tuple(r) for r in problem.measured_rows()]
-    following = np.roll(T, -1, axis=0)
-    # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
-    distinct = dict.fromkeys(rows)
-    roots: dict[tuple[int, ...], Array] = {r: np.asarray(np.linalg.qr(plant.D[list(r)].T, mode="r")) for r in distinct}
-    whitened = {r: np.linalg.solve(roots[r].T, plant.C[list(r)]) for r in roots}
-    C = tuple(whitened[r] @ T_k for r, T_k in zip(rows, T, strict=True))
-    rest = {r: _decorrelated(plant, list(r)) for r in roots}
-    A, B = np.stack([rest[r][0] for r in rows]), np.stack([rest[r][1] for r in rows])
-    return ScaledProblem(
-        T=T,
-        A=np.asarray(np.linalg.solve(following, A @ T), dtype=float),
-        B=np.asarray(np.linalg.solve(following, B), dtype=float),
-        W=plant.W @ T,
-        C=C,
-        roots=tuple(roots[r] for r in rows),
-        rows=tuple(rows),
-        sensors=plant.sensors,
-        information=np.stack([C_k.T @ C_k for C_k in C]),
-        injected=tuple(rest[r][2] for r in rows),
-    )
+    whitened, n = problem.whitened, problem.plant.order
+    moved = np.linalg.solve(np.roll(T, -1, axis=0), np.concatenate([whitened.A @ T, whitened.B], axis=-1))
+    C = whitened.C @ T
+    return ScaledProblem(T, moved[..., :n], moved[..., n:], problem.plant.W @ T, C, C.mT @ C, whitened)
 
 
 def _decorrelated(plant: MultiratePlant, rows: list[int]) -> tuple[Array, Array, Array]:

@@ -38,12 +38,6 @@ def rms_error(problem: MultirateProblem, gains: Array) -> float:
     return float(np.sqrt(white_noise_variance(problem.error_system(gains))))
 
 
-def tradeoff(problem: MultirateProblem, best: Optimum, points: Any) -> curve.TradeOff:
-    """Levels from the least one to infinity; raises InvalidInputError for another number of points."""
-    _, measures = _designs(problem)
-    return curve.tradeoff("multirate", "rms error", points, best.upper * (1 + DESIGN_MARGIN), measures)
-
-
 def balanced(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
     """The central gains whose level and whose mean error exceed the least ones by the same share."""
     design, measures = _designs(problem)
@@ -156,7 +150,8 @@ class MultirateResult(Design):
         InvalidInputError
             `points` is no whole number from 2 to 1000.
         """
-        return tradeoff(self.problem, optimum(self.problem), points)
+        least = optimum(self.problem).upper * (1 + DESIGN_MARGIN)
+        return curve.tradeoff("multirate", "rms error", points, least, _designs(self.problem)[1])
 
 
 def facts(result: MultirateResult, error: PeriodicSystem, best: Optimum, *, alone: bool) -> tuple[Evidence, ...]:

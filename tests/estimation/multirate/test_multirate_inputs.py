@@ -42,8 +42,8 @@ def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(cvxpy.Problem, "solve", called)
     monkeypatch.setattr(clarabel, "DefaultSolver", called)
-    for module in (kalman, optimum):
-        monkeypatch.setattr(module, "stationary", called)
+    monkeypatch.setattr(kalman, "stationary", called)
+    monkeypatch.setattr(optimum, "stationary_each", called)
     monkeypatch.setattr(kalman, "steady_state", called)
 
 

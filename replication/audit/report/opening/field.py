@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
@@ -57,7 +57,7 @@ class Lane:
 class Field:
     """The answer in a sentence, the rows, and how the claims add up.
 
-    corrected: how many claims agree once corrected. shares: of each paper, how many of its claims fail.
+    corrected: how many claims hold once corrected. shares: of each paper, how many of its claims fail.
     """
 
     answer: str
@@ -74,98 +74,64 @@ class Field:
 
 def field(papers: Sequence[PaperView]) -> Field:
     """The picture of all papers, in their order."""
-    lanes = [_lane(paper) for paper in papers]
-    columns = tuple(kind for kind in Consequence if any(_filled(lane.cells, kind) for lane in lanes))
+    lanes = [
+        Lane(
+            paper=paper,
+            cells=tuple(_cell(paper, kind) for kind in Consequence),
+            standing=standing(view.record for view in paper.claims),
+        )
+        for paper in papers
+    ]
+    filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
+    columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
-    found = Counter(record.verdict for record in own)
     return Field(
-        answer=answer([lane.standing for lane in lanes], found, _differing(lanes)),
+        answer=answer([lane.standing for lane in lanes], tally(own)),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
-        corrected=found[Verdict.REPRODUCED_AFTER_ERRATUM],
+        corrected=sum(record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for record in own),
     )
 
 
-HOLDING = (Verdict.REPRODUCED, Verdict.CONSISTENT)
-
-
-def answer(papers: Sequence[Standing], found: Mapping[Verdict, int], differing: Sequence[str] = ()) -> str:
+def answer(papers: Sequence[Standing], found: Tally) -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-    differing: what else does not agree, by name; named where it is a single result.
+    Where there is no theorem to speak of, how many results hold.
     """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
         return "There is no claim to judge."
     if not any(paper.theorems for paper in judged):
-        return _tally(found)
+        number = sum(found.numbers.values()) + found.timed
+        return f"Of {number} result{'s' * (number != 1)}, {found.words}."
     false = [paper for paper in judged if paper.broken]
     others = [paper for paper in judged if not paper.broken]
     whole = len(judged)
     if not false:
         where = "In the paper" if whole == 1 else f"In {'both' if whole == 2 else f'all {count(whole)}'} papers"
-        return f"{where} {_of_others(others, differing)}".removesuffix(".") + "."
+        return f"{where} {_of_others(others)}."
     thing = "a false guarantee" if all(paper.refuted for paper in false) else "a guarantee that fails"
     who = f"{count(len(false)).capitalize()} of {count(whole)} papers give{'s' if len(false) == 1 else ''}"
     if not others:
         who = "The paper gives" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers give"
         return f"{who} {thing}."
     where = "the other" if len(others) == 1 else f"the other {count(len(others))}"
-    return f"{who} {thing}. In {where} {_of_others(others, differing)}".removesuffix(".") + "."
+    return f"{who} {thing}. In {where} {_of_others(others)}."
 
 
-def _differing(lanes: Sequence[Lane]) -> list[str]:
-    """The results that do not agree of the papers whose theorems do: what each is, and whose."""
-    return [
-        f"the {_named(view)} of {lane.paper.record.cited.partition(' (')[0]}"
-        for lane in lanes
-        if not lane.standing.broken
-        for cell in lane.cells
-        for view in cell.marks
-        if view.record.verdict in FAILS
-    ]
-
-
-def _of_others(papers: Sequence[Standing], differing: Sequence[str]) -> str:
+def _of_others(papers: Sequence[Standing]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    once = " once corrected" if any(paper.corrected for paper in papers) else ""
-    name = f", {differing[0]}" if failing == len(differing) == 1 else ""
-    off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}{name}" if failing else ""
-    return f"{'every theorem passes our tests' if sound else 'no theorem is refuted'}{once}{off}"
-
-
-def _tally(found: Mapping[Verdict, int]) -> str:
-    """How many results agree, where there is no theorem to speak of."""
-    number = sum(found.values())
-    printed, failing = sum(found[verdict] for verdict in HOLDING), sum(found[verdict] for verdict in FAILS)
-    failed, unsettled = found[Verdict.ERROR], found[Verdict.UNDETERMINED]
-    corrected, chosen = found[Verdict.REPRODUCED_AFTER_ERRATUM], found[Verdict.COMPATIBLE]
-    parts = [
-        f"{printed} of {number} results agree{'s' if printed == 1 else ''} with the print",
-        f"{count(corrected)} after an erratum" if corrected else "",
-        f"{count(chosen)} possible" if chosen else "",
-        f"{count(failing)} {'does' if failing == 1 else 'do'} not" if failing else "none fails",
-        f"{count(unsettled)} undecided" if unsettled else "",
-        f"{count(failed)} ended in an error" if failed else "",
-    ]
-    return f"{', '.join(filter(None, parts))}."
+    once = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
+    off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}" if failing else ""
+    return f"{'every theorem passes our tests' if sound else 'we refute no theorem'}{once}{off}"
 
 
 def count(number: int) -> str:
     """A small number as a word."""
     return _WORDS[number] if number < len(_WORDS) else str(number)
-
-
-def _filled(cells: Sequence[Cell], kind: Consequence) -> bool:
-    return any(cell.marks or cell.timed for cell in cells if cell.consequence is kind)
-
-
-def _lane(paper: PaperView) -> Lane:
-    cells = tuple(_cell(paper, kind) for kind in Consequence)
-    return Lane(paper=paper, cells=cells, standing=standing(view.record for view in paper.claims))
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:

@@ -21,7 +21,7 @@ from replication.audit.judge.numerals import LINK, require_short
 from replication.audit.model import Policy, Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.report.templates import seen
-from replication.audit.store.records import ClaimRecord, ErratumRecord, PaperRecord, ResultsFile
+from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
 # A sketch as SVG: lines, areas, dots and ticks in the colours of the page, labels as text
@@ -123,27 +123,20 @@ def briefs(results: ResultsFile) -> dict[str, BriefView]:
 
 
 def _targets(results: ResultsFile) -> dict[str, Target]:
-    claims = {
-        claim.id: Target(
-            link=anchor("claim", claim.id),
-            says=_says(claim),
-            shaken=claim.unexpected,
-            record=claim,
+    """By id. A number that a solver or a correction explains does not hold as printed, however it is read."""
+    found = {
+        erratum.id: Target(
+            link=anchor("erratum", erratum.id), says=OPEN if erratum.inference else FAILS, shaken=not erratum.holds
         )
-        for claim in results.claims
+        for erratum in results.errata
     }
-    return {erratum.id: _erratum(erratum) for erratum in results.errata if erratum.id not in claims} | claims
-
-
-def _says(claim: ClaimRecord) -> str:
-    """A number that a solver or a correction explains does not hold as printed, however it is read."""
-    explained = {Policy.SOLVER, Policy.ERRATUM} & set(claim.judgement.policies)
-    return _SAYS[claim.verdict] + (FAILS if claim.verdict is Verdict.COMPATIBLE and explained else "")
-
-
-def _erratum(erratum: ErratumRecord) -> Target:
-    says = OPEN if erratum.inference else FAILS
-    return Target(link=anchor("erratum", erratum.id), says=says, shaken=not erratum.holds)
+    for claim in results.claims:
+        explained = claim.verdict is Verdict.COMPATIBLE and {Policy.SOLVER, Policy.ERRATUM} & {
+            *claim.judgement.policies
+        }
+        says = _SAYS[claim.verdict] + (FAILS if explained else "")
+        found[claim.id] = Target(link=anchor("claim", claim.id), says=says, shaken=claim.unexpected, record=claim)
+    return found
 
 
 def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> BriefView:

@@ -15,11 +15,12 @@ from typing import Any
 
 from replication.audit.inspect.controls import Control, controls
 from replication.audit.judge.agreement import Target
-from replication.audit.judge.numerals import short
+from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.policies import by_policy
 from replication.audit.report.sections.across import Across, across, chart
 from replication.audit.report.sections.lineage import ClaimRoom, Proofs, allowances, lineages, proofs, rooms
-from replication.audit.store.records import ResultsFile
+from replication.audit.report.words import VERDICTS, terms
+from replication.audit.store.records import ExperimentRecord, ResultsFile
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +39,7 @@ class Section:
 
 _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile, Mapping[str, Target]], Any]], ...] = (
     ("across", "Across the papers", lambda results, read: across(results)),
-    ("words", "What the verdicts mean", lambda results, read: ()),
+    ("words", "What the words mean", lambda results, read: {"verdicts": VERDICTS, "terms": terms(results.papers)}),
     ("proofs", "Proofs", lambda results, read: proofs(results)),
     ("policies", "Policies", lambda results, read: by_policy(results.claims)),
     ("tolerances", "Tolerances", lambda results, read: allowances(results.claims)),
@@ -70,8 +71,9 @@ def _costs(shown: Across) -> Heading:
     drawn = chart(shown)
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
-    m, cost = drawn.shared
-    return f"The {drawn.curves[0].name} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
+    m, cost, other = drawn.shared
+    others = f"any other at most ×{at_most(other, 2)}"
+    return f"The {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}, {others}", cost, m, other
 
 
 def _proved(shown: Proofs) -> Heading:
@@ -81,13 +83,18 @@ def _proved(shown: Proofs) -> Heading:
 
 
 def _hinging(shown: tuple[ClaimRoom, ...]) -> Heading:
-    moved = sum(bool(item.breaking if item.agrees else item.reaching) for item in shown)
+    moved = sum(bool(item.deciding) for item in shown)
     return f"{moved} of {len(shown)} results hinge on the rounding of a printed parameter", moved, len(shown)
 
 
 def _caught(shown: tuple[Control, ...]) -> Heading:
     tried, missed = sum(one.tried for one in shown), sum(one.tried - one.caught for one in shown)
     return f"Altered claims are caught, {f'save {missed} of {tried}' if missed else f'all {tried}'}", missed, tried
+
+
+def _computed(shown: tuple[ExperimentRecord, ...]) -> Heading:
+    failed = sum(bool(record.error) for record in shown)
+    return f"{len(shown)} experiments, {failed or 'none'} failed", len(shown), failed
 
 
 _HEADINGS: dict[str, Callable[[Any], Heading]] = {
@@ -97,5 +104,7 @@ _HEADINGS: dict[str, Callable[[Any], Heading]] = {
     "tolerances": lambda shown: ("Half a unit of the last place, save what is listed",),
     "sensitivity": _hinging,
     "controls": _caught,
+    "lineage": lambda shown: ("What each claim rests on, back to the printed data",),
+    "experiments": _computed,
 }
 """The results that stand over a section."""

@@ -42,7 +42,10 @@ class Across:
 
 @dataclass(frozen=True, kw_only=True)
 class CostCurve:
-    """A column as a curve: its short name, how m is meant, the authors, dots, a band where only bounds are known."""
+    """A column as a curve: its short name, how m is meant, the authors, dots, a band where only bounds are known.
+
+    end: where on the abscissa it ends. height: of its name, if that is at the edge of the frame.
+    """
 
     name: str
     meaning: str
@@ -51,6 +54,7 @@ class CostCurve:
     band: str
     dots: tuple[tuple[float, float], ...]
     height: float
+    end: float
     last: float
     multiple: int
 
@@ -59,7 +63,7 @@ class CostCurve:
 class Chart:
     """Columns of one measure in one drawing, the steepest first; left: columns with another measure.
 
-    shared: the largest multiple that all curves have, and the largest cost there.
+    shared: the largest multiple that all curves have, the largest cost there, and the second largest.
     """
 
     words: tuple[str, ...]
@@ -69,10 +73,10 @@ class Chart:
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
     most: int
-    shared: tuple[int, float]
+    shared: tuple[float, ...]
 
 
-NAME_HEIGHT = 150
+NAME_HEIGHT = 105
 """Of the name of a curve, in units of the frame."""
 
 
@@ -90,16 +94,17 @@ def chart(shown: Across | None) -> Chart | None:
     multiples = sorted({m for column in chosen for m in column.costs})
     costs = [1.0, *(cost.most for column in chosen for cost in column.costs.values())]
     x, y = scale_of([float(m) for m in multiples], False, 0), scale_of(costs, False, 0)
-    shared = min(max(column.costs) for column in chosen)
-    chosen.sort(key=lambda column: -column.costs[shared].most if shared in column.costs else 0.0)
-    ends = [FRAME - y(column.costs[max(column.costs)].most) for column in chosen]
-    heights = spread(ends, [NAME_HEIGHT] * len(chosen))
+    last = min(max(column.costs) for column in chosen)
+    shared = {id(column): column.costs[last].most if last in column.costs else math.nan for column in chosen}
+    chosen.sort(key=lambda column: -shared[id(column)] if last in column.costs else 0.0)
+    whole = [column for column in chosen if max(column.costs) == multiples[-1]]
+    ends = [FRAME - y(column.costs[multiples[-1]].most) for column in whole]
+    heights = dict(zip(map(id, whole), spread(ends, [NAME_HEIGHT] * len(whole)), strict=True))
     curves = []
-    for column, height in zip(chosen, heights, strict=True):
+    for column in chosen:
         upper = [(x(m), FRAME - y(cost.most)) for m, cost in sorted(column.costs.items())]
         lower = [(x(m), FRAME - y(cost.least)) for m, cost in sorted(column.costs.items())]
         name, _, meaning = column.sensor.partition(": ")
-        last = column.costs[max(column.costs)]
         curves.append(
             CostCurve(
                 name=name,
@@ -108,8 +113,9 @@ def chart(shown: Across | None) -> Chart | None:
                 path="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in upper),
                 band="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in (*upper, *reversed(lower))),
                 dots=tuple((round(a, 1), round(b, 1)) for a, b in upper),
-                height=height,
-                last=last.most,
+                height=heights.get(id(column), 0),
+                end=round(upper[-1][0], 1),
+                last=column.costs[max(column.costs)].most,
                 multiple=max(column.costs),
             )
         )
@@ -121,7 +127,7 @@ def chart(shown: Across | None) -> Chart | None:
         y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
-        shared=(shared, chosen[0].costs[shared].most if shared in chosen[0].costs else math.nan),
+        shared=(last, *(shared[id(column)] for column in chosen[:2])),
     )
 
 

@@ -1,9 +1,9 @@
-"""What stands behind the claims: theorems, experiments drawn line by line, and the rounding of the digits."""
+"""What stands behind the claims: theorems, experiments, allowances, and the rounding of the digits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -13,17 +13,10 @@ from replication.audit.judge.agreement import stored_intervals
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.parts import Sensitivity
-from replication.audit.report.claim import anchor
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
 NO_REASON = "No certificate has been made."
-
-ROW, TOP = 16, 12
-LEFT, GAP, WIDTH = 250, 330, 640
-"""Where the names of the experiments end, where those of the claims begin, and the whole, in units of the drawing."""
-
-LONGEST = 34
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,87 +59,19 @@ def proofs(results: ResultsFile) -> Proofs | None:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Node:
-    """A name at a height; link: the place of the page that says more. rank: verdict, for the colour of a claim."""
-
-    text: str
-    link: str
-    y: float
-    verdict: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lineage:
-    """The drawing of one paper: nodes on both sides, and the lines between them as SVG paths."""
-
-    paper: str
-    title: str
-    experiments: tuple[Node, ...]
-    claims: tuple[Node, ...]
-    lines: tuple[str, ...]
-    height: float
-    alt: str
+Lineage = tuple[PaperRecord, tuple[tuple[ExperimentRecord, tuple[ClaimRecord, ...]], ...]]
+"""A paper, and its experiments with the claims that each answers."""
 
 
 def lineages(results: ResultsFile) -> tuple[Lineage, ...]:
-    """One drawing for each paper that has an experiment behind a claim."""
-    drawn = (_lineage(paper.key, paper.title, results) for paper in results.papers)
-    return tuple(lineage for lineage in drawn if lineage.lines)
-
-
-def _lineage(key: str, title: str, results: ResultsFile) -> Lineage:
-    claims = [claim for claim in results.claims if claim.paper == key]
-    used = {name for claim in claims for name in claim.claim.uses}
-    experiments = [record for record in results.experiments if record.paper == key and record.name in used]
-    rows = max(len(claims), len(experiments), 1)
-    left = {record.name: _height(index, len(experiments), rows) for index, record in enumerate(experiments)}
-    ordered = _by_experiment(claims, left)
-    right = {claim.id: _height(index, len(ordered), rows) for index, claim in enumerate(ordered)}
-    lines = tuple(_line(left[name], right[claim.id]) for claim in ordered for name in claim.claim.uses if name in left)
-    return Lineage(
-        paper=key,
-        title=title,
-        experiments=tuple(_experiment_node(record, key, left[record.name]) for record in experiments),
-        claims=tuple(_claim_node(claim, key, right[claim.id]) for claim in ordered),
-        lines=lines,
-        height=rows * ROW + 2 * TOP,
-        alt=f"{len(experiments)} experiments on the left, {len(claims)} claims on the right, "
-        f"{len(lines)} lines from the experiments to the claims that they answer",
-    )
-
-
-def _by_experiment(claims: Sequence[ClaimRecord], left: dict[str, float]) -> list[ClaimRecord]:
-    """The claims at the mean height of their experiments, so that few lines cross; those without any come last."""
-
-    def mean(claim: ClaimRecord) -> float:
-        heights = [left[name] for name in claim.claim.uses if name in left]
-        return sum(heights) / len(heights) if heights else float("inf")
-
-    return sorted(claims, key=mean)
-
-
-def _height(index: int, count: int, rows: int) -> float:
-    """Rows spread evenly over the height of the longer side."""
-    return TOP + ROW * (index + 0.5) * rows / count
-
-
-def _line(begin: float, end: float) -> str:
-    middle = (LEFT + GAP) / 2
-    return f"M{LEFT},{begin:.1f}C{middle:g},{begin:.1f} {middle:g},{end:.1f} {GAP},{end:.1f}"
-
-
-def _experiment_node(record: ExperimentRecord, key: str, y: float) -> Node:
-    return Node(text=_short(record.name, key), link=anchor("experiment", record.name), y=y)
-
-
-def _claim_node(record: ClaimRecord, key: str, y: float) -> Node:
-    return Node(text=_short(record.id, key), link=anchor("claim", record.id), y=y, verdict=record.verdict)
-
-
-def _short(name: str, key: str) -> str:
-    text = name.removeprefix(f"{key}.")
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+    """Each paper that has an experiment behind a claim, with both in their order."""
+    users: dict[str, list[ClaimRecord]] = {}
+    for claim in results.claims:
+        for name in claim.claim.uses:
+            users.setdefault(name, []).append(claim)
+    known = [(record, tuple(users[record.name])) for record in results.experiments if record.name in users]
+    found = ((paper, tuple(pair for pair in known if pair[0].paper == paper.key)) for paper in results.papers)
+    return tuple((paper, pairs) for paper, pairs in found if pairs)
 
 
 @dataclass(frozen=True)
@@ -205,14 +130,9 @@ class ClaimRoom:
     rooms: tuple[Room, ...]
 
     @property
-    def breaking(self) -> tuple[Room, ...]:
-        """The parameters whose own rounding is enough to break the agreement."""
-        return tuple(room for room in self.rooms if self.agrees and room.share != 1.0)
-
-    @property
-    def reaching(self) -> tuple[Room, ...]:
-        """The parameters whose own rounding is enough to reach an agreement that there is not."""
-        return tuple(room for room in self.rooms if not self.agrees and room.share is not None)
+    def deciding(self) -> tuple[Room, ...]:
+        """The parameters whose own rounding is enough to end the agreement, or the difference."""
+        return tuple(room for room in self.rooms if (room.share != 1.0 if self.agrees else room.share is not None))
 
 
 def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
@@ -223,18 +143,17 @@ def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
         if moves.claim not in claims:
             raise AuditError(f"a sensitivity names {moves.claim!r}, which is no claim; correct the paper's experiment")
         found.setdefault(moves.claim, []).append(moves)
-    return tuple(_claim_room(claim, found[claim.id]) for claim in results.claims if claim.id in found)
-
-
-def _claim_room(claim: ClaimRecord, tried: Sequence[Sensitivity]) -> ClaimRoom:
-    intervals = stored_intervals(claim.claim, claim.judgement)
-    if len(intervals) != 1:
-        raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
-    least, most = intervals[0].ends
-    made = sorted(
-        (_room(moves, least, most) for moves in tried), key=lambda room: math.inf if room.share is None else room.share
-    )
-    return ClaimRoom(claim=claim, agrees=least <= Fraction(tried[0].base) <= most, rooms=tuple(made))
+    made = []
+    for claim in (claim for claim in results.claims if claim.id in found):
+        intervals = stored_intervals(claim.claim, claim.judgement)
+        if len(intervals) != 1:
+            raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
+        least, most = intervals[0].ends
+        tried = [_room(moves, least, most) for moves in found[claim.id]]
+        tried.sort(key=lambda room: math.inf if room.share is None else room.share)
+        agrees = least <= Fraction(found[claim.id][0].base) <= most
+        made.append(ClaimRoom(claim=claim, agrees=agrees, rooms=tuple(tried)))
+    return tuple(made)
 
 
 def _room(moves: Sensitivity, least: Fraction, most: Fraction) -> Room:

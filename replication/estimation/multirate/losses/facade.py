@@ -7,7 +7,7 @@ losses.design(best, losses.Markov(0.05, 0.6))      gains that know which samples
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -157,15 +157,17 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
     )
 
 
-def _unaware(problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array) -> tuple[Evidence, ...]:
+def _unaware(
+    what: str, how: str, gains: Array, fixed: Array, measure: Callable[[Array], float]
+) -> tuple[Evidence, ...]:
     """What gains that do not know of losses are worth under them, unless they are the ones in question."""
     if np.array_equal(gains, fixed):
         return ()
     try:
-        rms: float | str = mean_square(problem, cases, fixed).rms
+        worth: float | str = measure(fixed)
     except InfeasibleError:
-        rms = "infinite"
-    return (Evidence("rms error of the design without losses, under them", rms, "covariances of all cases"),)
+        worth = "infinite"
+    return (Evidence(what, worth, how),)
 
 
 class Worth(NamedTuple):
@@ -188,24 +190,18 @@ def _worst_case(
         Evidence("worst pattern found", shown, "samples that come, instant by instant, sensor by sensor; it repeats"),
         Evidence("level without losses", l2_gain(along(problem, gains, cases.without_losses())).upper, "exact gain"),
         Evidence("cases of the proof", len(worst.tree.edges), "instants with what came before, one inequality each"),
-        *_unaware_level(problem, cases, gains, gains_by_edge(cases, base.gains["L"]), words),
+        *_unaware(
+            "level of the design without losses, under them, at least",
+            "some patterns, exact gains",
+            gains,
+            gains_by_edge(cases, base.gains["L"]),
+            lambda fixed: found_level(problem, cases, fixed, words),
+        ),
         *baselines(Bracket(worst.lower, worst.upper, ""), "exact gain; in any pattern", without=without),
     )
     how = "exact gain of the worst pattern found; storage functions of all patterns, checked by their eigenvalues"
     limits = Bracket(worst.lower, worst.upper, how)
     return Worth(f"{base.quantity}, {model}, in any pattern", limits, evidence, worst.word)
-
-
-def _unaware_level(
-    problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array, words: list[Word]
-) -> tuple[Evidence, ...]:
-    if np.array_equal(gains, fixed):
-        return ()
-    try:
-        level: float | str = found_level(problem, cases, fixed, words)
-    except InfeasibleError:
-        level = "infinite"
-    return (Evidence("level of the design without losses, under them, at least", level, "some patterns, exact gains"),)
 
 
 def _mean_error(
@@ -220,7 +216,13 @@ def _mean_error(
         Evidence("growth of the mean square over a period", mean.radius, "largest eigenvalue; below 1 is stable"),
         Evidence("rms error of the Kalman filter without losses", kalman, "periodic Lyapunov equation"),
         *baselines(mean.rms, how, what="rms error", without=without),
-        *_unaware(problem, cases, gains, gains_by_edge(cases, base.gains["L"])),
+        *_unaware(
+            "rms error of the design without losses, under them",
+            "covariances of all cases",
+            gains,
+            gains_by_edge(cases, base.gains["L"]),
+            lambda fixed: mean_square(problem, cases, fixed).rms,
+        ),
     )
     quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"
     return Worth(quantity, Bracket(mean.rms, mean.rms, how), evidence)
