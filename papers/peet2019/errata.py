@@ -166,6 +166,20 @@ ERRATA.misprint(
 )(partial(of_theorem_4, "factor alone", WRONG, CONVERSION))
 
 
+@ERRATA.misprint("theorem-4-domain", "Theorem 4", "𝒫: X → X", "𝒫 on Z, as in Theorems 1 and 3", "inversion")
+def on_the_whole_space(results: Results) -> Proof:
+    """Theorem 4 for operators that do not map X into X."""
+    found = results["inversion"]
+    residual, jump = found["theorem_4"]["corrected"]["largest"], found["jump"]["constants"]["median"]
+    return contrast(
+        "Once corrected, the formulas give the inverse of operators that take constants, which lie in X, out of it. "
+        "Theorem 3 does not ask that 𝒫 maps X into X, and its observer has the inverse of that 𝒫.",
+        {"largest residual of the inverse": residual},
+        {"median jump of 𝒫x at s = 0, for constant x": jump},
+        wrong=WRONG,
+    )
+
+
 def other_product(part: str, misprint: str, text: str, results: Results) -> Proof:
     """A formula of Theorem 4 or Lemma 5 with one symbol as printed, against the corrected one."""
     found = results["inversion"][part]

@@ -82,7 +82,8 @@ BRIEF = Brief(
     card="The observer is corrected only when a sample arrives, as if its gain were "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}: too little for this unstable plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. "
-    "[None](-table.any-reading) of the millions of simulation settings that we tried gives a whole column of Table I.",
+    "[None](-table.any-reading) of the hundreds of thousands of distinct results of our simulation settings is a whole "
+    "column of Table I.",
     holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
     "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
     correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
@@ -181,8 +182,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "is the observer's.",
         "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
         f"most {at_most(100 * _largest_move(results))} %.",
-        f"{sum(search.hits.values()) or 'None'} of {sum(search.tried.values()):,} simulation settings gives a whole "
-        f"column of Table I. They give {sum(search.distinct.values()):,} distinct results.",
+        f"{sum(search.hits.values()) or 'None'} of our simulation settings gives a whole column of Table I; they give "
+        f"at most {sum(search.distinct.values()):,} distinct results.",
         "The closest setting proves nothing: of "
         f"{len(search.joint_decoys)} invented tables, "
         f"{sum(decoy <= search.joint_distance for decoy in search.joint_decoys)} are matched as closely.",

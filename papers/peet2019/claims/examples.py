@@ -100,7 +100,7 @@ def _table(example: str) -> None:
             f"{name}.gamma-d{degree}",
             gamma[f"d{degree}"],
             statement=f"Example {example}: least gain of Theorem 3 with polynomials of degree {degree}.",
-            pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
+            pinned="undetermined" if off else "compatible" if example in OFF_THE_PRINT else CORRECTED,
             erratum=SIGNS,
             uses=(f"sos.{name}.d{degree}", reference, "rules", "printed-signs", *(["readings"] if off else [])),
             says=at_degree(example, degree, str(gamma[f"d{degree}"])),

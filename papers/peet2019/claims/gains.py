@@ -155,11 +155,10 @@ def _on_the_rule(rules: Results, undetermined: tuple[str, ...]) -> str:
     reached = attainable(rules, {e: float(DATA[f"gamma-{e}"]["d1"]) for e in OFF_THE_PRINT})
     common = [name for name in rules if common_epsilon(rules, name)]
     return (
-        f"{ONE_RULE_OF_MANY} As ε → 0 the print is the least gain under none of {len(rules)} rules. Under "
-        f"{', '.join(reached) or 'none'} the printed gains of Examples 2 and 3 both lie above the least gain, so that "
-        "a loose tolerance could give them, or an ε > 0 of each example's own: under "
-        f"{epsilon_rule(rules)} {_told_epsilons(rules)}. Such an ε meets any print above the least gain, and tests "
-        "nothing. Where runs differ the least gain is not determined, but bracketed: "
+        f"{ONE_RULE_OF_MANY} Agrees under none of {len(rules)} degree rules as ε → 0. Some ε > 0 gives any larger "
+        f"number, so that it tests nothing: under {epsilon_rule(rules)} {_told_epsilons(rules)}. Rules under which the "
+        f"printed gains of Examples 2 and 3 both lie above the least: {', '.join(reached) or 'none'}; there a loose "
+        "tolerance could give them too. Where runs differ the least gain is not determined, but bracketed: "
         f"{', '.join(undetermined) or 'none'}. Rules that give both prints with one ε, were γ linear in ε: "
         f"{', '.join(common) or 'none'}."
     )

@@ -213,9 +213,9 @@ def cell(column: str, index: int, results: Results) -> Evidence:
         note=(
             "The manuscript leaves the simulation open, the time window too. The number by itself is met under "
             f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of half a period or "
-            f"more, and under {searched['hits']['short']} with a shorter one, which is no evidence. The readings "
-            "listed are not all that were searched: whether a number by itself is met over some window of time, and "
-            "whether all twelve are met under one reading, are remarks of ours."
+            f"more, and under {searched['hits']['short']} with a shorter one, which may miss the maximum that the "
+            "text asks for, and so is no reading. Whether a number by itself is met over some window of time, and "
+            "whether all twelve are met under one setting, are remarks of ours."
         ),
     )
 

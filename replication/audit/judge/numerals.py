@@ -209,7 +209,9 @@ def _side(number: Fraction, end: Fraction) -> int:
 
 def _typeset(text: str) -> str:
     mantissa, mark, exponent = text.partition("e")
-    if mark:
+    if mark and 0 < int(exponent) < SHOWN:
+        mantissa = str(int(Decimal(text)))
+    elif mark:
         power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
         mantissa = power if mantissa == "1" else f"{mantissa}×{power}"
     return mantissa.replace("-", MINUS)

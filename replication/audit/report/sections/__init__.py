@@ -71,7 +71,7 @@ def _costs(shown: Across) -> Heading:
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
     m, cost = drawn.shared
-    return f"The {drawn.curves[0].name} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
+    return f"By these designs the {drawn.curves[0].name} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
 
 
 def _proved(shown: Proofs) -> Heading:
