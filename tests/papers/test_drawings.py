@@ -15,7 +15,7 @@ import papers
 from papers.mustafa import figures as draws
 from papers.okajima2023 import figures as periods
 from papers.peet2019 import figures as observer
-from papers.shao.figures import readings, stability, tracking
+from papers.shao.figures import stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.draw import write_figures
 from replication.drawing import svg
@@ -154,11 +154,6 @@ def test_extremes_keep_every_peak() -> None:
     assert (min(kept), max(kept)) == (min(values), max(values))
     assert sum(abs(e) > periods.AXIS_LIMIT for e in kept) >= 5
     assert list(k) == sorted(set(k)) and len(kept) < len(values) / 3
-
-
-def test_a_decoy_counts_if_it_is_met_as_nearly() -> None:
-    drawn = FigureData(columns={"decoys_pmi": (0.1, 0.2, 0.3), "nearest_pmi": (0.2,)})
-    assert readings.nearer(drawn, "pmi") == 2
 
 
 def test_figures_name_what_they_draw() -> None:

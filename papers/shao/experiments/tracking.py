@@ -19,7 +19,7 @@ from papers.shao.method.motor import (
     transient_energy,
 )
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
-from papers.shao.method.search import BlockResult, Column, decoy_columns, merge, search_block
+from papers.shao.method.search import BlockResult, Column, merge, search_block
 from papers.shao.printed import (
     APO,
     APO_READINGS,
@@ -281,9 +281,9 @@ SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
 """Names of the blocks of the search."""
 
 
-def block(structure: int, decoys: int, seed: int) -> dict[str, Any]:
-    """Search all readings of one structure for Table I and for `decoys` random columns like each of its columns."""
-    return asdict(search_block(READINGS, table_columns(decoys, seed), structure))
+def block(structure: int) -> dict[str, Any]:
+    """Search all readings of one structure for Table I."""
+    return asdict(search_block(READINGS, table_columns(), structure))
 
 
 def windows() -> dict[str, Any]:
@@ -292,7 +292,7 @@ def windows() -> dict[str, Any]:
     long: windows of at least half a period of the reference, in which every steady state has its maximum. nearest: of
     these the error nearest to the print, percent. hits: how many of these, and of the shorter ones, give the print.
     """
-    columns = table_columns(0, 0)
+    columns = table_columns()
     return {name: [_over_windows(name, columns[name], row) for row in range(len(FREQUENCIES))] for name in COLUMNS}
 
 
@@ -318,15 +318,14 @@ def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
     }
 
 
-def table_columns(decoys: int, seed: int) -> dict[str, Column]:
-    """The printed columns as ratios, with half a unit of the last printed place, and their decoys."""
-    rng = np.random.default_rng(seed)
+def table_columns() -> dict[str, Column]:
+    """The printed columns as ratios, with half a unit of the last printed place."""
     columns = {}
     for name, observers in (("pmi", PMI_READINGS), ("apo", APO_READINGS)):
         printed = table_1(f"DRC-{name.upper()}")
         values = np.array([float(text) for text in printed]) / 100
         half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in printed]) / 100
-        columns[name] = Column(observers, values, half_widths, decoy_columns(values, decoys, rng))
+        columns[name] = Column(observers, values, half_widths)
     return columns
 
 

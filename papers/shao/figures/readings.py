@@ -1,4 +1,4 @@
-"""Figures on the readings of Table I: how near they come, and the null test."""
+"""Figure on the readings of Table I: how near they come."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from papers.shao.figures import NAMES, columns_of, ours
 from papers.shao.printed import APO_READINGS, COLUMNS, PMI_READINGS, table_1
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.style import FOREGROUND, GREY, OURS, line, name_axes, new_axes, say
-
-TABLES = {"pmi": "DRC-PMI", "apo": "DRC-APO", "common": "both columns"}
+from replication.drawing.style import FOREGROUND, GREY, OURS, new_axes, say
 
 
 def reading_scores(results: Results) -> FigureData:
@@ -22,15 +20,6 @@ def reading_scores(results: Results) -> FigureData:
     observers = merged(blocks).by_observer
     columns: dict[str, list[float]] = {"structure": [float(block["structure"]) for block in blocks]}
     return columns_of(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
-
-
-def decoy_distances(results: Results) -> FigureData:
-    """Distances of the printed columns and of the decoys."""
-    found = merged([results[name] for name in SEARCH])
-    columns: dict[str, list[float]] = {}
-    for key in COLUMNS:
-        columns |= {f"decoys_{key}": sorted(found.decoys[key]), f"nearest_{key}": [found.nearest[key].distance]}
-    return columns_of(columns | {"decoys_common": sorted(found.joint_decoys), "nearest_common": [found.joint_distance]})
 
 
 def plot_reading_scores(drawn: FigureData) -> Any:
@@ -88,50 +77,6 @@ def describe_reading_scores(drawn: FigureData) -> str:
     )
 
 
-def plot_decoys(drawn: FigureData) -> Any:
-    """Share of made-up tables that are missed by less than a factor; a mark where the printed one lies."""
-    drawing, (axis,) = new_axes(row_height=2.5)
-    c = drawn.columns
-    for index, (key, name) in enumerate(TABLES.items()):
-        decoys = [math.exp(distance) for distance in c[f"decoys_{key}"]]
-        share = [100 * (k + 1) / len(decoys) for k in range(len(decoys))]
-        (curve,) = axis.step(decoys, share, where="post", **line(index))
-        own = math.exp(c[f"nearest_{key}"][0])
-        axis.plot(own, 100 * nearer(drawn, key) / len(decoys), "D", color=curve.get_color(), markersize=8)
-        k, side, ha = WORDS[key]
-        say(axis, name, (decoys[k], share[k]), side=side, ha=ha, color=str(curve.get_color()))
-    axis.set_xlim(1.0, 2.6)
-    axis.set_xticks((1, 1.5, 2, 2.5), ("×1", "×1.5", "×2", "×2.5"))
-    name_axes(axis, "made-up tables met this closely (%)", "largest miss of the nearest setting")
-    return drawing
-
-
-WORDS = {"pmi": (30, 0, "left"), "apo": (36, 0, "right"), "common": (22, -1, "left")}
-"""Where the name of a curve stands: at which decoy, above it (1) or beside it (0), and which end of the words."""
-
-
-def nearer(drawn: FigureData, key: str) -> int:
-    """How many decoys some reading meets as nearly as the printed column."""
-    return sum(distance <= drawn.columns[f"nearest_{key}"][0] for distance in drawn.columns[f"decoys_{key}"])
-
-
-def say_decoys(drawn: FigureData) -> str:
-    """The message: how little the nearest reading proves."""
-    met, of = nearer(drawn, "common"), len(drawn.columns["decoys_common"])
-    return f"Of {of} made-up tables {met} are met as closely as Table I"
-
-
-def describe_decoys(drawn: FigureData) -> str:
-    """The nearest readings and how many decoys come as near."""
-    c = drawn.columns
-    parts = [
-        f"{name}: {math.exp(c[f'nearest_{key}'][0]):.2f}, as closely as {nearer(drawn, key)} of "
-        f"{len(c[f'decoys_{key}'])} made-up ones"
-        for key, name in TABLES.items()
-    ]
-    return f"Factor by which the nearest setting misses its worst number. {'; '.join(parts)}."
-
-
 FIGURES = (
     ours(
         name="readings",
@@ -143,16 +88,5 @@ FIGURES = (
         data=reading_scores,
         plot=plot_reading_scores,
         alt=describe_reading_scores,
-    ),
-    ours(
-        name="decoys",
-        place="Table I",
-        title=say_decoys,
-        caption="The same search for smooth random tables. Diamonds: Table I. Only a diamond at the foot of its curve "
-        "would single a setting out.",
-        uses=SEARCH,
-        data=decoy_distances,
-        plot=plot_decoys,
-        alt=describe_decoys,
     ),
 )

@@ -144,7 +144,7 @@ def test_erratum_without_its_proof_does_not_count() -> None:
 
 def test_stored_blocks_merge_to_what_was_searched() -> None:
     small = replace(printed.READINGS, horizon=6, substeps=8)
-    found = [search_block(small, table_columns(4, 1), index) for index in (0, 3)]
+    found = [search_block(small, table_columns(), index) for index in (0, 3)]
     stored = [json.loads(json.dumps(asdict(one))) for one in found]
     again = merged(stored)
     assert isinstance(again, BlockResult)
@@ -182,7 +182,7 @@ def test_weak_gain_finding_is_not_an_artefact_of_the_table_experiment() -> None:
 
 
 @pytest.mark.slow
-def test_no_reading_hits_table_one_and_near_misses_are_chance() -> None:
+def test_no_reading_hits_table_one() -> None:
     results = {name: result(name) for name in BLOCKS}
     found = merged(list(results.values()))
     assert sum(found.tried.values()) >= 1e6
@@ -192,17 +192,12 @@ def test_no_reading_hits_table_one_and_near_misses_are_chance() -> None:
     words = " ".join(PAPER.findings({**results, **{name: result(name) for name in FINDINGS_USE}}))
     assert "Not searched: delays" in words
     assert f"{100 * found.joint['apo'].values[0]:.2f}" in CLAIMS["shao.table.any-reading"].answer(results).note
-    shares = [
-        v for k, v in CLAIMS["shao.table.any-reading"].answer(results).quantities.items() if k.startswith("share")
-    ]
-    assert len(shares) == 3
-    assert min(shares) > 0.05
 
 
 @pytest.mark.slow
 def test_a_block_of_the_search_is_the_same_again() -> None:
-    assert json.dumps(block(3, 5, 7)) == json.dumps(block(3, 5, 7))
-    assert np.isfinite(block(3, 5, 7)["joint_distance"])
+    assert json.dumps(block(3)) == json.dumps(block(3))
+    assert np.isfinite(merged([block(3)]).joint_distance)
 
 
 @pytest.mark.slow

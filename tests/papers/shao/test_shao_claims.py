@@ -53,7 +53,7 @@ Change = Callable[[dict[str, Any]], None]
 def small_block() -> dict[str, Any]:
     """A small search in the place of each block of the large one."""
     small = replace(READINGS, horizon=6, substeps=8)
-    return json.loads(json.dumps(asdict(search_block(small, table_columns(4, 1), 0))))
+    return json.loads(json.dumps(asdict(search_block(small, table_columns(), 0))))
 
 
 def results_of(names: tuple[str, ...]) -> dict[str, Any]:
@@ -218,7 +218,7 @@ def test_a_window_is_found_where_the_print_is_made_from_it() -> None:
     errors = windowed_errors(READINGS, READINGS.loop(APO, *MEASURES["fast-instants"][:1], 1.0))
     index = READINGS.windows.index((3, 9))
     planted = float(errors[1, list(Points).index(Points.FAST), index])
-    column = table_columns(0, 0)["apo"]
+    column = table_columns()["apo"]
     other = replace(column, values=np.full(6, planted), half_widths=np.full(6, 1e-9))
     found = _over_windows("apo", other, 1)
     assert found["hits"]["long"] >= 1
