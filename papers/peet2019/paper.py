@@ -29,7 +29,7 @@ from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import NO_READING, Results
-from replication.audit.parts import Formula, Sensitivity, Table
+from replication.audit.parts import Sensitivity, Table
 from replication.audit.project import about
 
 PAST, NOW = 164, 268
@@ -160,20 +160,6 @@ TABLES = (
     ),
 )
 
-FORMULAS = (
-    Formula(
-        text="The system with delays, eq. (1)",
-        latex=r"\dot{x}(t) = A_0 x(t) + \sum_{i=1}^{K} A_i x(t - \tau_i) + B w(t), \qquad y(t) = C_2 x(t)",
-    ),
-    Formula(
-        text="LMI (3) with D = 0, the case without delays",
-        latex=(
-            r"\begin{bmatrix} PA + ZC_2 + (PA + ZC_2)^T & -PB & C_{10}^T \\ -B^T P & -\gamma I & 0 \\"
-            r" C_{10} & 0 & -\gamma I \end{bmatrix} \prec 0, \qquad L = P^{-1} Z"
-        ),
-    ),
-)
-
 
 def _at_hand() -> str:
     """How many of the slips in the identity may be of the text at hand."""
@@ -230,7 +216,6 @@ PAPER = paper(
     errata=ERRATA,
     figures=FIGURES,
     tables=TABLES,
-    formulas=FORMULAS,
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], list(MULTIPLES)),

@@ -14,9 +14,7 @@ from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
 from papers.shao.errata import ERRATA
 from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.experiments.tracking import SEARCH, merged
-from papers.shao.figures import readings as reading_figures
-from papers.shao.figures import stability as stability_figures
-from papers.shao.figures import tracking as tracking_figures
+from papers.shao.figures import stability, tracking
 from papers.shao.printed import (
     APO,
     COLUMNS,
@@ -30,13 +28,12 @@ from papers.shao.printed import (
     START,
     table_1,
 )
-from papers.shao.readings import READINGS
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Traces
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
-from replication.audit.parts import Formula, Table
+from replication.audit.parts import Table
 from replication.audit.project import about
 
 STEP_MS = 1000 * COUNTEREXAMPLE.period
@@ -303,14 +300,9 @@ PAPER = paper(
             reason="Words without a checkable quantity, and work to come.",
         ),
     ),
-    readings=READINGS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=(
-        *tracking_figures.FIGURES,
-        *stability_figures.FIGURES,
-        *reading_figures.FIGURES,
-    ),
+    figures=(*tracking.FIGURES, *stability.FIGURES),
     tables=(
         Table(
             place="Table I",
@@ -328,24 +320,6 @@ PAPER = paper(
                 )
                 for number, reference in enumerate(REFERENCES, 1)
             ),
-        ),
-    ),
-    formulas=(
-        Formula(
-            text="The observer between fast instants, with a measured or a virtual output",
-            latex=r"\dot{\zeta}(t) = (A - LC)\zeta(t) + B u(t_k) + L \bar{y}(t_k)",
-        ),
-        Formula(
-            text="The virtual measurement (6) as printed",
-            latex=r"y_p(t_k) = C\left(\bar{A}\zeta(t_{k-1}) + \bar{B}u(t_{k-1})\right)",
-        ),
-        Formula(
-            text="The virtual measurement restarted at each true one",
-            latex=r"y_p(t_k) = \bar{y}(t_{k-1}) + C\left((\bar{A} - I)\zeta(t_{k-1}) + \bar{B}u(t_{k-1})\right)",
-        ),
-        Formula(
-            text="The error of the virtual measurement (6), which does not vanish as T goes to zero",
-            latex=r"y_p(t_k) - y(t_k) = -C e^{AT}\xi(t_{k-1})",
         ),
     ),
     findings=findings,

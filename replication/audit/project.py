@@ -30,7 +30,8 @@ import msgspec
 
 from replication.audit.data import line_of_field, read_tables
 from replication.audit.inspect.coverage import tallies
-from replication.audit.parts import Paper
+from replication.audit.model import Reading
+from replication.audit.parts import Formula, Paper
 from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
@@ -183,7 +184,10 @@ NAME = "paper.toml"
 
 
 class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The fields of the file; year is None if the text gives none, an author with an ORCID is a table."""
+    """The fields of the file; year is None if the text gives none, an author with an ORCID is a table.
+
+    formulas, readings: those that are words alone; `about` passes on what there is.
+    """
 
     title: str
     authors: tuple[str | Named, ...]
@@ -194,6 +198,8 @@ class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     notebook: str = ""
     bibtex: str = ""
     replies: tuple[Reply, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    readings: tuple[Reading, ...] = ()
 
 
 def about(module: str) -> dict[str, Any]:
@@ -206,7 +212,8 @@ def about(module: str) -> dict[str, Any]:
     path = Path(module).with_name(NAME)
     found = _read(path)
     key = path.parent.name
-    fields = {name: getattr(found, name) for name in About.__struct_fields__}
+    stated = {"formulas": found.formulas, "readings": found.readings}
+    fields = {name: getattr(found, name) for name in About.__struct_fields__ if stated.get(name, True)}
     people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
     authors = tuple(author.name for author in people)
     return {

@@ -103,19 +103,19 @@ def test_messages_follow_the_data() -> None:
     assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
-    assert "unstable at every T" in stability.say_rates(rates)
-    assert "not always unstable" in stability.say_rates(stable)
+    assert "unstable at every T" in stability._say_rates(rates)
+    assert "not always unstable" in stability._say_rates(stable)
     gains = data("peet2019-gains")
     other = changed("peet2019-gains", l5_2=gains.columns["l4_1"])
-    assert "L₅ equal, L₄ opposite" in observer.say_gains(gains)
-    assert "L₅" not in observer.say_gains(other)
+    assert "L₅ equal, L₄ opposite" in observer._say_gains(gains)
+    assert "L₅" not in observer._say_gains(other)
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
     """Another number of draws, a larger error or a larger saving are told; a ratio that is called a bound is one."""
     few = changed("mustafa-fig2", draws=(7.0,), band_high=(0.301,))
-    assert "of 7 draws of uniform periods at 0.31 at most" in draws.describe_responses(few)
-    assert draws.say_responses(few).startswith("In our uniform draws the error peaks at 0.31 at most")
+    assert "of 7 draws of uniform periods at 0.31 at most" in draws._describe_responses(few)
+    assert draws._say_responses(few).startswith("In our uniform draws the error peaks at 0.31 at most")
     half = changed("okajima2023-timing", gamma_3_3=(2.0, 1.0))
     assert periods.say_levels_by_timing(half).startswith("For periods (3, 3) ") and "50.0 %" in (
         periods.say_levels_by_timing(half)
@@ -136,9 +136,9 @@ def test_the_print_is_compared_with_the_errors_at_the_frequencies_of_the_table()
         table_pmi=errors["pmi"],
         table_apo=(errors["apo"][0], *(3 * x for x in errors["apo"][1:])),
     )
-    assert "1.00 to 3.00 times" in tracking.say_error_curves(drawn)
+    assert "1.00 to 3.00 times" in tracking._say_error_curves(drawn)
     last = (*drawn.columns["table_apo"][:-1], 4 * errors["apo"][-1])
-    assert "1.00 to 4.00 times" in tracking.say_error_curves(changed("shao-error-frequency", **(
+    assert "1.00 to 4.00 times" in tracking._say_error_curves(changed("shao-error-frequency", **(
         {f"table_{name}": drawn.columns[f"table_{name}"] for name in errors} | {"table_apo": last})))  # fmt: skip
 
 

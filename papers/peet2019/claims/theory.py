@@ -8,6 +8,7 @@ import msgspec
 
 from papers.peet2019.readings import HOUSE
 from replication.audit.declare import Part, below, positive
+from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
 from replication.verify.predicate import Predicate, term
 
@@ -64,7 +65,7 @@ def lmi_3(results: Results) -> Evidence:
             "the least γ at which (3) holds for P and Z."
         ),
         cross_check=(
-            f"The form of (3) is that of Theorem 1 to {found['form']:.0e}. With the sign of L reversed the bound fails "
+            f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed the bound fails "
             f"in {found['reversed']} cases."
         ),
         quantities={

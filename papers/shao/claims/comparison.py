@@ -18,19 +18,23 @@ from papers.shao.claims.table import (
 from papers.shao.printed import (
     APO,
     DATA,
+    ESTIMATES,
     FAST,
     FREQUENCIES,
     HELD,
+    INTERPOLATIONS,
     LABELS,
+    LITERAL,
     PMI,
     PMI_READINGS,
     REFERENCES,
     RESTARTED,
     SINGLE,
+    SLOWEST,
     SRC,
+    STARTS,
     STATE,
 )
-from papers.shao.readings import ESTIMATES, INTERPOLATIONS, LITERAL, SLOWEST, STARTS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results
 from replication.verify.predicate import Predicate, term

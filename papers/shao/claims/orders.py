@@ -20,8 +20,18 @@ from papers.shao.claims.table import (
     printed_forms,
 )
 from papers.shao.experiments.tracking import LOW_FREQUENCY
-from papers.shao.printed import APO, APO_READINGS, COLUMNS, FREQUENCIES, LABELS, PMI, PMI_READINGS
-from papers.shao.readings import EVERY, INTERPOLATIONS, LITERAL
+from papers.shao.printed import (
+    APO,
+    APO_READINGS,
+    COLUMNS,
+    EVERY,
+    FREQUENCIES,
+    INTERPOLATIONS,
+    LABELS,
+    LITERAL,
+    PMI,
+    PMI_READINGS,
+)
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
 from replication.verify.predicate import Predicate

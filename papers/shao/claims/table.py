@@ -10,8 +10,20 @@ from typing import Any
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.method.motor import ReferenceTiming
 from papers.shao.method.search import Near, reading_of
-from papers.shao.printed import COLUMNS, DATA, FREQUENCIES, LABELS, READINGS, SINGLE, SRC, table_1
-from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
+from papers.shao.printed import (
+    COLUMNS,
+    DATA,
+    FREQUENCIES,
+    INTERPOLATIONS,
+    LABELS,
+    LITERAL,
+    MEASURES,
+    READINGS,
+    SINGLE,
+    SRC,
+    STARTS,
+    table_1,
+)
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.estimation.dualrate.response import Points

@@ -29,6 +29,9 @@ from papers.shao.printed import (
     FAST,
     FREQUENCIES,
     HELD,
+    INTERPOLATIONS,
+    LITERAL,
+    MEASURES,
     MOTOR,
     PMI,
     PMI_READINGS,
@@ -37,11 +40,11 @@ from papers.shao.printed import (
     SINGLE,
     SRC,
     START,
+    STARTS,
     STATE,
     literal_loop,
     table_1,
 )
-from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import (
     MARGINAL,
