@@ -24,13 +24,13 @@ from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import FIGURES
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
-from replication.audit.brief import Brief, Curve, Draws, Entries, Explorer, Picture, Sketch, Stroke
+from replication.audit.brief import Draws, Entries, Sketch, Stroke
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import NO_READING, Results
 from replication.audit.parts import Sensitivity, Table
-from replication.audit.project import about
+from replication.audit.project import about, brief
 
 PAST, NOW = 164, 268
 
@@ -40,21 +40,8 @@ def _estimate(x: float) -> float:
     return signal(x) + 8 * math.sin(math.pi * (x - PAST) / (NOW - PAST))
 
 
-BRIEF = Brief(
-    topic="A state with memory",
-    card="Corrected, the inverse of [Theorem 4](-theory.theorem-4) is proved, and so is the identity behind "
-    "[Theorem 3](-theory.theorem-3); every closed loop tried keeps its bound. Ten of the twelve gains of the tables "
-    "agree; at degree one two of ours are larger, by [{ex2.gamma-d1:miss} %](?ex2.gamma-d1) and "
-    "[{ex3.gamma-d1:miss} %](?ex3.gamma-d1).",
-    holds="All Padé gains ([Example 1](ex1.gamma-pade), [2](ex2.gamma-pade), [3](ex3.gamma-pade)), and the gains of "
-    "[Example 1](ex1.gamma-d3) by Theorem 3 once it is corrected.",
-    correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫* and 𝒵 on continuous histories, [Theorem 3](theory.theorem-3) "
-    "other signs and transposes, [Theorem 4](theory.theorem-4) other factors and 𝒫 on Z.",
-    guess="Part 1, not at hand, defines what [a degree counts](ex2.gamma-d3). Open: [ε](ex2.gamma-d1), an eigenvalue "
-    "of [Example 4](ex4.unstable), and what [accurate](observer.lumped-states) means.",
-    verdict="holds once corrected",
-    headline="As printed, [Theorem 1](-theory.theorem-1) and [Theorem 4](-theory.theorem-4) have wrong hypotheses, "
-    "[Theorem 3](-theory.theorem-3) has wrong signs; corrected, none is refuted",
+BRIEF = brief(
+    __file__,
     picture=Entries(
         columns=("degree 1", "degree 2", "degree 3", "Padé"),
         rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
@@ -71,42 +58,6 @@ BRIEF = Brief(
             label("estimate", 96, 116, Draws.LABEL_OURS),
             label("now", 276, 96, Draws.LABEL_OURS),
             label("delay τ", 192, 142),
-        ),
-    ),
-    explorers=(
-        Explorer(
-            title="In Example 2 delays above half a second cost accuracy that no observer regains",
-            text="First: the delay of Example 2 grows; the least gain stays level at first. No observer has a "
-            "lower one, since y does not see x₁. Second: how far a design is from the least gain, as the degree, "
-            "counted in each variable, or the number of states grows.",
-            pictures=(
-                Picture(
-                    label="delay",
-                    figure="peet2019-tau",
-                    across="tau",
-                    x="delay τ (s)",
-                    y="gain",
-                    begin=1.0,
-                    curves=(
-                        Curve(label="Theorem 3, our design", columns=("sos",)),
-                        Curve(label="least gain, lumped", columns=("chebyshev",), quiet=True),
-                    ),
-                ),
-                Picture(
-                    label="degree",
-                    figure="peet2019-convergence",
-                    across="order",
-                    x="degree, or lumped states",
-                    y="relative distance",
-                    begin=2.0,
-                    log_y=True,
-                    curves=(
-                        Curve(label="Theorem 3", columns=("sos",)),
-                        Curve(label="Padé", columns=("pade",), quiet=True),
-                        Curve(label="Chebyshev", columns=("chebyshev",), quiet=True),
-                    ),
-                ),
-            ),
         ),
     ),
 )

@@ -28,13 +28,13 @@ from papers.shao.printed import (
     START,
     table_1,
 )
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Traces
+from replication.audit.brief import Curve, Draws, Sketch, Traces
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.parts import Table
-from replication.audit.project import about
+from replication.audit.project import about, brief
 
 STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
@@ -49,47 +49,13 @@ def _virtual(x: float) -> float:
     return signal(x) - 0.3 * since * math.cos(x / 40)
 
 
-def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float, fast: bool = False) -> Picture:
-    """One measure of the printed predictor beside the restarted one and, where it was computed, a fast sensor."""
-    ours = figure in ("rates", "counter-example")
-    stable = (0.0, "unstable above") if figure == "rates" else None
-    others = () if ours else ("model_interpolation",)
-    return Picture(
-        label=label,
-        figure=f"shao-{figure}",
-        across=across,
-        x=x,
-        y=y,
-        begin=begin,
-        log_x=fast and figure != "counter-example",
-        log_y=figure == "error-frequency",
-        limit=stable,
-        last=4.0 if figure == "counter-example" else None,
-        curves=(
-            Curve(label="DRC-APO as printed", columns=("alternating_predictive",)),
-            Curve(label="restarted predictor", columns=("running_prediction",)),
-            *(Curve(label="DRC-PMI", columns=(name,), quiet=True) for name in others),
-            *((Curve(label="true fast sensor", columns=("fast_sensor",), quiet=True),) if fast else ()),
-        ),
-    )
-
-
-BRIEF = Brief(
-    topic="A slow sensor in a fast loop",
+BRIEF = brief(
+    __file__,
     card="The observer is corrected only when a sample arrives, as if its gain were "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}: too little for this unstable plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. "
     "[None](-table.any-reading) of the hundreds of thousands of distinct results of our simulation settings is a whole "
     "column of Table I.",
-    holds="DRC-APO [keeps the motor stable](stability.apo), and [SRC does not](stability.src), as the text says; "
-    "[both gains](motor.hurwitz-feedback) stabilise in continuous time.",
-    correct="[Condition (18)](theory.stability) does not guarantee stability: it does not contain M, and its proof "
-    "breaks at [eq. (15)](theory.prediction-bound). [Table I](table.apo-1) needs its settings stated.",
-    guess="Whether DRC-APO [tracks better](order.apo-below-pmi) than DRC-PMI, and [settles better](order.transient), "
-    "depends on which DRC-PMI is meant and where the observers start.",
-    verdict="false stability result",
-    headline="[The stability result of Sec. IV](-theory.stability) is false: a simple loop meets its condition (18), "
-    "yet its output grows without bound",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,
@@ -115,35 +81,6 @@ BRIEF = Brief(
             ticks(Draws.TICK_OURS, _SLOW, 142),
             label("measured", 8, 14, Draws.LABEL_OURS),
             label("virtual, from a model", 172, 14),
-        ),
-    ),
-    explorers=(
-        Explorer(
-            title="The counter-example diverges with the printed predictor, and decays with a true fast sensor",
-            moves="Move the time, or the fast period.",
-            text="Our counter-example: its state in time, and its growth rate. At short periods a predictor that is "
-            "restarted at each measurement, ours, acts nearly as a fast sensor does.",
-            pictures=(
-                _compared("counter-example", "in time", "time_s", "time (s)", "state x", 4.0, fast=True),
-                _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
-            ),
-        ),
-        Explorer(
-            title="The motor's position estimate is late where a measurement is held",
-            moves="Move the ratio of both periods, or the frequency of the reference.",
-            text="The mean lag of the estimate for a slow reference, and the largest steady-state error.",
-            pictures=(
-                _compared("lag", "ratio", "ratio", "ratio M of the periods", "lag of the estimate (s)", 6),
-                _compared(
-                    "error-frequency",
-                    "frequency",
-                    "frequency_rad_s",
-                    "frequency (rad/s)",
-                    "tracking error (%)",
-                    0.5,
-                    fast=True,
-                ),
-            ),
         ),
     ),
 )

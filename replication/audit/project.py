@@ -28,6 +28,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.brief import Brief
 from replication.audit.data import line_of_field, read_tables
 from replication.audit.inspect.coverage import tallies
 from replication.audit.model import Reading
@@ -186,7 +187,7 @@ NAME = "paper.toml"
 class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The fields of the file; year is None if the text gives none, an author with an ORCID is a table.
 
-    formulas, readings: those that are words alone; `about` passes on what there is.
+    formulas, readings: those that are words alone; `about` passes on what there is. brief: of `brief`, for `stated`.
     """
 
     title: str
@@ -200,6 +201,7 @@ class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     replies: tuple[Reply, ...] = ()
     formulas: tuple[Formula, ...] = ()
     readings: tuple[Reading, ...] = ()
+    brief: dict[str, Any] = {}
 
 
 def about(module: str) -> dict[str, Any]:
@@ -212,8 +214,8 @@ def about(module: str) -> dict[str, Any]:
     path = Path(module).with_name(NAME)
     found = _read(path)
     key = path.parent.name
-    stated = {"formulas": found.formulas, "readings": found.readings}
-    fields = {name: getattr(found, name) for name in About.__struct_fields__ if stated.get(name, True)}
+    optional = {"formulas": found.formulas, "readings": found.readings, "brief": ()}
+    fields = {name: getattr(found, name) for name in About.__struct_fields__ if optional.get(name, True)}
     people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
     authors = tuple(author.name for author in people)
     return {
@@ -227,6 +229,18 @@ def about(module: str) -> dict[str, Any]:
         ),
         "coverage": tallies(module),
     }
+
+
+def brief(module: str, **made: Any) -> Brief:
+    """The brief of paper.toml, `[brief]`, with the parts that are made: a sketch, a picture, words with numbers.
+
+    module: as of `about`. Raises AuditError for a part that is missing, unknown, or of another form.
+    """
+    path = Path(module).with_name(NAME)
+    try:
+        return msgspec.convert({**_read(path).brief, **msgspec.to_builtins(made)}, Brief)
+    except msgspec.ValidationError as error:
+        raise AuditError(f"{_at(path, 'brief')}: {error}; correct it") from None
 
 
 def _read(path: Path) -> About:

@@ -65,8 +65,8 @@ def lmi_3(results: Results) -> Evidence:
             "the least γ at which (3) holds for P and Z."
         ),
         cross_check=(
-            f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed the bound fails "
-            f"in {found['reversed']} cases."
+            f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed the bound "
+            f"fails in {found['reversed']} cases."
         ),
         quantities={
             "largest gain over γ": found["largest"],
