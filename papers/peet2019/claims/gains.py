@@ -8,10 +8,10 @@ from functools import partial
 
 from papers.peet2019.claims.theory import CORRECTED, SIGNS, UNMET, unmet
 from papers.peet2019.experiments.declared import ABOVE, NEAR, OFF_THE_PRINT
+from papers.peet2019.experiments.readings import HOUSE, inside, runs
 from papers.peet2019.experiments.readings import READINGS as RULES
-from papers.peet2019.experiments.readings import inside, runs
 from papers.peet2019.printed import DATA, EXAMPLES
-from papers.peet2019.readings import ACCURATE, ALONE, HOUSE, POSITIVE
+from papers.peet2019.readings import ACCURATE, ALONE, POSITIVE
 from replication.audit.declare import Part, below
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.model import Evidence, Outcome, Results, SolverRecord

@@ -6,7 +6,7 @@ from functools import partial
 
 import msgspec
 
-from papers.peet2019.readings import HOUSE
+from papers.peet2019.experiments.readings import HOUSE
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
