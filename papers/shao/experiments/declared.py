@@ -11,9 +11,6 @@ from papers.shao.experiments.tracking import SEARCH, block, windows
 from papers.shao.printed import COLUMNS, DATA, FREQUENCIES
 from replication.audit.declare import experiment
 
-SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
-"""Fast periods in s at which the stable sets are looked at."""
-
 EXPERIMENTS = (
     experiment("common", common.levels, **INPUTS),
     experiment(
@@ -27,7 +24,6 @@ EXPERIMENTS = (
     ),
     experiment("motor", motor.motor_model, seed=1),
     experiment("eigenvalues", motor.motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
-    experiment("stable-sets", motor.stable_sets, periods=[*SHORT.tolist(), *LONG.tolist()]),
     experiment("table", tracking.table, simulated_periods=60),
     experiment("orderings", tracking.orderings),
     experiment("windows", windows),

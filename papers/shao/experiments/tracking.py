@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, replace
+from functools import cache, partial
 from typing import Any
 
 import msgspec
@@ -122,11 +123,12 @@ def orderings() -> list[dict[str, Any]]:
 
 def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
     """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
+    ratios = {name: cache(partial(_ratio, name)) for name in COMPARED}  # a bandwidth is looked for on the same grid
     return {
         "frequencies": list(frequencies),
-        "ratios": {name: _percent(literal_loop(name, f) for f in frequencies) for name in COMPARED},
+        "ratios": {name: [100 * at(f) for f in frequencies] for name, at in ratios.items()},
         "levels": list(levels),
-        "bandwidth": {name: [_bandwidth(name, level, frequencies) for level in levels] for name in COMPARED},
+        "bandwidth": {name: [_bandwidth(at, level, frequencies) for level in levels] for name, at in ratios.items()},
         "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in COMPARED},
     }
 
@@ -244,9 +246,13 @@ def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
     return _percent(loops) if stability_radius(loops[0]) < 1 else None
 
 
-def _bandwidth(name: str, level: float, frequencies: Sequence[float]) -> float | None:
+def _ratio(name: str, frequency: float) -> float:
+    return tracking_error_ratio(literal_loop(name, frequency))
+
+
+def _bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
     try:
-        return bandwidth(lambda f: literal_loop(name, f), level, frequencies)
+        return bandwidth(ratio_at, level, frequencies)
     except InfeasibleError:  # the level is not crossed within the sweep
         return None
 

@@ -18,7 +18,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.observers import Harmonic, check_fit
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, make_plant, row_of_output
-from replication.estimation.dualrate.response import reference, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.response import reference, steady_state
 from replication.estimation.validation import (
     Array,
     ComplexArray,
@@ -136,9 +136,9 @@ def estimation_lag(loop: DualRateLoop) -> float:
 
 
 def bandwidth(
-    loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
+    ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
 ) -> float:
-    """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
+    """The first σ (rad/s) with an error ratio of `level`, searched on an increasing grid, then refined.
 
     Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
     or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
@@ -149,7 +149,7 @@ def bandwidth(
     grid = increasing_grid("frequencies", frequencies)
 
     def excess(frequency: float) -> float:
-        return tracking_error_ratio(loop_at(frequency)) - level
+        return ratio_at(frequency) - level
 
     previous = float(grid[0])
     if excess(previous) >= 0:

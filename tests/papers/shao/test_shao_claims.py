@@ -376,7 +376,7 @@ def test_the_note_names_where_the_error_of_the_alternating_controller_is_the_lar
     assert where_larger([{"structure": ["printed", "held"], "ratios": {**dict.fromkeys(PMI_READINGS), APO: low}}]) == ""
 
 
-USED = {"theorem", "longer", "table", "transients", "orderings", "stable-sets"}
+USED = {"theorem", "longer", "table", "transients", "orderings", "eigenvalues"}
 
 
 def test_findings_are_short() -> None:
