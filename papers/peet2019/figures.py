@@ -1,4 +1,4 @@
-"""Figures: Fig. 1 and the gains of an observer, how near the methods come to the optimum, what they cost."""
+"""Figures: Fig. 1, how near the methods come to the optimum, what they cost."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from replication.drawing.style import (
     RAISED,
     line,
     name_axes,
-    name_end,
     name_line,
     new_axes,
     out_of_bounds,
@@ -32,22 +31,12 @@ def columns(**columns: Iterable[float]) -> FigureData:
     return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
 
 
-# Fig. 1 with its axes, and the gains of an observer as functions
-
-
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
     found = results["fig1"]
     return columns(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
 
 
-def gains(results: Results) -> FigureData:
-    """The gains of one observer as functions of s; first and second state."""
-    found = results["gains"]
-    return columns(s=found["s"], **{f"{name}_{i}": values for name in GAINS for i, values in enumerate(found[name], 1)})
-
-
-GAINS = ("l3", "l4", "l5")
 _SIGNALS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
 
 
@@ -69,45 +58,6 @@ def plot_fig_1(figure: FigureData) -> Any:
 
 def _peak(values: Sequence[float]) -> int:
     return max(range(len(values)), key=lambda i: abs(values[i]))
-
-
-def plot_gains(figure: FigureData) -> Any:
-    """One panel per gain, in the power of ten that its numbers have; one curve where both states have the same gain."""
-    drawing, axes = new_axes(len(GAINS), row_height=1.45)
-    c = figure.columns
-    for axis, name in zip(axes, GAINS, strict=True):
-        size = max(map(abs, c[f"{name}_1"] + c[f"{name}_2"]))
-        power = math.floor(math.log10(size)) if size < SMALL else 0
-        scaled = [[value / 10**power for value in c[f"{name}_{i}"]] for i in (1, 2)]
-        same = relation(figure, name) == "same"
-        for i, values in enumerate(scaled[:1] if same else scaled):
-            (curve,) = axis.plot(c["s"], values, **line(i))
-            name_end(axis, curve, "both" if same else f"x{'₁₂'[i]}")
-        axis.set_ylim(*_room([value for values in scaled for value in values]))
-        axis.set_xticks((c["s"][0], c["s"][0] / 2, 0.0))
-        unit = f" (10{str(power).translate(RAISED)})" if power else ""
-        last = axis is axes[-1]
-        name_axes(axis, f"L{'₃₄₅'[GAINS.index(name)]}{unit}", "history s (s)" if last else "", ticks=3)
-    return drawing
-
-
-SMALL = 0.01
-
-
-def _room(values: Sequence[float]) -> tuple[float, float]:
-    """Limits that show zero as well and leave a margin."""
-    low, high = min(0.0, *values), max(0.0, *values)
-    return low - 0.1 * (high - low), high + 0.1 * (high - low)
-
-
-def relation(figure: FigureData, name: str) -> str:
-    """How a gain of the second state stands to that of the first, to one per cent of their size."""
-    first, second = (figure.columns[f"{name}_{i}"] for i in (1, 2))
-    near = 0.01 * max(map(abs, first))
-    for word, sign in (("same", 1), ("opposite", -1)):
-        if all(abs(a - sign * b) <= near for a, b in zip(first, second, strict=True)):
-            return word
-    return "other"
 
 
 def _say_fig_1(figure: FigureData) -> str:
@@ -132,25 +82,6 @@ def _describe_fig_1(figure: FigureData) -> str:
     )
 
 
-def _say_gains(figure: FigureData) -> str:
-    named = {word: [f"L{'₃₄₅'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID}
-    said = [f"{' and '.join(names)} {_SAID[word]}" for word, names in named.items() if names]
-    return f"Gains of both states in one observer of ours: {', '.join(said) or 'all differ'}"
-
-
-_SAID = {"same": "equal", "opposite": "opposite"}
-
-
-def _describe_gains(figure: FigureData) -> str:
-    c = figure.columns
-    parts = [
-        f"L{name[1]} from {c[f'{name}_1'][0]:.3g} to {c[f'{name}_1'][-1]:.3g} (state 1) and from "
-        f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
-        for name in GAINS
-    ]
-    return f"Three gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
-
-
 _OBSERVER = (
     Figure(
         name="fig1",
@@ -162,18 +93,6 @@ _OBSERVER = (
         data=fig_1,
         plot=plot_fig_1,
         alt=_describe_fig_1,
-    ),
-    Figure(
-        name="gains",
-        place="Sec. VIII",
-        title=_say_gains,
-        caption="L₃ to L₅ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
-        "optimum, a system of ours with one delay; equal or opposite to one per cent of the first state's gain.",
-        published=False,
-        uses=("gains",),
-        data=gains,
-        plot=plot_gains,
-        alt=_describe_gains,
     ),
 )
 

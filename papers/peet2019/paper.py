@@ -22,14 +22,14 @@ from papers.peet2019.errata import ERRATA, OF_THE_IDENTITY
 from papers.peet2019.experiments.declared import EXPERIMENTS, MOVED
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import FIGURES
-from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
+from papers.peet2019.printed import COLUMNS, EXAMPLES
 from papers.peet2019.readings import JORDAN, READINGS
 from replication.audit.brief import Draws, Entries, Sketch, Stroke
 from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import NO_READING, Results
-from replication.audit.parts import Sensitivity, Table
+from replication.audit.parts import Sensitivity
 from replication.audit.project import about, brief
 
 PAST, NOW = 164, 268
@@ -82,33 +82,6 @@ SLIPS = Part(
     reason="Reference [1] is printed with the title of this part. Sec. X announces comparisons with [7] and makes them "
     "with [8] and [10]. (3) has a D that (1) lacks. Theorem 3 has < for ≤, which fails for w = 0 alone. Example 2 "
     "speaks of degree 4, its table ends at 3; the gain is the same.",
-)
-
-TABLES = (
-    *(
-        Table(
-            place=f"Example {example}",
-            caption="Least gain by degree and by Padé; CPU seconds, theirs and ours.",
-            header=("", "d = 1", "d = 2", "d = 3", "Padé"),
-            rows=(
-                ("γ_min", *(f"claim:ex{example}.gamma-{column}" for column in COLUMNS)),
-                ("CPU sec", *(f"claim:ex{example}.cpu-{column}" for column in COLUMNS)),
-            ),
-        )
-        for example in EXAMPLES
-    ),
-    Table(
-        place="Table I",
-        caption=(
-            "CPU seconds of Example 4 by number of states n and of delays K, theirs and ours (full cone, the small one "
-            f"at n·K = {DATA['largest-product']}); machines and solvers do not compare."
-        ),
-        header=("K \\ n", *map(str, STATES)),
-        rows=tuple(
-            (str(k), *("N/A" if seconds(n, k) == "N/A" else f"claim:table1.n{n}k{k}" for n in STATES))
-            for k in DELAY_COUNTS
-        ),
-    ),
 )
 
 
@@ -166,7 +139,6 @@ PAPER = paper(
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=FIGURES,
-    tables=TABLES,
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], list(MULTIPLES)),

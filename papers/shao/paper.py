@@ -24,7 +24,6 @@ from papers.shao.printed import (
     FAST,
     FREQUENCIES,
     PMI,
-    REFERENCES,
     SRC,
     START,
     table_1,
@@ -34,7 +33,6 @@ from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
-from replication.audit.parts import Table
 from replication.audit.project import about, brief
 
 STEP_MS = 1000 * COUNTEREXAMPLE.period
@@ -242,25 +240,6 @@ PAPER = paper(
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(*tracking.FIGURES, *stability.FIGURES),
-    tables=(
-        Table(
-            place="Table I",
-            caption=(
-                "Largest tracking error over the amplitude of the reference, percent: single-rate control (SRC), pure "
-                "model interpolation (DRC-PMI), the observer proposed (DRC-APO). The text does not define DRC-PMI "
-                "fully; ours has a slow observer. No other setting that we tried gives a whole column either."
-            ),
-            header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
-            rows=tuple(
-                (
-                    reference,
-                    f"claim:table.src-{number}|–|unstable",
-                    *(f"claim:table.{c}-{number}" for c in ("pmi", "apo")),
-                )
-                for number, reference in enumerate(REFERENCES, 1)
-            ),
-        ),
-    ),
     findings=findings,
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),

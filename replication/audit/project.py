@@ -32,7 +32,7 @@ from replication.audit.brief import Brief
 from replication.audit.data import line_of_field, read_tables
 from replication.audit.inspect.coverage import tallies
 from replication.audit.model import Reading
-from replication.audit.parts import Formula, Paper
+from replication.audit.parts import Formula, Paper, Table
 from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
@@ -187,7 +187,7 @@ NAME = "paper.toml"
 class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The fields of the file; year is None if the text gives none, an author with an ORCID is a table.
 
-    formulas, readings: those that are words alone; `about` passes on what there is. brief: of `brief`, for `stated`.
+    formulas, tables, readings: those that are words alone, which `about` passes on. brief: what `brief` completes.
     """
 
     title: str
@@ -200,6 +200,7 @@ class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     bibtex: str = ""
     replies: tuple[Reply, ...] = ()
     formulas: tuple[Formula, ...] = ()
+    tables: tuple[Table, ...] = ()
     readings: tuple[Reading, ...] = ()
     brief: dict[str, Any] = {}
 
@@ -214,7 +215,7 @@ def about(module: str) -> dict[str, Any]:
     path = Path(module).with_name(NAME)
     found = _read(path)
     key = path.parent.name
-    optional = {"formulas": found.formulas, "readings": found.readings, "brief": ()}
+    optional = {name: getattr(found, name) for name in ("formulas", "tables", "readings")} | {"brief": ()}
     fields = {name: getattr(found, name) for name in About.__struct_fields__ if optional.get(name, True)}
     people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
     authors = tuple(author.name for author in people)

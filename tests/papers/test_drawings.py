@@ -14,7 +14,6 @@ from tables import read_csv
 import papers
 from papers.mustafa import figures as draws
 from papers.okajima2023 import figures as periods
-from papers.peet2019 import figures as observer
 from papers.shao.figures import stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.draw import write_figures
@@ -105,10 +104,6 @@ def test_messages_follow_the_data() -> None:
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
     assert "unstable at every T" in stability._say_rates(rates)
     assert "not always unstable" in stability._say_rates(stable)
-    gains = data("peet2019-gains")
-    other = changed("peet2019-gains", l5_2=gains.columns["l4_1"])
-    assert "L₅ equal, L₄ opposite" in observer._say_gains(gains)
-    assert "L₅" not in observer._say_gains(other)
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:

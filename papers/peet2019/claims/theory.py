@@ -79,6 +79,13 @@ def lmi_3(results: Results) -> Evidence:
     )
 
 
+def loops_that_meet(results: Results) -> tuple[int, float]:
+    """How many closed loops have a certificate that meets the inequality, and their least room below γ, relative."""
+    loops = [results[name] for name in LOOPS]
+    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
+    return len(kept), min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
+
+
 @THEOREM_1.order(
     "theory.theorem-1",
     place="Theorem 1",
@@ -92,17 +99,15 @@ def theorem_1(results: Results) -> Evidence:
     """Where 𝒫 = 𝒫* is coercive and the inequality holds, (7) bounds the error along solutions with d⟨e, 𝒫e⟩/dt =
     2⟨e, 𝒫ė⟩.
     """
-    loops = [results[name] for name in LOOPS]
-    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
-    room = min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
+    kept, room = loops_that_meet(results)
     return positive(
         min(room, 1.0 - results["lmi-3"]["largest"]),
         method=(
-            f"{len(kept)} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
+            f"{kept} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
             f"{results['lmi-3']['trials']} random ones without delays: H∞ norm against γ."
         ),
         quantities={
-            "loops with delays that meet the inequality": float(len(kept)),
+            "loops with delays that meet the inequality": kept,
             "least room below γ, with delays, relative": room,
             "largest gain over γ, without delays": results["lmi-3"]["largest"],
         },
@@ -258,20 +263,17 @@ def theorem_3(results: Results) -> Evidence:
     """Where the corrected conditions of Theorem 3 hold, the error obeys ‖z_e‖ ≤ γ‖w‖, along solutions with d⟨e, 𝒫e⟩/dt
     = 2⟨e, 𝒫ė⟩.
     """
-    loops = [results[name] for name in LOOPS]
-    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
-    room = min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
+    kept, room = loops_that_meet(results)
     residual = results["identities"]["theorem_3"]["none"]["largest"]
     return positive(
         min(room, ROUNDING - residual),
         method=(
             f"Its argument in two steps: the identity of Sec. VI, in {results['identities']['trials']} random cases, "
-            "and "
-            f"the bound of Theorem 1, in {len(kept)} closed loops whose certificates meet the conditions."
+            f"and the bound of Theorem 1, in {kept} closed loops whose certificates meet the conditions."
         ),
         quantities={
             "largest residual of the identity": residual,
-            "closed loops that meet the conditions": float(len(kept)),
+            "closed loops that meet the conditions": kept,
             "least room below γ, relative": room,
         },
         note=(
