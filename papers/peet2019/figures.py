@@ -60,12 +60,6 @@ def _peak(values: Sequence[float]) -> int:
     return max(range(len(values)), key=lambda i: abs(values[i]))
 
 
-def _say_fig_1(figure: FigureData) -> str:
-    return (
-        f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a tenth of the largest"
-    )
-
-
 def _died_out(figure: FigureData) -> float:
     c = figure.columns
     peak = max(map(abs, c["e_1"] + c["e_2"]))
@@ -86,7 +80,10 @@ _OBSERVER = (
     Figure(
         name="fig1",
         place="Fig. 1",
-        title=_say_fig_1,
+        title=lambda figure: (
+            f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a "
+            "tenth of the largest"
+        ),
         caption="System (11), observer at the printed level; sinc(t - τ) on both channels, one reading of many.",
         published=True,
         uses=("fig1",),
@@ -155,11 +152,6 @@ BOTTOM = 1e-11
 """Lower end of the axis of relative distances, below all that the bracket tells apart."""
 
 
-def _say_convergence(figure: FigureData) -> str:
-    degree = figure.columns["degree"][-1]
-    return f"Theorem 3 at degree {degree:g} is as near the optimum as models of order {_order(figure):g}"
-
-
 def _order(figure: FigureData) -> float:
     """The least order at which both models are as near as Theorem 3 at its last degree."""
     c = figure.columns
@@ -194,10 +186,6 @@ def plot_against_delay(figure: FigureData) -> Any:
     return drawing
 
 
-def _say_against_delay(figure: FigureData) -> str:
-    return f"The least gain grows {_rise(figure):.1f}-fold up to a delay of {figure.columns['tau'][-1]:g} s"
-
-
 def _rise(figure: FigureData) -> float:
     return figure.columns["sos"][-1] / figure.columns["sos"][0]
 
@@ -215,7 +203,10 @@ _OPTIMUM = (
     Figure(
         name="convergence",
         place="Example 2",
-        title=_say_convergence,
+        title=lambda figure: (
+            f"Theorem 3 at degree {figure.columns['degree'][-1]:g} is as near the optimum as models of "
+            f"order {_order(figure):g}"
+        ),
         caption=(
             "Example 2, Theorem 3 as corrected, the degree counted in each variable. Distance of γ from the optimum; "
             "in the "
@@ -231,7 +222,9 @@ _OPTIMUM = (
     Figure(
         name="tau",
         place="Example 2",
-        title=_say_against_delay,
+        title=lambda figure: (
+            f"The least gain grows {_rise(figure):.1f}-fold up to a delay of {figure.columns['tau'][-1]:g} s"
+        ),
         caption="Example 2: Theorem 3 as corrected at degree 2, counted in each variable, and the Riccati equation "
         "of the collocated model.",
         published=False,

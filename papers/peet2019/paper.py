@@ -29,7 +29,6 @@ from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import NO_READING, Results
-from replication.audit.parts import Sensitivity
 from replication.audit.project import about, brief
 
 PAST, NOW = 164, 268
@@ -125,10 +124,6 @@ def findings(results: Results) -> tuple[str, ...]:
     )
 
 
-def _sensitivity(results: Results) -> tuple[Sensitivity, ...]:
-    return tuple(move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"]))
-
-
 PAPER = paper(
     **about(__file__),
     parts=(
@@ -142,5 +137,7 @@ PAPER = paper(
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], list(MULTIPLES)),
-    sensitivity=_sensitivity,
+    sensitivity=lambda results: tuple(
+        move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"])
+    ),
 )  # fmt: skip

@@ -244,11 +244,6 @@ def followed(example: str, results: Results) -> float:
     return float(dict(zip(found["states"], found["alone"], strict=True))[DATA["lumped-states"]])
 
 
-def _over_the_unseen(example: str, results: Results) -> float:
-    """How far the norm of a closed loop lies above the gain from w₁, which no observer changes, relative to it."""
-    return float(results[f"lumped.ex{example}"]["collocation"] / optimum_of(example, results) - 1.0)
-
-
 @IMPLEMENTATION.order(
     "observer.lumped-states",
     place="Sec. IX-B",
@@ -262,7 +257,9 @@ def lumped_states(results: Results) -> Evidence:
     worst = max(map(abs, errors.values()))
     alone = {example: followed(example, results) for example in EXAMPLES}
     allowed_alone = ACCURATE["lumps-1-percent"]
-    unseen = {name: _over_the_unseen(name, results) for name in ("2", "3")}
+    unseen = {  # how far a norm lies above the gain from w₁, which no observer changes
+        name: results[f"lumped.ex{name}"]["collocation"] / optimum_of(name, results) - 1.0 for name in ("2", "3")
+    }
     sinc = results["fig1"]["lumped"] / results["fig1"]["gain"] - 1.0
     return below(
         worst,

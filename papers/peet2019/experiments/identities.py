@@ -70,12 +70,8 @@ def _powers(s: Array | float, count: int, slope: int) -> Array:
     return powers
 
 
-def _gauss_nodes(delay: float) -> tuple[Array, Array]:
-    points, weights = np.polynomial.legendre.leggauss(POINTS)
-    return (points - 1.0) / 2.0 * delay, weights / 2.0 * delay
-
-
-NODES = [_gauss_nodes(delay) for delay in DELAYS]
+GAUSS = np.polynomial.legendre.leggauss(POINTS)
+NODES = [((GAUSS[0] - 1.0) / 2.0 * delay, GAUSS[1] / 2.0 * delay) for delay in DELAYS]
 """Points and weights of each [-τ_i, 0]."""
 
 
@@ -202,7 +198,8 @@ def theorem_3(x: Sample, misprint: str) -> float:
         for j in EACH:
             row = row + np.einsum("i,tij->tj", late[j], _phi_j(x, i, j, s, as_printed("e-transposes")))
         total += 2.0 * LAST * float(np.einsum("t,tj,tj->", weights, row, phi))
-        f = slope_sign * x.s[i].slope(s) + _twice(x.z6[i].at(s) @ x.c2)
+        injected = x.z6[i].at(s) @ x.c2
+        f = slope_sign * x.s[i].slope(s) + (injected + injected.swapaxes(-1, -2))
         total += LAST * float(np.einsum("t,ti,tij,tj->", weights, phi, f, phi))
         for j in EACH:
             theta, others = NODES[j]
@@ -212,10 +209,6 @@ def theorem_3(x: Sample, misprint: str) -> float:
             g = g + factor * np.einsum("qi,utjq->tuij", x.c2, x.z7[j][i].at2(theta, s))
             total += float(np.einsum("t,u,ti,tuij,uj->", weights, others, phi, g, x.e[j].at(theta)[..., 0]))
     return float(total)
-
-
-def _twice(matrix: Array) -> Array:
-    return matrix + matrix.swapaxes(-1, -2)
 
 
 def _phi_0(x: Sample, i: int, s: Array, printed: bool) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, replace
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import msgspec
@@ -123,7 +123,9 @@ def orderings() -> list[dict[str, Any]]:
 
 def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
     """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
-    ratios = {name: cache(partial(_ratio, name)) for name in COMPARED}  # a bandwidth is looked for on the same grid
+    ratios = {
+        name: cache(lambda f, name=name: tracking_error_ratio(literal_loop(name, f))) for name in COMPARED
+    }  # a bandwidth is looked for on the same grid
     return {
         "frequencies": list(frequencies),
         "ratios": {name: [100 * at(f) for f in frequencies] for name, at in ratios.items()},
@@ -244,10 +246,6 @@ def _excitation(loop: DualRateLoop, choice: str) -> float:
 def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
     loops = [READINGS.loop(name, structure, f) for f in FREQUENCIES]
     return _percent(loops) if stability_radius(loops[0]) < 1 else None
-
-
-def _ratio(name: str, frequency: float) -> float:
-    return tracking_error_ratio(literal_loop(name, frequency))
 
 
 def _bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:

@@ -76,10 +76,6 @@ def _grown(drawn: FigureData) -> float:
     return min(zip(drawn.columns["time_s"], drawn.columns[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1]
 
 
-def _say_counter_example(drawn: FigureData) -> str:
-    return f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
-
-
 def _describe_counter_example(drawn: FigureData) -> str:
     c = drawn.columns
     size = max(map(abs, c[f"longer_{RESTARTED}"]))
@@ -256,11 +252,6 @@ def rounding() -> float:
     return max(math.log1p(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text)) for text in texts)
 
 
-def _say_reading_scores(drawn: FigureData) -> str:
-    pmi, apo = (_nearest(drawn, group) for group in (PMI_READINGS, APO_READINGS))
-    return f"The nearest settings miss a number of Table I by factors {pmi:.2f} and {apo:.2f}"
-
-
 def _nearest(drawn: FigureData, group: Iterable[str]) -> float:
     """The factor by which the nearest reading of a column misses its worst number."""
     return math.exp(min(min(drawn.columns[name]) for name in group))
@@ -283,7 +274,9 @@ FIGURES = (
     ours(
         name="counter-example",
         place="Sec. IV",
-        title=_say_counter_example,
+        title=lambda drawn: (
+            f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
+        ),
         caption="A = B = C = 1, K = −2, L = 2, T = 1 ms, from x(0) = 1 and ζ(0) = 0. Condition (18) holds in both "
         "panels: it does not contain the measuring period.",
         uses=("divergence",),
@@ -316,7 +309,10 @@ FIGURES = (
     ours(
         name="readings",
         place="Table I",
-        title=_say_reading_scores,
+        title=lambda drawn: (
+            "The nearest settings miss a number of Table I by factors "
+            f"{_nearest(drawn, PMI_READINGS):.2f} and {_nearest(drawn, APO_READINGS):.2f}"
+        ),
         caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "
         "observer. Filled: the nearest one. A setting on the line would reproduce all six numbers of a column.",
         uses=SEARCH,

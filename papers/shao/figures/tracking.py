@@ -88,11 +88,6 @@ def late(drawn: FigureData, short: str, key: str = "error") -> float:
     return rms(values[len(values) // 2 :])
 
 
-def _say_responses(drawn: FigureData) -> str:
-    apo, pmi = (late(drawn, short) for short in ("apo", "pmi"))
-    return f"From a zero estimate DRC-APO's late RMS error is {apo:.3f} rad, slow-observer DRC-PMI's {pmi:.3f} rad"
-
-
 def _describe_responses(drawn: FigureData) -> str:
     times = len(drawn.columns["error_pmi"])
     early = [
@@ -114,7 +109,10 @@ _RESPONSES = tuple(
     Figure(
         name=f"fig{number}",
         place=f"Fig. {number}",
-        title=_say_responses,
+        title=lambda drawn: (
+            f"From a zero estimate DRC-APO's late RMS error is {late(drawn, 'apo'):.3f} rad, slow-observer "
+            f"DRC-PMI's {late(drawn, 'pmi'):.3f} rad"
+        ),
         caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
         "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the "
         "second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
@@ -222,11 +220,6 @@ def plot_lag_curves(drawn: FigureData) -> Any:
     return drawing
 
 
-def _say_lag_curves(drawn: FigureData) -> str:
-    printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
-    return f"At the largest M DRC-APO's estimate is {printed:.3f} s late, the restarted predictor's {restarted:.3f} s"
-
-
 def _describe_lag_curves(drawn: FigureData) -> str:
     c = drawn.columns
     return (
@@ -284,11 +277,6 @@ def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
     return max(drawn.columns[f"{parameter}_{loop}"])
 
 
-def _say_robustness_curves(drawn: FigureData) -> str:
-    apo, fast = (_largest(drawn, "flux", loop) for loop in (APO, FAST))
-    return f"A wrong flux raises DRC-APO's error to {apo:.0f} %, a fast-sensor loop's to {fast:.0f} %"
-
-
 def _describe_robustness_curves(drawn: FigureData) -> str:
     largest = [f"{words} {_largest(drawn, parameter):.0f} %" for parameter, words in PARAMETERS.items()]
     loops = [f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED]
@@ -303,7 +291,10 @@ _TRACKING = (
     ours(
         name="robustness",
         place="Sec. V",
-        title=_say_robustness_curves,
+        title=lambda drawn: (
+            f"A wrong flux raises DRC-APO's error to {_largest(drawn, 'flux'):.0f} %, a fast-sensor loop's "
+            f"to {_largest(drawn, 'flux', FAST):.0f} %"
+        ),
         caption="Reference of 1 rad/s, steady state, DRC-PMI with a slow observer. Observer, gains and command keep "
         "the printed parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far "
         "less.",
@@ -326,7 +317,10 @@ _TRACKING = (
     ours(
         name="lag",
         place="eqs. (2) and (6)",
-        title=_say_lag_curves,
+        title=lambda drawn: (
+            f"At the largest M DRC-APO's estimate is {drawn.columns[APO][-1]:.3f} s late, the restarted "
+            f"predictor's {drawn.columns[RESTARTED][-1]:.3f} s"
+        ),
         caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
         "late by about half the hold, and so does (6), for references far below the rate of its slowest mode. The "
         "frequencies of Table I lie above that rate: the lag shown here does not tell its columns apart.",
