@@ -97,40 +97,31 @@ def not_bounded(results: Results) -> Proof:
 
 for _name, _place, _printed, _meant, _misprint, _note in (
     (
-        "theorem-3-transposes",
-        "Theorem 3, D, E_i, Φ_0i and Φ_ji",
+        "theorem-3-transposes", "Theorem 3, D, E_i, Φ_0i and Φ_ji",
         "T_0iᵀ in the row of e_0 of D; E_i = [-Φ_wi 0 Φ_0i .. Φ_Ki]ᵀ with Z_4i C_2 + C_2ᵀZ_3iᵀ in Φ_0i and Z_5ij C_2 "
         "in Φ_ji",
         "T_0i, as Δ_j in the proof; blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with "
         "Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
-        ("e-transposes", "d-transposes"),
-        f" {ALIKE}",
+        ("e-transposes", "d-transposes"), f" {ALIKE}",
     ),
     (
-        "eq-10-factor",
-        "Eq. (10)",
+        "eq-10-factor", "Eq. (10)",
         "z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
         "The second row is τ_K times the printed one, and G_2ij carries τ_K as in Theorem 3",
-        ("eq10-factor", "g2-factor"),
-        "",
+        ("eq10-factor", "g2-factor"), "",
     ),
     (
-        "theorem-3-names",
-        "Theorem 3, T_00; proof, D_4",
-        "Z_1 in T_00, C_0 and C_i in D_4",
-        "Z_0, as in (10) and D_2; C_10 and C_1i",
-        ("z0-name",),
+        "theorem-3-names", "Theorem 3, T_00; proof, D_4", "Z_1 in T_00, C_0 and C_i in D_4",
+        "Z_0, as in (10) and D_2; C_10 and C_1i", ("z0-name",),
         f" Tried is Z_1 in T_00; the others are names alone. {CONVERSION}",
     ),
     (
-        "proof-square",
-        "Theorem 1, v; Sec. VI, the identity, three times",
+        "proof-square", "Theorem 1, v; Sec. VI, the identity, three times",
         "+‖C_1e‖²/γ, beside a form in h that holds v",
         "-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, and with it h, not R^q",
-        ("theorem-1-sign",),
-        " Tried is the square, for every v; that v ∈ R^p is a matter of dimensions.",
+        ("theorem-1-sign",), " Tried is the square, for every v; that v ∈ R^p is a matter of dimensions.",
     ),
-):
+):  # fmt: skip
     ERRATA.misprint(_name, _place, _printed, _meant, "identities", scan=CONVERSION in _note)(
         partial(terms, _misprint, note=_note)
     )
@@ -153,38 +144,23 @@ FACTORS = (
 )
 for _name, _place, _printed, _meant, _tried, _note in (
     (
-        "theorem-4-factors",
-        "Theorem 4, Ĥ and Γ̂",
-        "Γ in Ĥ and Γ̂",
-        "Γ/τ_K; Lemma 5 then holds with the corrected (10)",
-        ("theorem_4", "square alone", "median", SMALL),
+        "theorem-4-factors", "Theorem 4, Ĥ and Γ̂", "Γ in Ĥ and Γ̂",
+        "Γ/τ_K; Lemma 5 then holds with the corrected (10)", ("theorem_4", "square alone", "median", SMALL),
         f"{FACTORS} {ALIKE}",
     ),
     (
-        "theorem-4-square",
-        "Theorem 4, the inverse",
-        "Ŝ/τ_K in {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K}",
-        "Ŝ/τ_K²",
-        ("theorem_4", "factor alone", "median", WRONG),
-        f"{FACTORS} {CONVERSION}",
+        "theorem-4-square", "Theorem 4, the inverse", "Ŝ/τ_K in {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K}", "Ŝ/τ_K²",
+        ("theorem_4", "factor alone", "median", WRONG), f"{FACTORS} {CONVERSION}",
     ),
     (
-        "theorem-4-product",
-        "Theorem 4, last line",
-        "P̂P̂x = PP̂x = x",
-        "P̂Px = PP̂x = x",
-        ("theorem_4", "squared", "largest", WRONG),
-        f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}",
+        "theorem-4-product", "Theorem 4, last line", "P̂P̂x = PP̂x = x", "P̂Px = PP̂x = x",
+        ("theorem_4", "squared", "largest", WRONG), f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}",
     ),
     (
-        "lemma-5-index",
-        "Lemma 5, L_6i",
-        "X(s)",
-        "X_i(s)",
-        ("lemma_5", "x-index", "largest", WRONG),
+        "lemma-5-index", "Lemma 5, L_6i", "X(s)", "X_i(s)", ("lemma_5", "x-index", "largest", WRONG),
         f"The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay. {CONVERSION}",
     ),
-):
+):  # fmt: skip
     ERRATA.misprint(_name, _place, _printed, _meant, "inversion", scan=CONVERSION in _note)(
         partial(of_inverse, *_tried, _note)
     )

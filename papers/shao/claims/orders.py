@@ -121,10 +121,10 @@ def growing(column: str, results: Results) -> Evidence:
         },
         note=(
             f"The text does not say it. It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"
-            f"{' and fails only for forms that the text excludes' if only_excluded else ''}. L as a discrete gain, the current form of the "
-            "observer, predictors other than (6), and a reference that is previewed or changes between instants are "
-            "no readings: (3) has the gain in continuous time, (7) and (8) the form, (6) the predictor, and Sec. II "
-            "an input that is held over T."
+            f"{' and fails only for forms that the text excludes' if only_excluded else ''}. L as a discrete gain, the "
+            "current form of the observer, predictors other than (6), and a reference that is previewed or changes "
+            "between instants are no readings: (3) has the gain in continuous time, (7) and (8) the form, (6) the "
+            "predictor, and Sec. II an input that is held over T."
         ),
     )
 
