@@ -94,9 +94,6 @@ _OBSERVER = (
 )
 
 
-# Distance from the optimum against order and degree, and against the delay
-
-
 def convergence(results: Results) -> FigureData:
     """Relative distance from the optimum of Example 2, the middle of its bracket, against order and degree.
 
@@ -234,9 +231,6 @@ _OPTIMUM = (
         alt=_describe_against_delay,
     ),
 )
-
-
-# Cost of the methods against n·K: seconds as published and as measured, and the size of the programs
 
 
 NAMES_AT = 150

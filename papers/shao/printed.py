@@ -33,9 +33,6 @@ def frequency(reference: str) -> float:
     return float(times.removesuffix("t") or 1) / float(over or 1)
 
 
-# The printed problem as objects: motor, design, reading space, and which observers may stand for which column
-
-
 MOTOR = Motor(pole_pairs=int(DATA["pole_pairs"]), **{name: float(DATA[name]) for name in PARAMETERS})
 DESIGN = dual_rate_design(
     MOTOR.system(),
@@ -82,9 +79,6 @@ def literal_loop(
 ) -> DualRateLoop:
     """The loop as printed: printed feedforward, references held over T, L as a continuous gain."""
     return replace(READINGS, design=design, motor=motor).loop(observer, Structure(), frequency)
-
-
-# Readings, which paper.toml states in words, by name, and the loops that they stand for
 
 
 LITERAL = "literal"

@@ -25,6 +25,12 @@ SMALL_CONE = (
 )
 MEASURED_AS = {"total": "full cone", "bessel": "small cone", "plain": "full cone by cvxpy and Clarabel"}
 
+IN_FULL = (
+    ("equalities", "equalities"),
+    ("residual", "residual of the certificate"),
+    ("least_eigenvalue", "least eigenvalue of the matrices"),
+)
+
 EXAMPLE_4 = Part("Example 4 and Table I", figures="cost", reading=NO_READING)
 
 
@@ -97,31 +103,22 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
         f"CPU seconds of the authors' machine. Ours ({cone}, assembly and solver), of our programs on "
         f"{'; '.join(where)}, stand beside them and do not compare."
     )
-    if not run:
+    solvers: tuple[SolverRecord, ...] = ()
+    note = "This cell is not part of the default run: `benchmarks/bench_delay.py --full` measures it again."
+    if run:
+        found = results[run]
+        solvers, note = (SolverRecord(**found["solver"]),), SMALL_CONE if "full" in found else ""
+        quantities |= {"equalities": float(found["equalities"]), "level reached": found["gamma"]}
+        full = found.get("full", {})
+        quantities |= {f"full program of degree 1: {words}": float(full[name]) for name, words in IN_FULL if full}
+    else:
         small = next(c for c in ours if c["cone"] == "bessel")
         quantities |= {
             "equalities, small cone": float(small["equalities"]),
             "level certified": small["gamma"],
             "residual of the certificate in the full program": small["residual"],
         }
-        again = "This cell is not part of the default run: `benchmarks/bench_delay.py --full` measures it again."
-        return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, note=again)
-    found = results[run]
-    quantities |= {"equalities": float(found["equalities"]), "level reached": found["gamma"]}
-    if "full" in found:
-        quantities |= {
-            "full program of degree 1: equalities": float(found["full"]["equalities"]),
-            "full program of degree 1: residual of the certificate": found["full"]["residual"],
-            "full program of degree 1: least eigenvalue of the matrices": found["full"]["least_eigenvalue"],
-        }
-    return Evidence(
-        method="",
-        not_checkable=reason,
-        value=shown,
-        quantities=quantities,
-        solvers=(SolverRecord(**found["solver"]),),
-        note=SMALL_CONE if "full" in found else "",
-    )
+    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=solvers, note=note)
 
 
 for _n, _k, _seconds in published():

@@ -218,9 +218,6 @@ def reaches(example: str, results: Results) -> Evidence:
     )
 
 
-# Sec. IX and closed loops: the observer that the gains yield, discretised and against its guaranteed level
-
-
 IMPLEMENTATION = Part("Sec. IX-B")
 CLOSED_LOOPS = Part("Secs. I and X: closed loops", reading=HOUSE)
 REMARKS = Part(

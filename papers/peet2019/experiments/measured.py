@@ -55,11 +55,8 @@ def cells(cells: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {"cells": list(cells)}
 
 
-# CPU seconds of assembly and of the solver apart, cell by cell of the published tables, as once measured by
-# `python -m benchmarks.delay_seconds`
-
-
 SECONDS = Path(__file__).parents[1] / "seconds.jsonl"
+"""CPU seconds of assembly and solver apart, as once measured by `python -m benchmarks.delay_seconds`."""
 
 
 @dataclass(frozen=True)

@@ -75,9 +75,6 @@ def unstable(observer: str) -> Predicate:
     return Predicate(of=radius_of(observer), relation="more than", to="1")
 
 
-# Claims of Sec. V on Table I as a whole: its twelve numbers together under one reading, or each over a window
-
-
 NOT_SEARCHED = "Not searched: delays, different discretisations of plant and observer, other parameters or gains."
 WHOLE = Part("Table I as a whole, under one reading or over one window", figures="readings")
 PRINTED = "[{}]".format("; ".join(f"{row['DRC-PMI']} {row['DRC-APO']}" for row in DATA["table-1"].values()))
@@ -158,9 +155,6 @@ def described(near: Near) -> str:
     numbers = ", ".join(f"{100 * value:.2f}" for value in near.values)
     choices = "{} feedforward, reference {}, {} gain, {} form".format(*reading.structure.words)
     return f"{LABELS[reading.observer]}, {choices}, error {WHERE[reading.points]}, {window}: {numbers}"
-
-
-# Claims of Sec. V on Table I: its eighteen cells
 
 
 STEADY = "steady state by the lifted form"

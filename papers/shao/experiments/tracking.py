@@ -281,9 +281,6 @@ def _motor_with(parameter: str, factor: float) -> Motor:
     return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
 
 
-# Experiments on the readings of Table I: one block of the search for each structure, so that a run can be resumed
-
-
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
 """Names of the blocks of the search."""
 

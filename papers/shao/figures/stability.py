@@ -211,9 +211,6 @@ def _describe_rates(drawn: FigureData) -> str:
     )
 
 
-# How near the readings of Table I come
-
-
 def reading_scores(results: Results) -> FigureData:
     """Best distance for each structure and observer."""
     blocks = [results[name] for name in SEARCH]

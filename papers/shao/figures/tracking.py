@@ -126,9 +126,6 @@ _RESPONSES = tuple(
 )
 
 
-# Figures on the steady state: error against frequency, lag of the estimate, a plant that is not the model
-
-
 SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
 LAGGING = (PMI, APO, HELD, RESTARTED)
 

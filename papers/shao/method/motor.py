@@ -117,9 +117,6 @@ def tracking_command(
     return Harmonic(frequency, amplitude * lead, timing is ReferenceTiming.CONTINUOUS)
 
 
-# Numbers of a loop that the paper speaks of: error and lag of the estimate, bandwidth, energy of a transient
-
-
 def estimation_error_ratio(loop: DualRateLoop) -> float:
     """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
     return float(np.max(np.abs(_estimation_errors(loop))))
@@ -200,12 +197,6 @@ def _held_energy(plant: Plant, time: float) -> Array:
     return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
 
 
-# Brute-force simulation of the printed algorithm, as a second opinion on the lifted form.
-#
-# The plant and the observer's differential equation are integrated by series over sub-steps of T, and the observer acts
-# as the text says, instant by instant. No matrix is shared with `dualrate.loop` or `dualrate.response`.
-
-
 SIMULATED = (
     "single_rate",
     "held_measurement",
@@ -239,8 +230,10 @@ def simulate(
     plant: control.StateSpace | Plant | None = None,
     output: int = 0,
 ) -> Trace:
-    """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others.
+    """Simulate one of `SIMULATED` by brute force, with commands held over T; raises InvalidInputError for others.
 
+    Plant and observer's equation are integrated by series over sub-steps, and the observer acts as the text says,
+    instant by instant: no matrix is shared with `dualrate.loop` or `dualrate.response`.
     plant: the true plant if it differs from the model. output: which of its outputs to return, from 0.
     """
     if observer not in SIMULATED or harmonic.continuous:
