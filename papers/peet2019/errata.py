@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import msgspec
 
-from papers.peet2019.claims.theory import SIGNS, UNMET, unmet
+from papers.peet2019.claims.theory import SIGNS, UNMET, told_of_symmetry, unmet
 from papers.peet2019.printed import DATA, EXAMPLES
 from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results
@@ -68,11 +68,7 @@ def not_self_adjoint(results: Results) -> Proof:
             "unstable. With 𝒫 = 𝒫* the bound (7) follows along solutions with d⟨e, 𝒫e⟩/dt = 2⟨e, 𝒫e′⟩; whether the "
             "text's solutions are such is not checked."
         ),
-        quantities={
-            "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
-            "largest eigenvalue of the inequality": found["largest"],
-            "spectral abscissa of the error [1/s]": found["abscissa"],
-        },
+        quantities=told_of_symmetry(found),
     )
 
 

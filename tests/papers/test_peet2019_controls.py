@@ -298,23 +298,6 @@ def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
     assert "z2-wide, z2-outer" in claim.answer(results).note
 
 
-def test_every_claim_names_a_reading_of_the_paper() -> None:
-    known = {"none", *(reading.name for reading in PAPER.readings)}
-    assert {claim.reading for claim in PAPER.claims} <= known
-    told = {
-        outcome.reading
-        for claim in PAPER.claims
-        if claim.kind is not Kind.CITED
-        for outcome in claim.answer(agreeing()).outcomes
-    }
-    assert told <= known
-
-
-def test_findings_are_short() -> None:
-    for finding in PAPER.findings(agreeing()):
-        assert len(finding.split()) <= 25, finding
-
-
 def test_theorem_1_as_printed_fails_only_where_the_case_meets_all_that_it_asks() -> None:
     claim = CLAIMS["theory.theorem-1"]
     for alter in (at("self-adjoint/abscissa", to(-0.1)), at("self-adjoint/largest", to(0.1))):

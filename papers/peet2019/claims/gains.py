@@ -25,6 +25,9 @@ UNSHARP = 1e-5
 RUNS = {HOUSE: "tensor", "z2-total": "total", "z2-wide": "wide"}
 """The degree rules of the library by the names of their readings."""
 ENDS = ("lower", "upper")
+DELAY_OF_2 = (
+    f"The delay of {DATA['example-2']['delays'][0]} s is that of the original system, and of the caption of Fig. 1."
+)
 
 
 def optimum_of(example: str, results: Results) -> float:
@@ -69,17 +72,7 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             *((Outcome(reading=POSITIVE, value=reached[example]["solved"]),) if reached else ()),
         ),
         note=f"{UNMET} {_on_the_rule(results['readings'], unsharp(gammas)) if off else ONE_RULE_OF_MANY}"
-        + delay_of(example),
-    )
-
-
-def delay_of(example: str) -> str:
-    """Where the delay is from, if it does not stand with the example."""
-    (delay, *_) = DATA[f"example-{example}"]["delays"]
-    return (
-        f" The delay of {delay} s is that of the original system, and of the caption of Fig. 1."
-        if example == "2"
-        else ""
+        + (f" {DELAY_OF_2}" if example == "2" else ""),
     )
 
 
@@ -159,7 +152,7 @@ def by_pade(example: str, results: Results) -> Evidence:
             "optimum, collocation and Riccati": found["chebyshev"],
             **({f"optimum, {end} end of its bracket": found["exact"][end] for end in ENDS} if found["exact"] else {}),
         },
-        note=delay_of(example).strip(),
+        note=DELAY_OF_2 if example == "2" else "",
     )
 
 
