@@ -109,8 +109,8 @@ def test_messages_follow_the_data() -> None:
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
     """Another number of draws, a larger error or a larger saving are told; a ratio that is called a bound is one."""
     few = changed("mustafa-fig2", draws=(7.0,), band_high=(0.301,))
-    assert "of 7 draws of uniform periods at 0.31 at most" in draws._describe_responses(few)
-    assert draws._say_responses(few).startswith("In our uniform draws the error peaks at 0.31 at most")
+    assert "of 7 draws of uniform periods at 0.31 at most" in draws.describe_responses(few)
+    assert draws.say_responses(few).startswith("In our uniform draws the error peaks at 0.31 at most")
     half = changed("okajima2023-timing", gamma_3_3=(2.0, 1.0))
     assert periods.say_levels_by_timing(half).startswith("For periods (3, 3) ") and "50.0 %" in (
         periods.say_levels_by_timing(half)
