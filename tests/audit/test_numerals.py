@@ -38,7 +38,7 @@ def test_short_is_close(number: float) -> None:
 
 @pytest.mark.parametrize(
     ("number", "digits", "text"),
-    [(12.3, 1, "10"), (-322.5, 2, "−320"), (999999.6, 6, "10⁶"), (1.1e19, 2, "1.1×10¹⁹"), (2e-7, 1, "2×10⁻⁷")],
+    [(12.3, 1, "12"), (-322.6, 2, "−323"), (999999.6, 6, "10⁶"), (1.1e19, 2, "1.1×10¹⁹"), (2e-7, 1, "2×10⁻⁷")],
 )
 def test_short_writes_tens_and_hundreds_out(number: float, digits: int, text: str) -> None:
     assert numerals.short(number, digits) == text
