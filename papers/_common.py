@@ -8,10 +8,19 @@ that of the ideal sensor, which measures at every base period at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from replication.audit.brief import Draws, Stroke
+import msgspec
+
+from replication.audit.brief import Brief, Draws, Sketch, Stroke
+from replication.audit.declare import Part
+from replication.audit.model import Erratum, Proof, Reading, Results
+from replication.audit.parts import Figure, Formula, Table
+from replication.errors import AuditError
 
 PLANT: dict[str, Any] = {
     "A": [[0.0, 1.0], [-1.0, -0.6]],
@@ -64,3 +73,68 @@ def ticks(draws: Draws, xs: Iterable[float], y: float) -> Stroke:
 def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
     """A text that begins at `x`."""
     return Stroke(draws=draws, points=((x, y),), text=text)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What told.toml beside the modules of a paper says of it, as tables; numbers: what `{name}` in some texts is."""
+
+    said: Mapping[str, Any]
+    numbers: Mapping[str, Any]
+
+    @classmethod
+    def read(cls, module: str, **numbers: Any) -> Told:
+        """The file beside a module, which is given as `__file__`."""
+        return cls(tomllib.loads(Path(module).with_name("told.toml").read_text(encoding="utf-8")), numbers)
+
+    def simple(self) -> dict[str, Any]:
+        """What needs nothing else, as `paper` takes it: readings, formulas and tables."""
+        readings = [{"name": name, **self._filled(said)} for name, said in self.said["readings"].items()]
+        return {
+            "readings": msgspec.convert(readings, tuple[Reading, ...], strict=False),
+            "formulas": msgspec.convert(self.said["formulas"], tuple[Formula, ...]),
+            "tables": msgspec.convert(self.said["tables"], tuple[Table, ...]),
+        }
+
+    def brief(self, sketch: Sketch, **others: Any) -> Brief:
+        """The brief, with what is made rather than said."""
+        return msgspec.convert({**self.said["brief"], **msgspec.to_builtins({"sketch": sketch, **others})}, Brief)
+
+    def parts(self, *parts: Part) -> tuple[Part, ...]:
+        """All parts of the text in its order: these, and those that are left out with a reason."""
+        own = {part.title: part for part in parts}
+        return tuple(own[said] if isinstance(said, str) else Part(**said) for said in self.said["scope"]["parts"])
+
+    def errata(self, proofs: Mapping[str, Callable[[Results], Proof]]) -> tuple[Erratum, ...]:
+        """The errata, each with the function of its name that proves it."""
+        _require_same("errata", self.said["errata"], proofs)
+        return tuple(
+            Erratum(id=name, prove=proofs[name], **{**self._filled(one), "uses": tuple(one.get("uses", ()))})
+            for name, one in self.said["errata"].items()
+        )
+
+    def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
+        """The figures; drawn: by name what gives the data of each, what draws them, its title, and its words."""
+        _require_same("figures", self.said["figures"], drawn)
+        said = {name: {**one, "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
+        return tuple(
+            Figure(name=name, data=data, plot=plot, title=title, alt=alt, **said[name])
+            for name, (data, plot, title, alt) in drawn.items()
+        )
+
+    def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
+        try:
+            return {name: one.format(**self.numbers) if isinstance(one, str) else one for name, one in said.items()}
+        except KeyError as missing:
+            raise AuditError(
+                f"told.toml has {{{missing.args[0]}}} in {said}; give that number to `Told.read`"
+            ) from None
+
+
+def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:
+    """Raise AuditError for an entry of told.toml that no function makes, or the other way about."""
+    lost = sorted(set(said) ^ set(made))
+    if lost:
+        raise AuditError(
+            f"told.toml and the modules do not name the same {what}; only one of them has {', '.join(lost)}"
+        )

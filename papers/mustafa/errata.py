@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from papers.mustafa.claims.preliminaries import MISNAMED
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, example, middle, printed_filter, sizes
-from replication.audit.declare import Errata, contrast
+from replication.audit.declare import contrast
 from replication.audit.model import Proof, Results
 
-ERRATA = Errata()
 BY_ROOT = (
-    " With √α in step 3 as well, and U3 corrected, one element comes out in both examples, as printed; but on that "
-    "interval (8) fails in Example 1."
+    " With √α in step 3 as well, and U3 corrected, one element comes out in both examples, as printed; but it does not "
+    "leave (8) valid: in Example 1 (8) fails with that element."
 )
 HALF_UNIT = 0.00005
 """Rounding of an entry of the printed filter."""
 
 
-@ERRATA.misprint(
-    "map",
-    "Sec. III, below (7)",
-    "(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand in our copy",
-    "Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
-    "identities",
-)
 def order_of_map(results: Results) -> Proof:
     """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
     return _exchanged(
@@ -36,13 +27,6 @@ def order_of_map(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "map-12",
-    "Eq. (12)",
-    "Σ22 + Σ12 Δ (I − Σ11 Δ)⁻¹ Σ21",
-    "Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
-    "identities",
-)
 def order_of_12(results: Results) -> Proof:
     """The same for (12)."""
     text = (
@@ -58,15 +42,6 @@ def _exchanged(results: Results, text: str, readings: dict[str, str]) -> Proof:
     return contrast(text, {"largest residual, reordered": r["map reordered"]}, least, zero=EXACT)
 
 
-@ERRATA.misprint(
-    "u3",
-    "Theorem 1, case U3",
-    "h̄ = h₀ + log(1 + α⁻¹ μ(−A)) / μ(A)",
-    "h̄ = h₀ + log(1 + α⁻¹ μ(A)) / μ(A)",
-    "grids.1",
-    "grids.2",
-    scan=True,
-)
 def case_u3(results: Results) -> Proof:
     """The upper ends of (9) with both logarithmic norms."""
     ends = {e: results[f"grids.{e}"]["intervals"] for e in EXAMPLES}
@@ -84,7 +59,6 @@ def case_u3(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("size-of-F", "Theorem 3", "F of size r × n", "F of size n × r", "nominal.2")
 def size_of_f(results: Results) -> Proof:
     """F C and B_f = -Y^-1 F must have n rows."""
     (n, r), size = sizes()
@@ -95,9 +69,6 @@ def size_of_f(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "row", "Eq. (10)", "our copy has the row [−Z 0] twice in the right half", "once", "identities", scan=True
-)
 def repeated_row(results: Results) -> Proof:
     """The right half of (10) has a row too many for a square matrix; without the repeated one it is the congruence."""
     left, right = DATA["lmi"]["left"], DATA["lmi"]["right"]
@@ -117,15 +88,6 @@ def repeated_row(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "algorithm",
-    "Algorithm 1, step 4",
-    "√α; in our copy also no set-minus between (h_l, h_u) and the union, a sign that it may have lost",
-    "α and a set-minus",
-    "grids.1",
-    "grids.2",
-    inference=True,
-)
 def steps_of_algorithm(results: Results) -> Proof:
     """Root and union in step 4: as printed no new period is added in either example; the correct one covers."""
     found = {e: results[f"grids.{e}"] for e in EXAMPLES}
@@ -148,14 +110,6 @@ def steps_of_algorithm(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    MISNAMED,
-    "Sec. VI-B",
-    "K_θ in A, K_q among the values: q is θ in a font of symbols",
-    "one constant, K_θ = K_q = K_T",
-    "nominal.2",
-    scan=True,
-)
 def motor_constant(results: Results) -> Proof:
     """One constant of A has no value, and one value has no place in A; the printed filter bears it out."""
     in_A, valued = (set(DATA["constants"][which]) for which in ("in A", "with a value"))
@@ -182,7 +136,6 @@ def dimension(unit: str) -> tuple[int, ...]:
     return tuple(sum(int(power or 1) * SI[symbol][i] for symbol, _, power in symbols) for i in range(3))
 
 
-@ERRATA.misprint("unit-of-J", "Sec. VI-B", "J = 0.01 kg m²/s²", "J = 0.01 kg m²")
 def unit_of_inertia(results: Results) -> Proof:
     """b/J is an entry of A and must have the unit 1/s."""
     b, J, inertia = (dimension(unit) for unit in (DATA["b"].unit, DATA["J"].unit, "kg m^2"))
@@ -194,13 +147,6 @@ def unit_of_inertia(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "step",
-    "Sec. IV-B, last sentence",
-    "step 2 avoids the numerical issues of a large grid",
-    "step 1",
-    inference=True,
-)
 def number_of_step(results: Results) -> Proof:
     """Which steps of Algorithm 1 read the limit N_0 of the size of the grid."""
     limiting = [step for step, reads in DATA["steps"].items() if "N_0" in reads]
@@ -210,3 +156,17 @@ def number_of_step(results: Results) -> Proof:
         text="Only one step reads the size of the grid against its limit N_0; the sentence names the next one.",
         quantities={"step that reads N_0": float(limiting[0]), "step named": float(named)},
     )
+
+
+PROOFS = {
+    "map": order_of_map,
+    "map-12": order_of_12,
+    "u3": case_u3,
+    "size-of-F": size_of_f,
+    "row": repeated_row,
+    "algorithm": steps_of_algorithm,
+    "motor-constant": motor_constant,
+    "unit-of-J": unit_of_inertia,
+    "step": number_of_step,
+}
+"""By the errata of told.toml."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
 from papers.mustafa.claims.preliminaries import down, times, up
-from papers.mustafa.experiments.draws import DRAWS, merged
+from papers.mustafa.experiments.draws import merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
-from replication.audit.parts import Figure, FigureData
+from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, name_axes, name_end, name_line, new_axes, say
 
 OF_FILTER = {1: "our filter", 2: "printed filter"}
@@ -35,13 +36,7 @@ def plot_curves(figure: FigureData) -> Any:
     for e, axis in zip(EXAMPLES, axes, strict=True):
         h, low, top = c[f"h_{e}"], c[f"lower_{e}"][0], c[f"upper_{e}"][0]
         axis.axhspan(low, top, color=OURS, linewidth=0.8)
-        say(
-            axis,
-            f"period varies: at least {down(low)}, ×{_excess(figure, e)}",
-            (h[0], top),
-            ha="left",
-            color=OURS,
-        )
+        say(axis, f"period varies: at least {down(low)}, ×{_excess(figure, e)}", (h[0], top), ha="left", color=OURS)
         (own,) = axis.plot(h, c[f"filter_{e}"], **line(0))
         (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
         name_end(axis, own, OF_FILTER[e].replace(" ", "\n"), lift=8)
@@ -147,9 +142,7 @@ def plot_worst(figure: FigureData) -> Any:
     drawing, axes = new_axes(3, row_height=1.15)
     instants = [sum(c["h"][:k]) for k in range(ZOOMED)]
     for axis, (name, label, colour) in zip(
-        axes,
-        (("h", "period h (s)", GREY), ("w", "disturbance w", FOREGROUND), ("e", "error e", OURS)),
-        strict=True,
+        axes, (("h", "period h (s)", GREY), ("w", "disturbance w", FOREGROUND), ("e", "error e", OURS)), strict=True
     ):
         axis.step(instants, c[name][:ZOOMED], where="post", linewidth=1.3, color=colour)
         name_axes(axis, label, ticks=3)
@@ -176,32 +169,6 @@ def describe_worst(figure: FigureData) -> str:
         f"{_long(figure)} of the last {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
         f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}."
     )
-
-
-_GAINS = (
-    Figure(
-        name="levels", place="Beyond Sec. VI", title=say_curves,
-        caption="Gains at constant periods, of our filter in Example 1, where none is printed, and of the printed one "
-        "in Example 2. The printed level belongs to one period, as the paper says. When the period varies the gain is "
-        "larger: the line at the top is as thick as its bracket. Norms count samples. In Example 1 the optimum is "
-        "zero where Φ − ΓC/D is Schur; for other filters than ours less is proved.",
-        published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
-        data=curves, plot=plot_curves, alt=describe_curves,
-    ),
-    Figure(
-        name="range", place="Beyond Sec. VI-A", title=say_brackets,
-        caption="Our filter of Example 1, designed for the middle of the whole range, on shorter ranges with the same "
-        "shortest period; norms count samples. The worst case lies in the band, the gap between guarantee and attack, "
-        "both computed; the last point, the range of the paper, has more effort and certificates.",
-        published=False, uses=("against-range", "bracket.1"), data=brackets, plot=plot_brackets, alt=describe_brackets,
-    ),
-    Figure(
-        name="worst", place="Beyond Sec. VI-A", title=say_worst,
-        caption="Our filter of Example 1: some of the last samples of the sequence, with the disturbance that suits "
-        "it, scaled to a peak of one. The long periods come in bursts; there the disturbance is largest.",
-        published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
-    ),
-)  # fmt: skip
 
 
 # Figures 2 and 3 over many draws of the sampling periods
@@ -298,19 +265,11 @@ def describe_intervals(figure: FigureData) -> str:
     )
 
 
-_RESPONSES = (
-    Figure(
-        name="fig2", place="Fig. 2", title=say_responses,
-        caption="Example 2, the printed filter, uniform random periods. The published figure is one unknown draw under "
-        "a law that is not stated; the band holds our uniform draws, and another draw or law may leave it.",
-        published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
-    ),
-    Figure(
-        name="fig3", place="Fig. 3", title=say_intervals,
-        caption="The periods of the draw in Fig. 2, independent and uniform between the ends of the range; the law of "
-        "the published draw is not stated. Right: how often each length occurs.",
-        published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
-    ),
-)  # fmt: skip
-
-FIGURES = (*_RESPONSES, *_GAINS)
+FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
+    "fig2": (responses, plot_responses, say_responses, describe_responses),
+    "fig3": (intervals, plot_intervals, say_intervals, describe_intervals),
+    "levels": (curves, plot_curves, say_curves, describe_curves),
+    "range": (brackets, plot_brackets, say_brackets, describe_brackets),
+    "worst": (worst, plot_worst, say_worst, describe_worst),
+}
+"""What gives the data of each, draws them, finds the title, and says them in words; told.toml has the rest."""

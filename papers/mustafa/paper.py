@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from papers._common import curve, dots, label, signal, ticks
+from papers._common import MINCX, Told, curve, dots, label, signal, ticks
 from papers.mustafa import common
 from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
 from papers.mustafa.claims.preliminaries import LEMMAS, down, times, up
-from papers.mustafa.errata import ERRATA
+from papers.mustafa.errata import PROOFS
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
+from papers.mustafa.experiments.draws import LAWS
+from papers.mustafa.experiments.levels import ABOVE
 from papers.mustafa.figures import FIGURES
 from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, upper_end
-from papers.mustafa.readings import READINGS
-from replication.audit.brief import Bars, Brief, Curve, Draws, Explorer, Pair, Picture, Sketch
-from replication.audit.declare import Part, paper
+from replication.audit.brief import Draws, Sketch
+from replication.audit.declare import paper
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
-from replication.audit.parts import Formula, Table
 from replication.audit.project import about
 
 SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
@@ -31,51 +31,9 @@ def _higher(x: float) -> float:
     return signal(x) - 14
 
 
-def _example(number: int, begin: float, whose: str) -> Picture:
-    """Gains at one constant period, and over all sequences of periods; whose: whose filter it is."""
-    return Picture(
-        label=f"Example {number}, {whose} filter",
-        figure="mustafa-levels",
-        across=f"h_{number}",
-        x="constant period h (s)",
-        y="gain",
-        begin=begin,
-        curves=(
-            Curve(label="all sequences, bounds", columns=(f"lower_{number}",), upper=f"upper_{number}"),
-            Curve(label=f"{whose} filter, this period", columns=(f"filter_{number}",)),
-            Curve(label="least, this period", columns=(f"optimum_{number}",), quiet=True),
-            Curve(label="printed level", columns=(f"published_{number}",), quiet=True),
-        ),
-    )
-
-
-BRIEF = Brief(
-    topic="Samples at irregular instants",
-    card="At the middle of the range [both](+gamma.1) gains are [right](+filter.norm); Theorem 3 and Sec. V-A promise "
-    "no more. If the period varies, every filter of form (4) has in Example 1 at least "
-    "[{finite-grid:over:gamma.1}](+finite-grid) times the printed gain. One number differs: in Example 1 "
-    "[Algorithm 1](-grid.1), corrected, ends with {grid.1} grid elements, not one.",
-    holds="Both gains at the middle period ([Example 1](gamma.1), [Example 2](filter.norm)); stability for every "
-    "sequence of periods, in [both](stable.1) [examples](stable.2).",
-    correct="One grid element does not cover the range of Example 1: with it [(8)](grid.1) fails. [Two](map) "
-    "[maps](map-12) are misprinted, and perhaps [case U3](+u3).",
-    guess="What does [step 4](algorithm) compute?",
-    verdict="hold at one period",
-    headline="The printed gains hold at one constant period, as stated; if it varies, Example 2's filter has at least "
-    "{robust-level.2:over:filter.norm} times its gain",
-    picture=Bars(
-        printed="printed, at the middle period",
-        bound="if the period varies over the range",
-        pairs=(
-            Pair(
-                label="Example 1 (the paper prints no filter; this is ours)",
-                printed="gamma.1",
-                bound="robust-level.1",
-            ),
-            Pair(label="Example 2 (the printed filter)", printed="filter.norm", bound="robust-level.2"),
-        ),
-    ),
-    sketch=Sketch(
+TOLD = Told.read(__file__, mincx=MINCX, above=ABOVE, **LAWS)
+BRIEF = TOLD.brief(
+    Sketch(
         alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
         strokes=(
             curve(Draws.TRUTH, _higher),
@@ -85,29 +43,7 @@ BRIEF = Brief(
             label("designed for", 8, 106),
             label("sampled at", 8, 131, Draws.LABEL_OURS),
         ),
-    ),
-    explorers=(
-        Explorer(
-            title="A filter designed for one period does worse when the period varies",
-            moves="Move the constant period.",
-            text="Each filter has the printed gain at the period for which it was designed. If the period varies, its "
-            "worst-case gain lies in the band above. Example 1 prints no filter; ours takes its place. In the last "
-            "picture the range of periods widens.",
-            pictures=(
-                _example(1, 0.0678, "our"),
-                _example(2, 0.05, "printed"),
-                Picture(
-                    label="Example 1, our filter, wider range",
-                    figure="mustafa-range",
-                    across="h_u",
-                    x="longest period h_u (s)",
-                    y="gain over all sequences",
-                    begin=0.1,
-                    curves=(Curve(label="gain, bounds", columns=("lower",), upper="upper"),),
-                ),
-            ),
-        ),
-    ),
+    )
 )
 
 
@@ -143,8 +79,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{by_modal} by (8) in modal coordinates.",
         *(
             (
-                "If step 3 took the root of α as step 4 does, with U3 corrected, one element would do; but (8) fails "
-                "in Example 1.",
+                "With √α in step 3 too, and U3 corrected, one element comes out in both examples, as printed; but (8) "
+                "fails in Example 1.",
             )
             if by_root
             else ()
@@ -168,78 +104,15 @@ def findings(results: Results) -> tuple[str, ...]:
     )
 
 
-FORMULAS = (
-    Formula(
-        text="Error system, eq. (5), with the sampling period in the plant's blocks only",
-        latex=(
-            r"\bar{x}_{k+1} = \begin{bmatrix} \Phi(h_k) & 0 \\ B_f C & A_f \end{bmatrix} \bar{x}_k"
-            r" + \begin{bmatrix} \Gamma(h_k) \\ B_f D \end{bmatrix} w_k"
-        ),
-    ),
-    Formula(
-        text="Path-dependent Lyapunov inequality behind the proved level g: c begins the coming periods, d is next",
-        latex=r"e^T e + \bar{x}_{+}^T P_d \bar{x}_{+} \le \bar{x}^T P_c \bar{x} + g^2 w^T w",
-    ),
-)
-
-PARTS = (
-    ABSTRACT,
-    Part("Sec. I, related work", reason="Statements about other papers; their texts are not at hand."),
-    Part(
-        "Sec. II",
-        reason="Definitions, by which gains are computed here. (3) gives x at the sampling instants if w is constant "
-        "between them, which the text leaves unsaid; the levels are those of (3).",
-    ),
-    LEMMAS,
-    Part("Fig. 1, block diagram", reason="A drawing without data; Lemma 2 is audited."),
-    THEOREM_1,
-    Part(
-        "Eq. (9), cases L1, L2, U1 and U2",
-        reason="L1 and L2 cannot occur for a stable A, since μ(−A) ≥ −tr(A)/n > 0. U1 and U2 are limits of the same "
-        "integral as U3, as μ(A) tends to zero or below −α; no example meets them.",
-    ),
-    THEOREM_2,
-    Part("Theorem 2, proof", reason="Its conclusion is proved in another way, without the condition (8)."),
-    THEOREM_3,
-    Part("Theorem 3, “for all h_i > 0”", reason="Read as for each period of its grid, i = 1 to N."),
-    ALGORITHM_1,
-    Part(
-        "Algorithm 1, M ≤ #G + 1",
-        reason="With the set-minus an interval falls into at most one part more than open intervals are taken from it: "
-        "true, and nothing to compute.",
-    ),
-    ROBUST_PERFORMANCE,
-    Part("Eq. (13)", reason="Announced, but missing from our copy; a reconstruction of ours is used."),
-    Part(
-        "Sec. V-A, trade-off by two performance measures",
-        reason="A remark on (13), which is missing from our copy.",
-    ),
-    Part("Sec. V-B, continuous-time performance", reason="A remark without a computation."),
-    LEVELS,
-    Part(
-        "Sec. VI, levels of [13] and [14] beside those of the examples",
-        reason="Set side by side, in Example 1 with the remark that the indices differ; no order is claimed.",
-    ),
-    RESPONSE,
-)
-
-LEVELS_TABLE = Table(
-    place="Sec. VI",
-    caption="Printed levels, whether there is a level for every sampling sequence (norms count samples), and how many "
-    "elements the grids have.",
-    header=("Example", "level at one period", "with a level for every sequence", "elements of the grid"),
-    rows=tuple((str(e), *(f"claim:{name}.{e}" for name in ("gamma", "robust-level", "grid"))) for e in EXAMPLES),
-)
-
 PAPER = paper(
     **about(__file__),
-    parts=PARTS,
+    **TOLD.simple(),
+    parts=TOLD.parts(
+        ABSTRACT, LEMMAS, THEOREM_1, THEOREM_2, THEOREM_3, ALGORITHM_1, ROBUST_PERFORMANCE, LEVELS, RESPONSE
+    ),
     experiments=EXPERIMENTS,
-    errata=ERRATA,
-    figures=FIGURES,
-    tables=(LEVELS_TABLE,),
-    formulas=FORMULAS,
-    readings=READINGS,
+    errata=TOLD.errata(PROOFS),
+    figures=TOLD.figures(FIGURES),
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], TRIED),

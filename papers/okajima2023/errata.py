@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, all_draws
-from papers.okajima2023.claims.unstable import ALL_DIAGONALS, DIAGONAL, PRINTED, RECOVERED, SETTING, USES
-from papers.okajima2023.experiments.declared import DRAWS
+from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, G_SIM, READING_OF, all_draws
+from papers.okajima2023.claims.unstable import ALL_DIAGONALS, PRINTED, RECOVERED
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
-from papers.okajima2023.printed import PLANT, bracketed
-from papers.okajima2023.readings import DENOMINATOR as READING_OF
-from replication.audit.declare import Errata
+from papers.okajima2023.printed import PLANT
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Proof, Results
 
-ERRATA = Errata()
 
-
-@ERRATA.misprint(
-    DENOMINATOR,
-    "Eq. (34)",
-    "The denominator sums d(k)ᵀd(k).",
-    "It sums d⁎(k)ᵀd⁎(k) of (17): d and both sensor noises, in all four cases.",
-    *DRAWS,
-    inference=True,
-    scan=True,
-)
 def denominator(results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
     found = all_draws(results)
@@ -44,16 +30,6 @@ def denominator(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    DIAGONAL,
-    "Eq. (41)",
-    "In our copy the matrix A of Sec. IV-A, with the diagonal 0.95, 0.9, 0.85.",
-    "Another matrix, one with the stated poles. Two differ on the diagonal alone, others elsewhere.",
-    *USES,
-    ALL_DIAGONALS,
-    inference=True,
-    scan=True,
-)
 def diagonal(results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
     state = results[RECOVERED]["state"]
@@ -74,55 +50,6 @@ def diagonal(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    SETTING,
-    "Sec. IV-C, before eq. (41)",
-    "The setting is that of Sec. IV-A in everything but A.",
-    "Not determined. One plant that fits is told beside; an A that differs off its diagonal is not excluded.",
-    *USES,
-    inference=True,
-)
-def setting(results: Results) -> Proof:
-    """The plant behind Sec. IV-C: integer C by the poles of A_e, then B_d and D by the optimality of the gains."""
-    outputs, inputs = results[RECOVERED]["outputs"], results[RECOVERED]["inputs"]
-    attained, wider = results[RECOVERED]["attained"], results[RECOVERED]["wider"]
-    same = results[RECOVERED]["printed_inputs"]["norm"] / results[RECOVERED]["printed_inputs"]["optimum"] - 1
-    return Proof(
-        holds=outputs["fits"] == 1
-        and wider["C"] == outputs["C"]
-        and attained["largest_change"] < attained["half_unit"]
-        and same > inputs["second_excess"],
-        text=(
-            f"One plant that fits: A with the diagonal {tuple(results[RECOVERED]['state']['fits'][0])}, C = "
-            f"{bracketed(outputs['C'])}, B_d = {bracketed(inputs['B_d'])}, D = {bracketed(inputs['D'])}. For it all "
-            f"printed gains are within {inputs['largest_gain_difference']:.1g} of those of one optimal design. "
-            f"Of {outputs['tried']} integer matrices C with entries of size up to {outputs['bound']}, one explains "
-            "the stated poles of A_e by rounding of the gains (linearised). With entries "
-            f"up to {wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} "
-            "pairs on a grid, this B_d with this D makes the printed gains nearest to optimal. Only the ratio of B_d "
-            "to D is identifiable, up to a sign. With B_d and D of Sec. IV-A the "
-            f"norm of the gains exceeds the optimum by {100 * same:.1f} %. Not tested: whether an A that differs off "
-            "its diagonal, with C, B_d and D as printed, makes the gains near-optimal."
-        ),
-        quantities={
-            "misfit of the poles, best C": outputs["best_misfit"],
-            "misfit of the poles, second C": outputs["second_misfit"],
-            "excess of the gains over the optimum": inputs["best_excess"],
-            "excess for the second best B_d and D": inputs["second_excess"],
-            "excess for those of Sec. IV-A": same,
-            "largest difference of the entries": inputs["largest_gain_difference"],
-        },
-    )
-
-
-@ERRATA.misprint(
-    "sensor-index",
-    "Eq. (4)",
-    "The diagonal of S_k runs to s_n(k): n entries for q sensors.",
-    "It runs to s_q(k), one entry per sensor, as the blog has it.",
-    "schedule.sec-4a",
-    scan=True,
-)
 def sensor_index(results: Results) -> Proof:
     """S_k C needs as many rows and columns in S_k as there are sensors; the example has fewer sensors than states."""
     columns = len(results["schedule.sec-4a"]["diagonals"][0])
@@ -134,14 +61,6 @@ def sensor_index(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "noise-index",
-    "Sec. II-A, on Fig. 1",
-    "D is the diagonal matrix of D₁₁ and D₁₂.",
-    "It is that of D₁₁ and D₂₂, if indices are those of entries.",
-    inference=True,
-    scan=True,
-)
 def noise_index(results: Results) -> Proof:
     """The second diagonal entry of D has the indices (2, 2); the entry (1, 2) of the example's D is zero."""
     D = PLANT["D"]
@@ -150,3 +69,12 @@ def noise_index(results: Results) -> Proof:
         text="D has a row and a column for each sensor; its entry (1, 2) is off the diagonal, and zero in Sec. IV-A.",
         quantities={"entry (1, 2) of D in Sec. IV-A": D[0][1], "entry (2, 2)": D[1][1]},
     )
+
+
+PROOFS = {
+    "denominator": denominator,
+    "diagonal-of-a": diagonal,
+    "sensor-index": sensor_index,
+    "noise-index": noise_index,
+}
+"""By the errata of told.toml."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.experiments.declared import PERIOD_TABLE, all_periods
+from papers.okajima2023.experiments.declared import all_periods
 from replication.audit.model import Results
-from replication.audit.parts import Figure, FigureData
+from replication.audit.parts import FigureData
 from replication.drawing.style import (
     BAND,
     FOREGROUND,
@@ -165,35 +165,6 @@ def describe_levels_by_timing(figure: FigureData) -> str:
     )
 
 
-_PERIODS = (
-    Figure(
-        name="periods",
-        place="Beyond Table 1",
-        title=say_table_of_periods,
-        caption=(
-            "Upper number of a cell: both sensors read at instant 0. Lower, where it helps: the best timing, with the "
-            "offset θ₂ behind the arrow. Darker is worse. Framed: a longer period would have the smaller level."
-        ),
-        published=False,
-        uses=PERIOD_TABLE,
-        data=table_of_periods,
-        plot=plot_table_of_periods,
-        alt=describe_table_of_periods,
-    ),
-    Figure(
-        name="timing",
-        place="Beyond Sec. IV-B",
-        title=say_levels_by_timing,
-        caption="Only θ₂ modulo the greatest common divisor of the periods matters, so each curve shows that many.",
-        published=False,
-        uses=PERIOD_TABLE,
-        data=levels_by_timing,
-        plot=plot_levels_by_timing,
-        alt=describe_levels_by_timing,
-    ),
-)
-
-
 # Figures 2-8 on the axes of Fig. 6: the errors under one draw of the noise; and the worst disturbance
 
 
@@ -339,59 +310,13 @@ def describe_disturbances(figure: FigureData) -> str:
     )
 
 
-_DRAW = (
-    "One seeded draw of the noise of Sec. IV-A, the same in Figs. 2-8, on the axes of Fig. 6, the only ones whose "
-    "ticks the text shows; triangles mark instants beyond them. The published figures are another draw: sizes compare, "
-    "single peaks do not."
-)
-
-_RESPONSES = (
-    *(
-        Figure(
-            name=name,
-            place=place,
-            title=title,
-            caption=caption,
-            published=True,
-            uses=("responses",),
-            data=partial(errors, tuple(names)),
-            plot=partial(plot_errors, names),
-            alt=partial(describe_errors, names),
-        )
-        for name, place, title, names, caption in (
-            (
-                "fig2-5",
-                "Figs. 2-5",
-                say_cases,
-                CASES,
-                f"{_DRAW} Fig. 2 has the printed gains (33); for the others, Cases A to C, none are printed, and ours "
-                "are central optimal ones.",
-            ),
-            (
-                "fig6-8",
-                "Figs. 6-8",
-                say_timings,
-                TIMINGS,
-                f"{_DRAW} Periods (3, 3), Cases 1 to 3 with the printed gains (38) to (40). One draw need not rank the "
-                "three timings as most do.",
-            ),
-        )
-    ),
-    Figure(
-        name="worst",
-        place="Beyond eq. (34)",
-        title=say_disturbances,
-        caption=(
-            "Proposed observer with the printed gains (33): the disturbance that is worst over the instants shown, and "
-            "one seeded random one of equal energy. The random one brings out a fraction of what the norm allows, as "
-            "white noise does in the simulated ratios of eq. (34)."
-        ),
-        published=False,
-        uses=("worst-disturbance",),
-        data=disturbances,
-        plot=plot_disturbances,
-        alt=describe_disturbances,
-    ),
-)
-
-FIGURES = (*_RESPONSES, *_PERIODS)
+FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
+    **{
+        name: (partial(errors, tuple(names)), partial(plot_errors, names), say, partial(describe_errors, names))
+        for name, names, say in (("fig2-5", CASES, say_cases), ("fig6-8", TIMINGS, say_timings))
+    },
+    "worst": (disturbances, plot_disturbances, say_disturbances, describe_disturbances),
+    "periods": (table_of_periods, plot_table_of_periods, say_table_of_periods, describe_table_of_periods),
+    "timing": (levels_by_timing, plot_levels_by_timing, say_levels_by_timing, describe_levels_by_timing),
+}
+"""What gives the data of each, draws them, finds the title, and says them in words; told.toml has the rest."""

@@ -1,12 +1,15 @@
 """The common plant: two papers' methods meet where their problems are the same, and costs grow as they must."""
 
+from types import ModuleType
+
 import numpy as np
 import pytest
 
-from papers._common import MULTIPLES, PLANT
+from papers._common import MULTIPLES, PLANT, Told
 from papers.mustafa import common as irregular
 from papers.okajima2023 import common as slow
 from papers.peet2019 import common as late
+from replication.errors import AuditError
 
 AGREEMENT = 1e-9
 
@@ -37,3 +40,17 @@ def test_continuous_time_delays_cost_more_the_longer_they_are() -> None:
     assert np.all(levels[:, 0] <= levels[:, 1])
     # The brackets do not even touch.
     assert np.all(levels[1:, 0] > levels[:-1, 1])
+
+
+@pytest.mark.parametrize("module", [irregular, slow])
+@pytest.mark.parametrize("what", ["errata", "figures"])
+def test_what_told_toml_names_and_no_function_makes_is_refused(what: str, module: ModuleType) -> None:
+    told = Told.read(str(module.__file__))
+    make = getattr(told, what)
+    with pytest.raises(AuditError, match=f"do not name the same {what}; only one of them has .*another"):
+        make({**dict.fromkeys(told.said[what]), "another": None})
+
+
+def test_a_number_that_told_toml_names_and_nothing_gives_is_refused() -> None:
+    with pytest.raises(AuditError, match=r"told.toml has {mincx} in .*; give that number"):
+        Told.read(str(slow.__file__)).simple()

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
-from papers.mustafa.claims.algorithm import ALGORITHM_1, solvers
+from papers.mustafa.claims.algorithm import ALGORITHM_1, CORRECTED_GRID, solvers
 from papers.mustafa.claims.preliminaries import (
     FILTER,
-    MISNAMED,
+    SLIP,
     WITH_SIZE,
     WITH_U3,
     down,
     no_grid,
     of_example,
     on_motor,
+    stable_room,
     up,
 )
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
-from papers.mustafa.readings import (
-    CORRECTED_GRID,
-    GRID_PERIODS,
-    NOT_NOMINAL,
-    SOME_LEVEL,
-    STABLE_ONLY,
-)
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, term
 
+NOT_NOMINAL, SOME_LEVEL = "every sequence, against Theorem 3 and Sec. V-A", "a level, whichever"
+GRID_PERIODS, STABLE_ONLY = "periods of the grid", "valid as stable"
 ABSTRACT = Part("Abstract, Secs. I and VII: what the filter guarantees")
 
 
@@ -44,7 +39,7 @@ ANY_NUMBER = "3"
 def printed_level(e: int) -> list[Predicate]:
     """That the level is kept, to its digits, by the filter that the bracket is of, and by some filter."""
     return [
-        Predicate(of=gain, relation="at most", to=str(upper_end(GAMMA[e])), reading=reading.name)
+        Predicate(of=gain, relation="at most", to=str(upper_end(GAMMA[e])), reading=reading)
         for reading, over in ((NOT_NOMINAL, RANGE), (GRID_PERIODS, MIDDLE))
         for gain in (
             term("gain over sequences", FILTERED[e], "the given filter", **over),
@@ -56,7 +51,7 @@ def printed_level(e: int) -> list[Predicate]:
 def robust_level(e: int) -> list[Predicate]:
     """The same, and that the filter has any level."""
     found = term("gain over sequences", FILTERED[e], "the given filter", **RANGE)
-    some = Predicate(of=found, relation="at most", to=ANY_NUMBER, reading=SOME_LEVEL.name)
+    some = Predicate(of=found, relation="at most", to=ANY_NUMBER, reading=SOME_LEVEL)
     return [*printed_level(e), some]
 
 
@@ -81,10 +76,11 @@ def kept(reading: str, level: float, lower: float, upper: float) -> Outcome:
     return Outcome(reading=reading)
 
 
-def some_level(bracket: Mapping[str, float]) -> Outcome:
+def some_level(e: int, results: Results) -> Outcome:
     """Whether the gain over every sequence is finite: proved by an upper end, impossible without stability."""
-    unstable = bracket["plant_abscissa"] >= 0 or bracket["filter_radius"] >= 1
-    return Outcome(reading=SOME_LEVEL.name, holds=not unstable if unstable or math.isfinite(bracket["upper"]) else None)
+    stable = stable_room(e, results) > 0
+    bounded = math.isfinite(results[f"bracket.{e}"]["upper"])
+    return Outcome(reading=SOME_LEVEL, holds=stable if not stable or bounded else None)
 
 
 def guaranteed(e: int, results: Results) -> Evidence:
@@ -98,8 +94,8 @@ def guaranteed(e: int, results: Results) -> Evidence:
         else ""
     )
     loosest = {f"{LOOSEST}, lower": results["loosest.1"]["lower"]} if e == 1 else {}
-    every = kept(NOT_NOMINAL.name, printed, r["lower"], r["upper"])
-    outcomes = (some_level(r), kept(GRID_PERIODS.name, printed, r["nominal"], r["nominal"]), every)
+    every = kept(NOT_NOMINAL, printed, r["lower"], r["upper"])
+    outcomes = (some_level(e, results), kept(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
     return Evidence(
         method="Worst-case l2 gain over all sampling sequences. Lower end: the ratio along one sequence. Upper end: a "
         "path-dependent Lyapunov function for the continuum of periods. For the grid: the exact norm at its period.",
@@ -133,19 +129,20 @@ def guaranteed(e: int, results: Results) -> Evidence:
     )
 
 
-SAID_OF = {1: "Theorem 3 and Sec. V-A say that it is for the grid", 2: "Sec. VI-B says that it is nominal"}
-
-for e, place in ((1, "Abstract; Sec. VI-A; Sec. VII"), (2, "Abstract; Sec. VII")):
+for e, place, said_of in (
+    (1, "Abstract; Sec. VI-A; Sec. VII", "Theorem 3 and Sec. V-A say that it is for the grid"),
+    (2, "Abstract; Sec. VII", "Sec. VI-B says that it is nominal"),
+):
     ABSTRACT.feasible(
         f"robust-level.{e}",
         place=place,
         statement=f"Example {e} has a performance level for every sequence of sampling periods; of the printed one "
-        f"{SAID_OF[e]}.",
+        f"{said_of}.",
         uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}", *(["loosest.1"] if e == 1 else [])),
-        erratum={1: None, 2: MISNAMED}[e],
+        erratum=SLIP[e],
         pinned="consistent",
         says=robust_level(e),
-        reading=SOME_LEVEL.name,
+        reading=SOME_LEVEL,
     )(of_example(guaranteed, e))
 
 
@@ -153,7 +150,7 @@ for e, place in ((1, "Abstract; Sec. VI-A; Sec. VII"), (2, "Abstract; Sec. VII")
     "step-3",
     place="Algorithm 1, step 3",
     uses=("bracket.1", "bracket.2"),
-    reading=GRID_PERIODS.name,
+    reading=GRID_PERIODS,
     says=[said for e in EXAMPLES for said in printed_level(e)],
 )
 @on_motor
@@ -171,8 +168,8 @@ def level_of_step_3(results: Results) -> Evidence:
         margin=grid,
         not_checkable=UNDECIDED if open_ else "",
         outcomes=(
-            Outcome(reading=GRID_PERIODS.name, holds=grid >= 0, margin=grid),
-            Outcome(reading=NOT_NOMINAL.name, holds=every >= 0, margin=every),
+            Outcome(reading=GRID_PERIODS, holds=grid >= 0, margin=grid),
+            Outcome(reading=NOT_NOMINAL, holds=every >= 0, margin=every),
         ),
         note="Step 3 speaks of the error system (5), which runs over every sequence. Theorem 3, which the algorithm "
         f"follows, and Sec. V-A, by its name, keep the level to the grid. The filter of Example 1 is {FILTER[1]}.",
@@ -181,19 +178,22 @@ def level_of_step_3(results: Results) -> Evidence:
 
 def solution_is_valid(e: int, results: Results) -> Evidence:
     """Whether the filter that a grid of one period gives is valid at every period, in the sense that the text keeps."""
-    curve, r = results[f"curve.{e}"], results[f"bracket.{e}"]
-    stable = min(-r["plant_abscissa"], 1 - r["filter_radius"])
+    curve, printed, stable = results[f"curve.{e}"], upper_end(GAMMA[e]), stable_room(e, results)
     return Evidence(
         method="Exact test of stability for every sequence, as A is Hurwitz and A_f Schur.",
-        holds=stable > 0,
-        margin=stable,
+        outcomes=(
+            Outcome(reading=STABLE_ONLY, holds=stable > 0, margin=stable),
+            kept(NOT_NOMINAL, printed, curve["floor"], math.inf),
+        ),
+        not_checkable="" if curve["floor"] > printed else UNDECIDED,
         quantities={
             "no filter has less at a constant period than": curve["floor"],
             "no filter has less: shown at the period (s)": curve["floor_at"],
             f"largest gain of {FILTER[e]} at constant periods": max(curve["filter"]),
         },
-        note="Its level does not hold at all of them, and neither does (6) with it: at one constant period of the "
-        f"range every filter of form (4) exceeds the level, so (6) has no solution there. {TAKEN_BACK} "
+        note="That (6) holds with the printed level at all periods would be another meaning. It does not: at one "
+        "constant period every filter of form (4) exceeds the level. The text rules it out, since by Lemma 1 the level "
+        f"would hold for every sequence. {TAKEN_BACK} "
         f"{where_it_holds(e, results)}",
     )
 
@@ -201,7 +201,7 @@ def solution_is_valid(e: int, results: Results) -> Evidence:
 def own_solution_is_valid(e: int, results: Results) -> Evidence:
     """Whether the level on the grid of the corrected algorithm is exceeded: (6) at every period would keep it."""
     own = results[f"own-grid.{e}"]
-    found = kept(CORRECTED_GRID.name, own["level"], own["lower"], own["upper"])
+    found = kept(CORRECTED_GRID, own["level"], own["lower"], own["upper"])
     return Evidence(
         method="The level of step 2 on the grid of the corrected algorithm, against the gain that its filter has "
         "along a sampling sequence; if (6) held at all periods, the level would be that of every sequence.",
@@ -239,10 +239,13 @@ for e in EXAMPLES:
         statement=f"In Example {e} the filter of the one period of the grid is valid at all periods of the range: the "
         "error system is stable for every sequence.",
         uses=(f"curve.{e}", f"bracket.{e}"),
-        erratum={1: None, 2: MISNAMED}[e],
+        erratum=SLIP[e],
         pinned="consistent",
-        says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
-        reading=STABLE_ONLY.name,
+        says=[
+            Predicate(of=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE)),
+            *(said for said in printed_level(e) if said.reading == NOT_NOMINAL),
+        ],
+        reading=STABLE_ONLY,
     )(of_example(solution_is_valid, e))
     ABSTRACT.feasible(
         f"valid-own.{e}",
@@ -253,6 +256,6 @@ for e in EXAMPLES:
         uses=(f"own-grid.{e}", f"grids.{e}"),
         erratum="algorithm",
         pinned="compatible",
-        reading=CORRECTED_GRID.name,
+        reading=CORRECTED_GRID,
         says=Predicate(of=term("grid solutions of (6) are valid", f"example-{e}"), relation="fails"),
     )(of_example(own_solution_is_valid, e))

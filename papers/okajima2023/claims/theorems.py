@@ -8,11 +8,11 @@ from typing import Any
 from papers.okajima2023.claims.levels import OBSERVERS, of_gains, solvers_of
 from papers.okajima2023.experiments.declared import CASES, DESIGNS, GAIN_SETS, case, gain_set, times
 from papers.okajima2023.printed import DATA, PLANT, SCHEDULES, matrix
-from papers.okajima2023.readings import CYCLIC_BLOCKS, CYCLIC_FULL
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
 
+CYCLIC_FULL, CYCLIC_BLOCKS = "one full P", "P in blocks"
 EARLIER = Part("Sec. I, size of the earlier design", reading=CYCLIC_FULL)
 FORMULATION = Part("Sec. II, plant, schedules, observer, error system", reading=NO_READING)
 

@@ -86,7 +86,12 @@ _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DA
 _DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
 _SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
-_ERROR_POLES = [pole[0] for pole in poles(DATA["error-poles"])]
+PRINTED_A = matrix(DATA["unstable-A"])
+_STATED = {
+    "printed_gains": GAINS["42"],
+    "stated_poles": poles(DATA["poles"]),
+    "stated_error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
+}
 _WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
@@ -140,31 +145,25 @@ EXPERIMENTS = (
     experiment(
         "unstable.diagonals",
         unstable.diagonals,
-        printed_A=matrix(DATA["unstable-A"]),
+        **_STATED,
+        printed_A=PRINTED_A,
         C=PLANT["C"],
-        printed_gains=GAINS["42"],
-        stated_poles=poles(DATA["poles"]),
-        stated_error_poles=_ERROR_POLES,
         half_unit=HALF_UNIT_OF_POLES,
         bound=LARGEST_ENTRY,
     ),
     experiment(
         "unstable.any-entries",
         unstable.any_entries,
-        printed_A=matrix(DATA["unstable-A"]),
+        **_STATED,
+        printed_A=PRINTED_A,
         C=PLANT["C"],
-        printed_gains=GAINS["42"],
-        stated_poles=poles(DATA["poles"]),
-        stated_error_poles=_ERROR_POLES,
         decimals=ENTRY_DECIMALS,
     ),
     experiment(
         "unstable.stated-designs",
         unstable.stated_designs,
-        plant={**PLANT, "A": matrix(DATA["unstable-A"])},
-        printed_gains=GAINS["42"],
-        stated_poles=poles(DATA["poles"]),
-        stated_error_poles=_ERROR_POLES,
+        **_STATED,
+        plant={**PLANT, "A": PRINTED_A},
         step=DIAGONAL_STEP,
         diagonal_decimals=SECOND_DECIMALS,
         decimals=ENTRY_DECIMALS,
@@ -172,10 +171,8 @@ EXPERIMENTS = (
     experiment(
         "unstable.recovered",
         unstable.recovered,
-        printed_A=matrix(DATA["unstable-A"]),
-        printed_gains=GAINS["42"],
-        stated_poles=poles(DATA["poles"]),
-        stated_error_poles=_ERROR_POLES,
+        **_STATED,
+        printed_A=PRINTED_A,
         printed_inputs={name: PLANT[name] for name in ("B_d", "D")},
         half_unit=HALF_UNIT_OF_GAINS,
         step=DIAGONAL_STEP,
