@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from papers._common import MULTIPLES, curve, dots, label, signal
+from papers._common import MULTIPLES, Told, curve, dots, label, signal
 from papers.peet2019 import common
 from papers.peet2019.claims.cost import EXAMPLE_4, largest_ratio, printed_seconds
 from papers.peet2019.claims.examples import COMPARISON, EXAMPLES_1_TO_3, FIG_1
@@ -29,9 +29,10 @@ from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import NO_READING, Results
-from replication.audit.project import about, brief
+from replication.audit.project import about
 
 PAST, NOW = 164, 268
+TOLD = Told.read(__file__)
 
 
 def _estimate(x: float) -> float:
@@ -39,8 +40,7 @@ def _estimate(x: float) -> float:
     return signal(x) + 8 * math.sin(math.pi * (x - PAST) / (NOW - PAST))
 
 
-BRIEF = brief(
-    __file__,
+BRIEF = TOLD.brief(
     picture=Entries(
         columns=("degree 1", "degree 2", "degree 3", "Padé"),
         rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
@@ -126,11 +126,11 @@ def findings(results: Results) -> tuple[str, ...]:
 
 PAPER = paper(
     **about(__file__),
+    **TOLD.simple() | {"readings": READINGS},
     parts=(
         FRAME, INTRODUCTION, DEFINITIONS, THEOREM_1, COROLLARY_2, THEOREM_3, THEOREM_4, REMARKS, IMPLEMENTATION,
         COMPARISON, CLOSED_LOOPS, EXAMPLES_1_TO_3, FIG_1, EXAMPLE_4, SLIPS,
     ),
-    readings=READINGS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=FIGURES,

@@ -6,7 +6,7 @@ import math
 from itertools import groupby
 from math import floor
 
-from papers._common import curve, dots, label, signal, ticks
+from papers._common import Told, curve, dots, label, signal, ticks
 from papers.shao import common
 from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
@@ -33,8 +33,9 @@ from replication.audit.declare import Part, paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
-from replication.audit.project import about, brief
+from replication.audit.project import about
 
+TOLD = Told.read(__file__)
 STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
@@ -48,8 +49,7 @@ def _virtual(x: float) -> float:
     return signal(x) - 0.3 * since * math.cos(x / 40)
 
 
-BRIEF = brief(
-    __file__,
+BRIEF = TOLD.brief(
     card="The observer is corrected only when a sample arrives, as if its gain were "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}: too little for this unstable plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. "
@@ -185,6 +185,7 @@ def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
 
 PAPER = paper(
     **about(__file__),
+    **TOLD.simple(),
     parts=(
         ABSTRACT,
         INTRODUCTION,

@@ -28,11 +28,9 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.brief import Brief
 from replication.audit.data import line_of_field, read_tables
 from replication.audit.inspect.coverage import tallies
-from replication.audit.model import Reading
-from replication.audit.parts import Formula, Paper, Table
+from replication.audit.parts import Paper
 from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
@@ -185,10 +183,7 @@ NAME = "paper.toml"
 
 
 class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The fields of the file; year is None if the text gives none, an author with an ORCID is a table.
-
-    formulas, tables, readings: those that are words alone, which `about` passes on. brief: what `brief` completes.
-    """
+    """The fields of the file; year is None if the text gives none, an author with an ORCID is a table."""
 
     title: str
     authors: tuple[str | Named, ...]
@@ -199,10 +194,6 @@ class About(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     notebook: str = ""
     bibtex: str = ""
     replies: tuple[Reply, ...] = ()
-    formulas: tuple[Formula, ...] = ()
-    tables: tuple[Table, ...] = ()
-    readings: tuple[Reading, ...] = ()
-    brief: dict[str, Any] = {}
 
 
 def about(module: str) -> dict[str, Any]:
@@ -215,8 +206,7 @@ def about(module: str) -> dict[str, Any]:
     path = Path(module).with_name(NAME)
     found = _read(path)
     key = path.parent.name
-    optional = {name: getattr(found, name) for name in ("formulas", "tables", "readings")} | {"brief": ()}
-    fields = {name: getattr(found, name) for name in About.__struct_fields__ if optional.get(name, True)}
+    fields = {name: getattr(found, name) for name in About.__struct_fields__}
     people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
     authors = tuple(author.name for author in people)
     return {
@@ -230,18 +220,6 @@ def about(module: str) -> dict[str, Any]:
         ),
         "coverage": tallies(module),
     }
-
-
-def brief(module: str, **made: Any) -> Brief:
-    """The brief of paper.toml, `[brief]`, with the parts that are made: a sketch, a picture, words with numbers.
-
-    module: as of `about`. Raises AuditError for a part that is missing, unknown, or of another form.
-    """
-    path = Path(module).with_name(NAME)
-    try:
-        return msgspec.convert({**_read(path).brief, **msgspec.to_builtins(made)}, Brief)
-    except msgspec.ValidationError as error:
-        raise AuditError(f"{_at(path, 'brief')}: {error}; correct it") from None
 
 
 def _read(path: Path) -> About:
