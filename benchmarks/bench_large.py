@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from benchmarks.clock import processor_seconds
+from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.estimation.delay.facade import design
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.models import chebyshev_model, riccati_gain
+from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos.certificate import minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.delay.system import delay_system
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant

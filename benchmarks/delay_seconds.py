@@ -17,14 +17,14 @@ from typing import Any
 
 from papers.peet2019.experiments import scaling
 from papers.peet2019.experiments.measured import SECONDS, Timed
+from papers.peet2019.method import lmi_gain, pade_model
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import solve_sdpa
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.models import lmi_gain, pade_model
+from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos.certificate import STATED_GAP, solved
 from replication.estimation.delay.sos.synthesis import assemble, program, reduced
-from replication.estimation.delay.system import delay_system, natural_units
+from replication.estimation.delay.units import natural_units
 
 SOLVED_UP_TO = 15
 """Largest n·K of Table I whose full cone is solved again here; larger cells are in the record of the full run."""

@@ -5,11 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 from papers.peet2019.experiments.scaling import SMALL_LEVEL
+from papers.peet2019.method import lmi_gain, pade_model
 from replication.certify.delay import dual as delay_dual
 from replication.certify.delay import levels as delay
+from replication.estimation.delay import DelayPlant
 from replication.verify.subjects import subject
 
 KEY = "peet2019"
+
+
+def least(system: DelayPlant, order: int) -> float:
+    """The least γ of LMI (3) with Padé sections."""
+    return lmi_gain(pade_model(system, order)).gamma
+
+
 MAKERS = {
     "delay.gain-upper": delay.gain_upper,
     "delay.gain-lower": delay.gain_lower,
@@ -18,7 +27,7 @@ MAKERS = {
     "delay.degree-lower": delay_dual.degree_lower,
     "delay.narrow-lower": delay_dual.narrow_lower,
     "delay.near-optimal": delay.near_optimal,
-    "delay.pade-upper": delay.pade_upper,
+    "delay.pade-upper": lambda theorem: delay.pade_upper(theorem, least),
     "delay.pade-lower": delay.pade_lower,
     "delay.unstable": delay.unstable,
     "delay.not-unstable": delay.no_witness,

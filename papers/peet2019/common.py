@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from papers.peet2019.method import Model, riccati_gain
 from replication.audit.parts import CommonLevel
-from replication.estimation.delay.models import Model, riccati_gain
-from replication.estimation.delay.system import delay_system
+from replication.estimation.delay.plant import delay_system
 
 LATE = "late, in continuous time: by m − 1 base periods, the delayed output a state of ours"
 LAG = 0.25

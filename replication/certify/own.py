@@ -18,14 +18,14 @@ from replication.certify.rounding import decimals, rationals, rounded_up
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
 from replication.estimation.delay.result import DelayResult
+from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.dualrate.result import DualRateResult
 from replication.estimation.multirate.losses.facade import LossResult
 from replication.estimation.multirate.losses.models import InARow
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.result import NonuniformResult
-from replication.estimation.nonuniform.stamped.result import StampedResult
+from replication.estimation.nonuniform.result import NonuniformResult, StampedResult
 from replication.verify.run import check
 from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused
@@ -80,7 +80,7 @@ def certificate(result: GainResult, name: str = "own", *, as_written: bool = Fal
 def certified(result: GainResult, name: str = "own", *, as_written: bool = False) -> tuple[Made, str]:
     """`certificate` with the sentence that the verifier says it proves."""
     kind = next((kind for kind in METHODS if isinstance(result, kind)), None)
-    if kind is None:
+    if kind is None or (isinstance(result, DelayResult) and not isinstance(result.proof, Certificate)):
         raise InvalidInputError(
             f"the verifier has no statement on a {type(result).__name__}; a certificate is made of the result of "
             "`design`, of a plant with delays if it is free of noise"
@@ -222,14 +222,14 @@ def _delay(result: DelayResult, name: str, number: Any) -> Made:
     )
     plant = {"name": name, **{key: number(value) for key, value in given.items()}}
     level = rounded_up(_finite(level=result.value)["level"], LEVEL_BITS)
-    told = ""
-    for degree in range(1, result.certificate.degree + 1):
+    told, degrees = "", getattr(result.proof, "degree", 1)
+    for degree in range(1, degrees + 1):
         theorem = _theorem("delay.gain-upper", plant, {"degree": degree})
         try:
             return {**theorem, "bound": {"upper": level}, "witness": delay_makers.grams_in_units(plant, level, degree)}
         except (InfeasibleError, SolverError) as error:
             told = str(error)
-    raise SolverError(f"no certificate: no exact storage was found up to degree {result.certificate.degree} ({told})")
+    raise SolverError(f"no certificate: no exact storage was found up to degree {degrees} ({told})")
 
 
 METHODS: Mapping[type[GainResult], Callable[[Any, str, Any], Made]] = {

@@ -175,7 +175,8 @@ def spoiled(method: str, value: float) -> Any:
         changed = unchecked(result.loop.design, feedback=result.loop.design.feedback + value)
         return dataclasses.replace(result, loop=dataclasses.replace(result.loop, design=changed))
     if method == "delay":
-        return dataclasses.replace(result, plant=unchecked(result.plant, a0=result.plant.a0 + value))
+        plant = unchecked(result.plant, a0=result.plant.a0 + value)
+        return dataclasses.replace(result, gains_of=dataclasses.replace(result.gains_of, plant=plant))
     bad = object.__new__(type(result.filter))
     for name in "ABC":
         object.__setattr__(bad, name, getattr(result.filter, name) + value)

@@ -20,8 +20,8 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation import dualrate
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.nonuniform import StampedPlant, StampedResult, design_stamped
+from replication.estimation.nonuniform.bounds.worst_case import simulate_error
 from replication.estimation.nonuniform.stamped.design import StampedFilter
-from replication.estimation.nonuniform.worst_case import simulate_error
 from replication.verify import run as first
 from replication.verify.run import check
 

@@ -48,7 +48,12 @@ class Change:
     @property
     def path(self) -> Path:
         """The file of the module."""
-        return ROOT / "replication" / (self.module.replace(".", "/") + ".py")
+        return ROOT / (self.name.replace(".", "/") + ".py")
+
+    @property
+    def name(self) -> str:
+        """The full name of the module."""
+        return self.module if self.module.startswith("papers.") else f"replication.{self.module}"
 
     def source(self) -> str:
         """The changed source; raises ValueError unless the part stands there exactly once."""
@@ -108,7 +113,7 @@ class _Finder(MetaPathFinder):
     """Finds the changed module alone."""
 
     def __init__(self, change: Change) -> None:
-        self.name, self.change = f"replication.{change.module}", change
+        self.name, self.change = change.name, change
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -121,7 +126,7 @@ class _Finder(MetaPathFinder):
 
 class _Loader(SourceFileLoader):
     def __init__(self, change: Change, file: str) -> None:
-        super().__init__(f"replication.{change.module}", file)
+        super().__init__(change.name, file)
         self.change = change
 
     def get_code(self, fullname: str) -> CodeType:

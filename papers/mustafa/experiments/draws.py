@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem, subject
+from replication.estimation.nonuniform.bounds.worst_case import error_ratio, simulate_error
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
 from replication.estimation.validation import Array
 
 DRAWS = tuple(f"draws-{part}" for part in range(4))

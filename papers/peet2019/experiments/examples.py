@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
-from replication.estimation.delay.observer import (
+from replication.estimation.delay.plant import DelayPlant, delay_system
+from replication.estimation.delay.sos import lie, synthesis
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
+from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.observer import (
     ErrorSystem,
     Trajectory,
     assembled,
@@ -21,12 +24,8 @@ from replication.estimation.delay.observer import (
     simulate,
     spectral_abscissa,
 )
-from replication.estimation.delay.operators import GainValues, ObserverGains, check, evaluate, observer_gains
-from replication.estimation.delay.sos import lie, synthesis
-from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
-from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.spectrum import Scheme, grid, hinf_gain, rightmost_roots
-from replication.estimation.delay.system import delay_system
+from replication.estimation.delay.sos.operators import GainValues, ObserverGains, check, evaluate, observer_gains
+from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
 
 Json = dict[str, Any]
 

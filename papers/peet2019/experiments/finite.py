@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import scipy
 
+from papers.peet2019.method import pade_model, riccati_gain
 from replication.audit.judge.printed import Parameters, spread
-from replication.estimation.delay.models import pade_model, riccati_gain
-from replication.estimation.delay.observer import ErrorSystem, hinf_norm
-from replication.estimation.delay.system import delay_system
+from replication.estimation.delay.plant import delay_system
+from replication.estimation.delay.sos.observer import ErrorSystem, hinf_norm
 from replication.estimation.validation import Array
 
 N, INPUTS, OUTPUTS, MEASURED = 3, 2, 2, 1

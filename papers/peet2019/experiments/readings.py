@@ -16,11 +16,11 @@ import scipy
 
 from papers.peet2019.experiments.examples import LOOSE
 from replication.estimation.conic.sdpa import solve_sdpa
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, Index, cone_map
 from replication.estimation.delay.sos.synthesis import Assembly, program, reduced
-from replication.estimation.delay.system import delay_system, gain_scaled, measured_last
+from replication.estimation.delay.units import gain_scaled, measured_last
 
 Json = dict[str, Any]
 

@@ -11,12 +11,12 @@ import scipy
 
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
-from replication.estimation.delay.system import delay_system, transformed
+from replication.estimation.delay.units import transformed
 from replication.estimation.validation import Array
 
 Json = dict[str, Any]

@@ -29,9 +29,8 @@ from replication.certify.rounding import (
 )
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
-from replication.estimation.delay.models import lmi_gain, pade_model
 from replication.estimation.delay.spectrum import rightmost_roots
-from replication.estimation.delay.system import natural_units
+from replication.estimation.delay.units import natural_units
 from replication.estimation.validation import Array
 from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.reading import written
@@ -273,12 +272,14 @@ def section(order: int) -> Section:
     return Section(ladder * (one + port * first.transpose()), -(ladder * port), first.transpose() * -2, fmpq(1))
 
 
-def pade_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness of a level close to the least; raises InfeasibleError if none that is tried leaves room."""
+def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], float]) -> dict[str, Any]:
+    """Bound and witness of a level close to the `least` of the plant with Padé sections of an order.
+
+    Raises InfeasibleError if none that is tried leaves room.
+    """
     plant, order = theorem["plant"], theorem["parameters"]["order"]
     change = change_of(plant)
     system, part = floating(plant, change), section(order)
-    least = lmi_gain(pade_model(system, order)).gamma
 
     def witness(gamma: str) -> dict[str, Any]:
         return {
@@ -287,7 +288,7 @@ def pade_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
             "P": rounded_array(_storage(system, part, float(Fraction(gamma))), STATE_BITS),
         }
 
-    return stepwise(least, PADE_STEPS, LEVEL_BITS, witness)
+    return stepwise(least(system, order), PADE_STEPS, LEVEL_BITS, witness)
 
 
 def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -40,10 +41,11 @@ Facts = Callable[[Any, PeriodicSystem], tuple[Evidence, ...]]
 
 
 class Solution(NamedTuple):
-    """Gains by name, and what else came out on the way."""
+    """Gains by name, what else came out on the way, and what the analysis needs of it."""
 
     gains: Mapping[str, Any]
     evidence: tuple[Evidence, ...] = ()
+    own: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

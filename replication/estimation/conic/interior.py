@@ -17,6 +17,7 @@ import numpy.typing as npt
 import scipy
 
 from replication.errors import SolverError
+from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
 
 Index = npt.NDArray[np.intp]
@@ -61,11 +62,6 @@ class Scaled:
     def metric(self) -> Array:
         """P."""
         return np.asarray(self.inverse.T @ self.inverse)
-
-
-def symmetric(matrix: Array) -> Array:
-    """Its symmetric part."""
-    return np.asarray((matrix + matrix.T) / 2.0)
 
 
 def scaled_pair(slack: Array, dual: Array) -> Scaled:

@@ -161,21 +161,22 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     settings = options or SdpaOptions()
     x, y, said = run_sdpa(program, settings.as_dict(), settings.threads)
     solution = Solution(program, program.symmetric(x), y, said)
-    found = solution.residuals()
+    residuals = solution.residuals()
     trace = program.least_trace(y)
     if trace > ENDLESS:
         raise InfeasibleError(
             f"SDPA proves that there is no solution (status {said.status}): the matrices would have a trace above "
             f"{trace:.1e}; relax the level or raise the degree"
         )
-    gap, residual = found["gap"], max(found["equalities"], *(-found[name] for name in found if "eigenvalue" in name))
+    negative = [-least for name, least in residuals.items() if "eigenvalue" in name]
+    gap, residual = residuals["gap"], max(residuals["equalities"], *negative)
     if not (gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
             f"SDPA stopped with status {said.status} after {said.iterations} iterations, gap {gap:.1e}"
             f" and residual {residual:.1e}; whether there is a solution is open, it would have a trace above "
             f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
-    return replace(solution, report=said.with_residuals(found))
+    return replace(solution, report=said.with_residuals(residuals))
 
 
 OPTIONS: Options = {
@@ -223,9 +224,9 @@ def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, So
         said = replace(said, options={**LOCAL_OPTIONS, "refinement": refinement})
         report = _measured(cost, group, point, duals, said)
     if not _accurate(report):
-        told = f"(status {report.status}, residuals {report.residuals})"
+        what = f"(status {report.status}, residuals {report.residuals})"
         raise SolverError(
-            f"SDPA stopped after {report.iterations} iterations short of the accuracy asked for {told}; rescale the "
+            f"SDPA stopped after {report.iterations} iterations short of the accuracy asked for {what}; rescale the "
             "plant, or narrow the range of periods"
         )
     return point, duals, report

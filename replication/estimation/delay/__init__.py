@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from replication.estimation.conic.sdpa import SdpaOptions
     from replication.estimation.delay.exact.limit import Limit, limit
-    from replication.estimation.delay.exact.loop import exact_gain, worst_gain
     from replication.estimation.delay.facade import analyse, design, simulate
-    from replication.estimation.delay.general.lines import DelayObserver
-    from replication.estimation.delay.general.plant import DelayPlant
-    from replication.estimation.delay.general.result import InnovationsResult
+    from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
+    from replication.estimation.delay.plant import DelayPlant, delay_system
     from replication.estimation.delay.result import DelayAnalysis, DelayResult
     from replication.estimation.delay.sos.certificate import LeastGain, minimum_gain
     from replication.estimation.delay.sos.cone import DegreeRule
-    from replication.estimation.delay.system import delay_system
 else:
     from replication.estimation.lazy import lazy
 
@@ -22,15 +19,12 @@ else:
         {
             ".conic.sdpa": "SdpaOptions",
             "exact.limit": "Limit limit",
-            "exact.loop": "exact_gain worst_gain",
             "facade": "analyse design simulate",
-            "general.lines": "DelayObserver",
-            "general.plant": "DelayPlant",
-            "general.result": "InnovationsResult",
+            "general.observer": "DelayObserver exact_gain worst_gain",
+            "plant": "DelayPlant delay_system",
             "result": "DelayAnalysis DelayResult",
             "sos.certificate": "LeastGain minimum_gain",
             "sos.cone": "DegreeRule",
-            "system": "delay_system",
         },
     )
 
@@ -40,7 +34,6 @@ __all__ = [
     "DelayObserver",
     "DelayPlant",
     "DelayResult",
-    "InnovationsResult",
     "LeastGain",
     "Limit",
     "SdpaOptions",

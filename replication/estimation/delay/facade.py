@@ -15,16 +15,15 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import PlantReader, Signals, measured_outputs, numbered
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
-from replication.estimation.delay.exact.loop import decided
+from replication.estimation.delay.exact.loop import decided, error_response, plant_terms
+from replication.estimation.delay.exact.response import gain_bracket
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.result import InnovationsResult, signals_of
-from replication.estimation.delay.result import DelayAnalysis, DelayDesign, DelayResult, result_of
+from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
+from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
-from replication.estimation.delay.system import delay_system, require_independent
+from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.validation import at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
 
 HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
+OPEN_LOOP = 1e-9
+"""Relative width of the gain without an observer."""
 MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
 
@@ -44,18 +45,19 @@ class DelayPlantReader(PlantReader[DelayPlant]):
 
     def signals_of(self, plant: DelayPlant) -> Signals:
         """x[0], u[0], y[0], z[0] and so on."""
-        return signals_of(plant)
+        states, inputs = numbered("x", plant.states), numbered("u", plant.known_inputs)
+        return Signals(states, inputs, numbered("y", plant.measurements), numbered("z", plant.outputs))
 
-    def read(self, system: Any, **given: Any) -> tuple[DelayPlant, Signals]:
+    def read(self, system: Any, **split: Any) -> tuple[DelayPlant, Signals]:
         """The delay-free part, with the delayed terms and the outputs that are measured."""
-        if any(value is None for value in given.values()):
+        if any(value is None for value in split.values()):
             raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
         if not system.isctime(strict=True) or np.any(system.D):
             raise InvalidInputError(
                 f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
             )
-        seen, others, signals = measured_outputs(system, given["measured"])
-        plant = delay_system(system.A, given["delayed"], given["delays"], system.B, system.C[others], system.C[seen])
+        seen, others, signals = measured_outputs(system, split["measured"])
+        plant = delay_system(system.A, split["delayed"], split["delays"], system.B, system.C[others], system.C[seen])
         return plant, replace(signals, disturbances=tuple(system.input_labels))
 
 
@@ -75,7 +77,7 @@ def design(
     delayed: Sequence[Any] | None = None,
     delays: Sequence[float] | None = None,
     measured: int | Sequence[int | str] | None = None,
-) -> DelayResult | InnovationsResult:
+) -> DelayResult:
     """An observer whose level is `margin` above the least that polynomials of `degree` prove, or is `level`.
 
     Parameters
@@ -107,7 +109,7 @@ def design(
 
     Returns
     -------
-    DelayResult or InnovationsResult
+    DelayResult
         The gains of eq. (9), the level that they prove and the certificate; for a plant with noise,
         gains on the present innovation. With "h2" and "mixed" the exact gain, which nothing certifies, and the
         covariance of the error of z.
@@ -156,9 +158,9 @@ def design(
     order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
     level = None if level is None else positive_scalar("level", level)
     if goal is not Goal.HINF:
-        return mean_design(system, goal=goal, degree=degree, level=level, order=order)
+        return mean_design(system, goal=goal, degree=degree, level=level, signals=signals, order=order)
     if not system.noiseless:
-        return design_general(system, degree=degree, margin=margin, level=level, order=order)
+        return design_general(system, degree=degree, margin=margin, level=level, signals=signals, order=order)
     require_independent(system.c2)
     degree = degree_for(system, rule) if degree is None else degree
     if level is None:
@@ -168,7 +170,7 @@ def design(
         facts: tuple[Evidence, ...] = (Evidence("least level", least.gamma, how),)
     else:
         target, facts = level, ()
-    return result_of(system, signals, certificate_at(system, target, degree, rule), facts, order)
+    return result_of(system, certificate_at(system, target, degree, rule), facts, signals=signals, order=order)
 
 
 @decided
@@ -211,19 +213,20 @@ def analyse(
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
     if root.real < 0:
-        gain = hinf_gain(system)
+        terms = plant_terms(system)
+        gain = gain_bracket(error_response(terms), OPEN_LOOP)
         facts.append(Evidence("gain from w to z", gain.upper, "upper bound over all frequencies, exact response"))
     else:
         facts.append(Evidence("gain from w to z", "infinite", "the plant is not stable"))
     return DelayAnalysis(plant=system, evidence=tuple(facts))
 
 
-def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: Any) -> Simulation:
+def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
     """The estimation error from rest.
 
     Parameters
     ----------
-    result : DelayResult or InnovationsResult
+    result : DelayResult
         What `design` gave.
     times : array (M,)
         Equidistant instants, s.
@@ -240,15 +243,15 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
     InvalidInputError
         Another shape, unequal steps or a disturbance that is zero.
     """
-    DelayDesign.require(result)
-    found = result.trajectory(times, disturbance)
+    DelayResult.require(result)
+    trajectory = result.gains_of.trajectory(times, disturbance, result.order)
     names = result.signals
     signals = {
-        "error of z": (found.output, names.called(names.outputs)),
-        "error of x": (found.state, names.called(names.states)),
-        "disturbance": (found.disturbance, names.disturbances or numbered("w", found.disturbance.shape[1])),
+        "error of z": (trajectory.output, names.called(names.outputs)),
+        "error of x": (trajectory.state, names.called(names.states)),
+        "disturbance": (trajectory.disturbance, names.disturbances or numbered("w", trajectory.disturbance.shape[1])),
     }
-    return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
+    return simulated(result.method, trajectory.times, signals, ratio=trajectory.gain, steps=False)
 
 
 def _minimum(system: DelayPlant, degree: int, rule: DegreeRule) -> LeastGain:

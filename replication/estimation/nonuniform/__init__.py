@@ -7,11 +7,10 @@ if TYPE_CHECKING:
     from replication.estimation.nonuniform.facade import analyse, design, design_stamped, simulate
     from replication.estimation.nonuniform.filters import Filter
     from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-    from replication.estimation.nonuniform.result import NonuniformResult
+    from replication.estimation.nonuniform.result import NonuniformResult, StampedResult
     from replication.estimation.nonuniform.stamped.design import StampedPlant
     from replication.estimation.nonuniform.stamped.extended import ExtendedKalman, NonlinearPlant
     from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
-    from replication.estimation.nonuniform.stamped.result import StampedResult
     from replication.estimation.nonuniform.stamped.running import StampedKalman
 else:
     from replication.estimation.lazy import lazy
@@ -22,10 +21,9 @@ else:
             "facade": "analyse design design_stamped simulate",
             "filters": "Filter",
             "plant": "PeriodRange SampledPlant",
-            "result": "NonuniformResult",
+            "result": "NonuniformResult StampedResult",
             "stamped.extended": "ExtendedKalman NonlinearPlant",
             "stamped.kalman": "NoisyPlant",
-            "stamped.result": "StampedResult",
             "stamped.running": "StampedKalman",
             "stamped.design": "StampedPlant",
         },

@@ -14,27 +14,23 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InvalidInputError
+from replication.estimation.api.design import Solution
 from replication.estimation.api.plants import PlantReader, Signals, is_statespace, numbered, parts_of
-from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Simulation, simulated
+from replication.estimation.nonuniform.bounds.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.nonuniform.result import NonuniformResult, result_of
-from replication.estimation.nonuniform.robust import LmiSolution, robust_design
-from replication.estimation.nonuniform.sequences import sequence_gain
-from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant, proved_design
-from replication.estimation.nonuniform.stamped.result import StampedResult, stamped_result
-from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
+from replication.estimation.nonuniform.result import LEAVES, NonuniformResult, StampedResult, gains_of
+from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant
 from replication.estimation.validation import as_matrix
 
 if TYPE_CHECKING:
     import control
 
 
-LEAVES, HORIZON = 16, 400
-"""Default effort: Lyapunov matrices of the guarantee, and samples of the worst sequence searched for."""
+HORIZON = 400
+"""Default effort: samples of the worst sequence searched for."""
 FORGOTTEN = 1e-12
 """Share of the state left at the next sample below which a period is taken for a slip of the unit."""
 
@@ -51,11 +47,11 @@ class SampledPlantReader(PlantReader[SampledPlant]):
         """x[0], y[0], z[0] and so on."""
         return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
 
-    def read(self, system: Any, **given: Any) -> tuple[SampledPlant, Signals]:
+    def read(self, system: Any, **split: Any) -> tuple[SampledPlant, Signals]:
         """With the outputs that are measured; the others are estimated."""
-        if given["measured"] is None:
+        if split["measured"] is None:
             raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
-        measured = given["measured"]
+        measured = split["measured"]
         signals = parts_of(system, continuous=True, measured=measured).signals
         return self.makes.from_statespace(system, measured), signals
 
@@ -120,27 +116,9 @@ def design(
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
     _require_memory(checked, range_)
-    if goal == "robust":
-        robust = robust_design(checked, range_)
-        report = robust.design.report
-        _require_positive(robust.design)
-        facts: tuple[Evidence, ...] = (
-            Evidence("level of the design", robust.design.level, "matrix inequality (10), one Lyapunov function"),
-            Evidence("violation left", robust.violation, "largest eigenvalue of that matrix inequality over the range"),
-            Evidence(
-                "estimated shortfall of the finite-grid level",
-                robust.shortfall,
-                "relative; dual times violation, first order",
-            ),
-            Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
-        )
-        return result_of(checked, signals, robust.design.filter, range_, facts, leaves, horizon)
-    if goal == "nominal":
-        nominal = riccati_level(checked, range_.middle)
-        how = f"Riccati recursion, constant period {range_.middle:g} s"
-        facts = (Evidence("level of the design", nominal.level, how),)
-        return result_of(checked, signals, nominal.filter, range_, facts, leaves, horizon)
-    raise InvalidInputError(f'goal must be "robust" or "nominal", got {goal!r}')
+    solution = NonuniformResult.solve(checked, range_, goal)
+    own = {"plant": checked, "signals": signals, "periods": range_}
+    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **own)
 
 
 def analyse(
@@ -180,7 +158,9 @@ def analyse(
         No certificate is found.
     """
     checked, signals = read_plant(plant, measured=measured)
-    return result_of(checked, signals, _filter(filter_), as_range(periods), (), leaves, horizon)
+    solution = Solution(gains_of(_filter(filter_)))
+    own = {"plant": checked, "signals": signals, "periods": as_range(periods)}
+    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **own)
 
 
 def simulate(
@@ -218,8 +198,8 @@ def simulate(
         low, high = result.periods.h_l, result.periods.h_u
         if np.any(periods < low) or np.any(periods > high):
             raise InvalidInputError(f"sampling_periods must lie in [{low:g}, {high:g}] s, where the level holds")
-        given = sequence_gain(result.plant, result.filter, periods)[1] if disturbance is None else disturbance
-        w = np.asarray(given)
+        inputs = sequence_gain(result.plant, result.filter, periods)[1] if disturbance is None else disturbance
+        w = np.asarray(inputs)
     error = simulate_error(result.plant, result.filter, periods, w)
     # Nothing is held after the last sample.
     signals = {
@@ -230,27 +210,16 @@ def simulate(
     return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)
 
 
-def _require_positive(design: LmiSolution) -> None:
-    """Raise InfeasibleError if the least level may be zero: no filter has it, and what the solver found is rounding."""
-    delta = float(design.variables.delta)
-    if delta <= design.report.residuals["gap"] * (1 + delta):
-        raise InfeasibleError(
-            f"the least level for these periods cannot be told from zero (found {design.level:.3g}), and no filter "
-            "attains zero: a single period, or a sensor without noise of its own, may reveal the disturbance; widen "
-            "the range or describe the noise by D"
-        )
-
-
-def _filter(given: Filter | control.StateSpace) -> Filter:
-    if isinstance(given, Filter):
-        return given
-    if not is_statespace(given):
-        raise InvalidInputError(f"filter_ must be Filter(A_f, B_f, C_f) or a StateSpace, got {type(given).__name__}")
-    if given.dt == 0:
+def _filter(filter_: Filter | control.StateSpace) -> Filter:
+    if isinstance(filter_, Filter):
+        return filter_
+    if not is_statespace(filter_):
+        raise InvalidInputError(f"filter_ must be Filter(A_f, B_f, C_f) or a StateSpace, got {type(filter_).__name__}")
+    if filter_.dt == 0:
         raise InvalidInputError("filter_ runs from sample to sample, got a continuous-time one; sample it first")
-    if np.any(given.D):
+    if np.any(filter_.D):
         raise InvalidInputError("the filter must be strictly proper: form (4) has no D")
-    return Filter(given.A, given.B, given.C)
+    return Filter(filter_.A, filter_.B, filter_.C)
 
 
 def _require_memory(plant: SampledPlant, periods: PeriodRange) -> None:
@@ -347,12 +316,6 @@ def design_stamped(
     signals = replace(signals, inputs=numbered("u", inputs.shape[1]))
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):
-        least, proof = proved_design(checked, range_, cells=cells)
-        facts = (
-            Evidence(
-                "level of the design", least.level, "Lyapunov functions by the period before, gain free in the periods"
-            ),
-            Evidence("violation left", least.violation, "largest eigenvalue of its inequality over the range"),
-            Evidence("solver", f"{least.report.name} {least.report.version}: {least.report.status}", "its own word"),
-        )
-        return stamped_result(checked, signals, least.filter, proof, range_, inputs, facts, horizon)
+        solution = StampedResult.solve(checked, range_, cells)
+        own = {"plant": checked, "signals": signals, "periods": range_, "known": inputs}
+        return StampedResult.worst(solution, horizon=horizon, **own)

@@ -1,143 +1,48 @@
-"""What a level over a range of periods is worth: no sensor over all sequences, other estimators at constant periods."""
+"""What a filter guarantees for every sampling sequence, as a result: with fixed gains, or with time stamps."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import scipy
 from threadpoolctl import threadpool_limits
 
 from replication.drawing.panels import Panel
-from replication.errors import InvalidInputError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals
-from replication.estimation.api.results import LITTLE, Bracket, Evidence, GainResult, baselines
+from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.running import RunningObserver
-from replication.estimation.nonuniform.filters import Estimator, Filter, periodic_gain
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.nonuniform.bounds.compare import (
+    beside,
+    ends_found,
+    floor_of_any_filter,
+    searched,
+    zero_at_constant_periods,
+    zero_filter,
+)
+from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
+from replication.estimation.nonuniform.bounds.worst_case import (
+    BadSequence,
+    WorstCaseGain,
+    worst_case_gain,
+    worst_sequence,
+)
+from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, observer, periodic_gain
+from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.design import StampedFilter, kalman_filter
-from replication.estimation.nonuniform.worst_case import BadSequence, WorstCaseGain, worst_case_gain, worst_sequence
-from replication.estimation.validation import Array, frozen
+from replication.estimation.nonuniform.robust import robust_design
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filter, proved_design
+from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.validation import Array, frozen, positive_scalar
 
 if TYPE_CHECKING:
     import control
-
-
-LEAVES = 4
-"""Lyapunov matrices for the level without sensors, whose guarantee gains little by more."""
-COMPARED = 9
-"""Constant periods at which other estimators are compared."""
-ANGLES = 181
-"""Frequencies between standing still and half the sampling frequency at which a smoother is looked at."""
-KNOWN = 1.5
-"""Where knowing the period is worth such a factor at constant periods, that is told."""
-UNMOVED = 1e-9
-"""Share of the disturbance in a pair of state and disturbance below which it belongs to a mode that is not seen."""
-SETTLED = 1 - 1e-9
-"""Spectral radius from which on a plant counts as one whose state does not decay."""
-
-
-@dataclass(frozen=True)
-class Beside:
-    """own: the filter's largest gain at constant periods; lower: of its bracket; facts: other levels, and advice."""
-
-    own: float
-    lower: float
-    facts: tuple[Evidence, ...]
-
-
-def beside(
-    plant: SampledPlant,
-    filter_: Estimator,
-    periods: PeriodRange,
-    ends: tuple[float, float],
-    *,
-    horizon: int,
-    stamped: bool = False,
-) -> Beside:
-    """What a level over all sequences is worth: without sensors by the same measure, others at constant periods.
-
-    ends: what a sequence attains, and what none exceeds. stamped: the filter knows the period. A constant period is a
-    sequence, too, so that the lower end is at least what the filter has there.
-    """
-    nodes = [float(h) for h in periods.nodes(COMPARED if periods.h_l < periods.h_u else 1)]
-
-    def largest(filters: Sequence[Estimator]) -> float:
-        return max(periodic_gain(plant, one.at(h), [h]).value for one, h in zip(filters, nodes, strict=True))
-
-    own = largest([filter_] * len(nodes))
-    known = [kalman_filter(plant, h) for h in nodes]
-    filters = [one for one in known if one is not None]
-    kalman = largest(filters) if len(filters) == len(nodes) else None
-    how = f"largest of {len(nodes)} constant periods"
-    level = Bracket(min(max(ends[0], own), ends[1]), ends[1], "")
-    facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
-    limit = max(smoother_limit(plant, h) for h in nodes)
-    without = without_sensors(plant, periods, level.upper, horizon)
-    facts += baselines(level, "all sampling sequences", without=without, kalman=kalman, limit=limit, others=how)
-    if not stamped and kalman is not None and kalman < own / KNOWN:
-        told = f"Kalman filters that know the period have {kalman / own:.2g} times this level"
-        facts.append(Evidence("advice", told, "if each sample has a time stamp, use `design_stamped`, which takes it"))
-    return Beside(own, level.lower, tuple(facts))
-
-
-def without_sensors(plant: SampledPlant, periods: PeriodRange, level: float, horizon: int) -> Bracket | None:
-    """The gain of the estimate zero over all sequences; None if it is infinite.
-
-    level: one that it is compared with. Constant periods give the lower end, a bad sequence of `horizon` samples where
-    that does not tell them apart.
-    """
-    lower = zero_at_constant_periods(plant, periods.nodes(COMPARED if periods.h_l < periods.h_u else 1).tolist())
-    if lower is None:
-        return None
-    zero = zero_filter(plant)
-    if periods.h_l == periods.h_u:
-        return Bracket(lower, periodic_gain(plant, zero, [periods.h_l]).upper, "the exact gain")
-    try:
-        upper = max(guaranteed_level(plant, zero, periods, max_leaves=LEAVES).level, lower)
-    except SolverError:
-        upper = np.inf
-    if level <= (1 - LITTLE) * lower:
-        return Bracket(lower, upper, "constant periods")
-    attack = worst_sequence(plant, zero, periods, horizon=horizon).level
-    return Bracket(min(max(lower, attack), upper), upper, "a bad sequence")
-
-
-def zero_filter(plant: SampledPlant) -> StampedFilter:
-    """The estimate zero, of error x."""
-    return StampedFilter(np.zeros((1, plant.order + plant.B.shape[1], len(plant.C))))
-
-
-def zero_at_constant_periods(plant: SampledPlant, periods: Sequence[float]) -> float | None:
-    """The largest gain of the estimate zero at constant periods; None if it is infinite."""
-    if np.max(np.abs(np.linalg.eigvals(plant.discretise(max(periods))[0]))) >= SETTLED:
-        return None
-    return max(periodic_gain(plant, zero_filter(plant), [h]).value for h in periods)
-
-
-def smoother_limit(plant: SampledPlant, h: float) -> float:
-    """The gain from disturbances that the sensors do not see to z, at the worst of ANGLES frequencies: what no
-    estimator beats at the constant period h, even if it knows all samples, past and future."""
-    Phi, Gamma = plant.discretise(h)
-    n, (r, m) = plant.order, plant.D.shape
-    if m <= r:
-        # The sensors tell apart all disturbances.
-        return 0.0
-    circle = np.exp(1j * np.linspace(0.0, np.pi, ANGLES))[:, None, None]
-    state = np.concatenate([circle * np.eye(n) - Phi, np.broadcast_to(plant.C, (ANGLES, r, n))], axis=1)
-    drive = np.broadcast_to(np.vstack([-Gamma, plant.D]), (ANGLES, n + r, m))
-    # Pairs [x; w] that go on for ever at a frequency while y stays zero.
-    unseen = np.linalg.svd(np.concatenate([state, drive], axis=2)).Vh[:, n + r :].conj().mT
-    x, w = unseen[:, :n], unseen[:, n:]
-    moved = np.linalg.svd(w, compute_uv=False)[:, -1] > UNMOVED
-    gains = np.linalg.norm(plant.L @ x[moved] @ np.linalg.pinv(w[moved]), 2, axis=(1, 2))
-    return float(np.max(gains, initial=0.0))
-
 
 BOTH_ENDS = (
     "a sampling sequence with its disturbance, or a constant one over all time; a Lyapunov certificate for all of them"
@@ -146,6 +51,35 @@ QUANTITY = "l2 gain from the disturbance w (held between samples) to the error z
 AXES = {"A_f": "(state, state)", "B_f": "(state, measurement)", "C_f": "(output, state)"}
 NODES = 60
 """Points of the plot over the sampling period."""
+
+
+STAMPED_AXES = {
+    "G_x": "(cell of the period before, state, measurement)",
+    "G_w": "(cell of the period before, disturbance, measurement)",
+    "edges": "(edge of a cell, s)",
+}
+LEAVES = 16
+"""Lyapunov matrices of a guarantee, and for the level of no sensor where it is to be less than that of a design."""
+
+
+def recursion(filter_: Filter) -> Recursion:
+    """The filter, one step for each sample."""
+    n, r = filter_.B.shape
+    return Recursion([Phase(filter_.A, np.zeros((n, 0)), filter_.B, filter_.C, np.ones(r, dtype=bool))], n)
+
+
+def gains_of(filter_: Filter) -> dict[str, Array]:
+    """By name."""
+    return {"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}
+
+
+def labelled(filter_: Filter, dt: float | bool, signals: Signals | None) -> control.StateSpace:
+    """The filter from y to z^, with the names of the plant."""
+    system = filter_.to_statespace(dt)
+    if signals is not None:
+        system.set_inputs(list(signals.measurements))
+        system.set_outputs([f"estimate of {name}" for name in signals.outputs])
+    return system
 
 
 class RunningFilter(RunningObserver):
@@ -170,19 +104,11 @@ class RunningFilter(RunningObserver):
         return np.asarray(self.filter.C @ self._state)
 
     def _recursion(self) -> Recursion:
-        return Recursion([self._phase()], self.states)
-
-    def _phase(self) -> Phase:
-        inputs, due = np.zeros((self.states, 0)), np.ones(self.measurements, dtype=bool)
-        return Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
+        return recursion(self.filter)
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^, at its samples, whose period is unspecified (True)."""
-        system = self.filter.to_statespace()
-        if self.signals is not None:
-            system.set_inputs(list(self.signals.measurements))
-            system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
-        return system
+        return labelled(self.filter, True, self.signals)
 
     def _begin(self, start: Array) -> None:
         self._state = start
@@ -199,8 +125,16 @@ class RunningFilter(RunningObserver):
             self._state = self.filter.A @ self._state + self.filter.B @ y
 
 
+@dataclass(frozen=True, eq=False)
+class StampedGain:
+    """attack: a sequence and a disturbance at hand; proof: of a level that no sequence exceeds."""
+
+    attack: BadSequence
+    proof: StampedProof
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class SequenceResult(GainResult):
+class SequenceResult(Design):
     """A filter with both ends of its worst-case gain over every sampling sequence.
 
     Attributes
@@ -211,12 +145,52 @@ class SequenceResult(GainResult):
         The sampling periods for which it holds, s.
     filter : Estimator
         The gains as a filter.
+    gain : WorstCaseGain or StampedGain
+        `gain.attack` attains the lower end of the bracket; `gain.guarantee` or `gain.proof` proves the upper one.
     """
 
     quantity: str = QUANTITY
     plant: SampledPlant
     periods: PeriodRange
     filter: Estimator
+    gain: WorstCaseGain | StampedGain
+
+    @abstractmethod
+    def constant(self, h: float) -> Filter:
+        """The filter as it is at a constant period h, in form (4)."""
+
+    @classmethod
+    @abstractmethod
+    def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
+        """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
+
+    @classmethod
+    def bracketed(
+        cls,
+        solution: Solution,
+        upper: float,
+        matrices: int,
+        more: Sequence[Evidence],
+        *,
+        horizon: int,
+        **own: Any,
+    ) -> Self:
+        """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
+        plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
+        compared = beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
+        facts = [*solution.evidence, *ends_found(attack, compared.lower, matrices), *more]
+        facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
+        bracket = Bracket(compared.lower, upper, BOTH_ENDS)
+        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *compared.facts), **own)
+
+    def error_system(self) -> PeriodicSystem:
+        """At the middle of the range, as a constant period."""
+        h = self.periods.middle
+        return PeriodicSystem((error_system(self.plant, self.filter.at(h), h),))
+
+    def phases(self) -> Recursion:
+        """At the middle of the range, as a constant period."""
+        return recursion(self.constant(self.periods.middle))
 
     def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
         """By name, filters for each of the periods to compare with."""
@@ -225,100 +199,159 @@ class SequenceResult(GainResult):
     def panels(self) -> tuple[Panel, ...]:
         """The gain at constant periods over the range, of this filter and of others, beside the bracket."""
         periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
+
+        def gains(filters: Sequence[Estimator]) -> Array:
+            pairs = zip(filters, periods.tolist(), strict=True)
+            return np.array([periodic_gain(self.plant, filter_.at(h), [h]).value for filter_, h in pairs])
+
         filters = {"constant period": [self.filter] * len(periods), **self.others(periods)}
-        curves = {name: self._gains(several, periods) for name, several in filters.items()}
+        curves = {name: gains(several) for name, several in filters.items()}
         lower = self.bracket.lower
         return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
-
-    def _gains(self, filters: Sequence[Estimator], periods: Array) -> Array:
-        pairs = zip(filters, periods.tolist(), strict=True)
-        return np.array([periodic_gain(self.plant, filter_.at(h), [h]).value for filter_, h in pairs])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class NonuniformResult(SequenceResult):
-    """A filter (gains A_f, B_f, C_f) of form (4), which does not know the periods.
-
-    Attributes
-    ----------
-    gain : WorstCaseGain
-        `gain.attack` attains the lower end of the bracket, `gain.guarantee` proves the upper one.
-    """
+    """A filter (gains A_f, B_f, C_f) of form (4), which does not know the periods."""
 
     method: str = "nonuniform"
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
     filter: Filter
     gain: WorstCaseGain
 
-    def observer(self) -> RunningFilter:
+    @classmethod
+    def solve(cls, plant: SampledPlant, periods: PeriodRange, goal: str) -> Solution:
+        """The filter of least level over the range, or the optimum at its middle; raises InvalidInputError."""
+        if goal == "nominal":
+            nominal = riccati_level(plant, periods.middle)
+            how = f"Riccati recursion, constant period {periods.middle:g} s"
+            return Solution(gains_of(nominal.filter), (Evidence("level of the design", nominal.level, how),))
+        if goal != "robust":
+            raise InvalidInputError(f'goal must be "robust" or "nominal", got {goal!r}')
+        robust = robust_design(plant, periods)
+        design, report = robust.design, robust.design.report
+        delta = float(design.variables.delta)
+        if delta <= report.residuals["gap"] * (1 + delta):
+            raise InfeasibleError(
+                f"the least level for these periods cannot be told from zero (found {design.level:.3g}), and no filter "
+                "attains zero: a single period, or a sensor without noise of its own, may reveal the disturbance; "
+                "widen the range or describe the noise by D"
+            )
+        facts = (
+            Evidence("level of the design", design.level, "matrix inequality (10), one Lyapunov function"),
+            Evidence("violation left", robust.violation, "largest eigenvalue of that matrix inequality over the range"),
+            Evidence(
+                "estimated shortfall of the finite-grid level",
+                robust.shortfall,
+                "relative; dual times violation, first order",
+            ),
+            Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
+        )
+        return Solution(gains_of(design.filter), facts)
+
+    @classmethod
+    def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **own: Any) -> Self:
+        """With as many Lyapunov matrices as `leaves`."""
+        plant, periods, filter_ = own["plant"], own["periods"], Filter(*solution.gains.values())
+        with threadpool_limits(1, user_api="blas"), searched(horizon):
+            gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
+            radius = Evidence(
+                "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
+            )
+            own |= {"filter": filter_, "gain": gain}
+            return cls.bracketed(solution, gain.upper, gain.guarantee.leaves, [radius], horizon=horizon, **own)
+
+    def constant(self, h: float) -> Filter:
+        """The filter itself."""
+        return self.filter
+
+    def observer(self) -> RunningFilter:  # type: ignore[override]
         """The filter of eq. (4), to run in a loop: one step for each sample."""
         return RunningFilter(self.filter).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^; its dt is the sampling period if there is only one, else unspecified (True)."""
-        system = self.observer().to_statespace()
-        if self.periods.h_l == self.periods.h_u:
-            system.dt = self.periods.h_l
-        return system
+        single = self.periods.h_l == self.periods.h_u
+        return labelled(self.filter, self.periods.h_l if single else True, self.signals)
 
-    def estimator(self, *settings: object, **named: object) -> control.StateSpace:
+    def estimator(self, *settings: Any, **named: Any) -> control.StateSpace:
         """The same as `to_statespace`."""
         return self.to_statespace()
 
 
-def result_of(
-    plant: SampledPlant,
-    signals: Signals,
-    filter_: Filter,
-    periods: PeriodRange,
-    evidence: tuple[Evidence, ...],
-    leaves: int,
-    horizon: int,
-) -> NonuniformResult:
-    """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design."""
-    # Products of small matrices gain nothing from threads, and lose much where processors are busy.
-    with threadpool_limits(1, user_api="blas"), searched(horizon):
-        gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
-        compared = beside(plant, filter_, periods, (gain.lower, gain.upper), horizon=horizon)
-    lower = compared.lower
-    facts = (
-        *ends_found(gain.attack, lower, gain.guarantee.leaves),
-        Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
-        Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
-        *compared.facts,
-    )
-    return NonuniformResult(
-        bracket=Bracket(lower, gain.upper, BOTH_ENDS),
-        gains=frozen({"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}),
-        evidence=(*evidence, *facts),
-        signals=signals,
-        plant=plant,
-        filter=filter_,
-        periods=periods,
-        gain=gain,
-    )
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class StampedResult(SequenceResult):
+    """A filter that takes time stamps (gains G_x, G_w).
 
+    x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k), and G of the cell in which the period before lies;
+    then the plant's own dynamics over h_k.
 
-@contextmanager
-def searched(horizon: int) -> Iterator[None]:
-    """Tell what to change where no worst disturbance over `horizon` samples is found."""
-    try:
-        yield
-    except scipy.sparse.linalg.ArpackNoConvergence as error:
-        raise SolverError(
-            f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
-            "widen the range of sampling periods"
-        ) from error
+    Attributes
+    ----------
+    known : array (n, p)
+        Effect of known inputs.
+    """
 
+    method: str = "nonuniform with time stamps"
+    axes: Mapping[str, str] = field(default_factory=STAMPED_AXES.copy)
+    filter: StampedFilter
+    known: Array
+    gain: StampedGain
 
-def ends_found(attack: BadSequence, lower: float, matrices: int) -> tuple[Evidence, Evidence]:
-    """How both ends of a bracket were found; lower: the end itself, above the level of the attack if constant periods
-    are worse in the long run."""
-    what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
-    if lower > attack.level:
-        what, how = "a constant period", "exact gain over all time"
-    upper = f"{matrices} Lyapunov matrices"
-    return (
-        Evidence("lower end attained by", what, how),
-        Evidence("upper end proved by", upper, "certificate for the continuum of periods"),
-    )
+    @classmethod
+    def solve(cls, plant: SampledPlant, periods: PeriodRange, cells: int) -> Solution:
+        """The filter of least level, or that of gain zero where the level of no sensor is less; with its proof."""
+        least, proof = proved_design(plant, periods, cells=cells)
+        filter_, report = least.filter, least.report
+        how = "Lyapunov functions by the period before, gain free in the periods"
+        facts = (
+            Evidence("level of the design", least.level, how),
+            Evidence("violation left", least.violation, "largest eigenvalue of its inequality over the range"),
+            Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
+        )
+        without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
+        if without is not None and proof.level > without:
+            zero = zero_filter(plant)
+            still = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
+            if still.level <= proof.level:
+                before = tuple(map(tuple, still.tree.before()))
+                storage = still.system.storage(still.P)
+                filter_, proof = zero, StampedProof(still.level, storage, still.cells.edges, before)
+        n, edges = plant.order, np.array([periods.h_l, *filter_.edges, periods.h_u])
+        gains = {"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}
+        return Solution(gains, facts, {"filter": filter_, "proof": proof})
+
+    @classmethod
+    def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
+        """With a floor of any filter."""
+        plant, periods, filter_, proof = own["plant"], own["periods"], solution.own["filter"], solution.own["proof"]
+        with searched(horizon):
+            own |= {"filter": filter_}
+            own["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
+            floor = floor_of_any_filter(plant, periods, proof.level)
+            how = "Riccati recursion, the worst constant period"
+            more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
+            return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **own)
+
+    def constant(self, h: float) -> Filter:
+        """x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)) with the gain after that period."""
+        return observer(self.plant, h, self.plant.transition(h)[: self.plant.order] @ self.filter.gain(h))
+
+    def observer(self) -> StampedObserver:  # type: ignore[override]
+        """The filter, to run in a loop: `step(y, t=...)` for each sample."""
+        made = StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
+        return made.named(self.signals)
+
+    def to_statespace(self, h: float | None = None) -> control.StateSpace:
+        """The filter from y to z^ at a constant period h (s), without known inputs; that of the middle unless given.
+
+        Raises InvalidInputError unless h is positive.
+        """
+        period = self.periods.middle if h is None else positive_scalar("h", h, unit="s")
+        return labelled(self.constant(period), period, self.signals)
+
+    def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
+        """Kalman filters made for each period, if there is one at all of them."""
+        known = [kalman_filter(self.plant, h) for h in periods.tolist()]
+        filters = [filter_ for filter_ in known if filter_ is not None]
+        return {"Kalman filters": filters} if len(filters) == len(periods) else {}

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from flint import fmpq
 
+from papers.peet2019.method import frequency_response, hinf_gain, pade_model
 from replication.certify.delay import forms as delay_forms
 from replication.certify.delay import gram as delay_gram
 from replication.certify.delay import levels as delay
 from replication.certify.rounding import exact, floats, rational
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay.models import pade_model
-from replication.estimation.delay.spectrum import frequency_response, hinf_gain
 from replication.verify.subjects import plant
 
 

@@ -9,8 +9,8 @@ from flint import fmpq
 from replication.certify import nonuniform
 from replication.certify.nonuniform import storage_matrix
 from replication.errors import SolverError
+from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.verify.run import check
 
 RANGE = {"from": "h_l", "to": "h_u", "weight": "samples"}

@@ -9,7 +9,8 @@ import pytest
 
 from replication.errors import SolverError
 from replication.estimation.conic import interior
-from replication.estimation.conic.interior import Block, Equations, Unknowns, _positive, scaled_pair, solve, symmetric
+from replication.estimation.conic.interior import Block, Equations, Unknowns, _positive, scaled_pair, solve
+from replication.estimation.linear.riccati import symmetric
 
 
 def test_a_step_takes_away_what_was_missed_and_keeps_the_duals_balanced() -> None:

@@ -4,33 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.delay.operators import QUADRATURE, Inverse, Operator, multiplier_inverse, padded, resized
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.operators import (
+    QUADRATURE,
+    Inverse,
+    Operator,
+    multiplier_inverse,
+    padded,
+    resized,
+)
 from replication.estimation.validation import Array
 
 
-def add(one: Operator, other: Operator) -> Operator:
+def parts(operator: Operator) -> tuple[Array, ...]:
+    """In the order of its fields."""
+    return operator.point, operator.row, operator.column, operator.multiplier, operator.kernel
+
+
+def add(first: Operator, second: Operator) -> Operator:
     """The sum; the shorter expansion is padded with zeros."""
-    count = max(one.count, other.count)
-    first, second = resized(one, count), resized(other, count)
-    return Operator(
-        first.point + second.point,
-        first.row + second.row,
-        first.column + second.column,
-        first.multiplier + second.multiplier,
-        first.kernel + second.kernel,
-    )
+    count = max(first.count, second.count)
+    first, second = resized(first, count), resized(second, count)
+    return Operator(*(a + b for a, b in zip(parts(first), parts(second), strict=True)))
 
 
 def scaled(operator: Operator, factor: float) -> Operator:
     """The operator times a number."""
-    return Operator(
-        factor * operator.point,
-        factor * operator.row,
-        factor * operator.column,
-        factor * operator.multiplier,
-        factor * operator.kernel,
-    )
+    return Operator(*(factor * part for part in parts(operator)))
 
 
 def product(first: Operator, second: Operator) -> Operator:
@@ -126,8 +126,7 @@ def differentiated(operator: Operator) -> Operator:
 
 def largest(operator: Operator) -> float:
     """The largest coefficient in size: zero only for the zero operator; the measure of residuals."""
-    parts = (operator.point, operator.row, operator.column, operator.multiplier, operator.kernel)
-    return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+    return max(float(np.abs(part).max(initial=0.0)) for part in parts(operator))
 
 
 # The inverse of an operator of the form (8) as one of that form again, to be composed with others

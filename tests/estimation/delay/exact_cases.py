@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from replication.estimation.delay.exact.central import shift
-from replication.estimation.delay.general.lines import DelayObserver, line_form
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.cone import line_form
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from papers.peet2019.method import hinf_gain
 from replication.estimation.delay import DelayPlant, delay_system
 from replication.estimation.validation import Array
 
@@ -79,3 +81,11 @@ def random_system(seed: int, states: int = 2, delays: int = 1) -> DelayPlant:
         rng.standard_normal((1, states)),
         rng.standard_normal((1, states)),
     )
+
+
+ANCHORS = [
+    (unstable_pair(), 1 / np.sqrt(18)),
+    (blind_pair(), hinf_gain(scalar([-1.0], [1.0])).upper),
+    pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
+]
+"""Plants with their exact optima."""

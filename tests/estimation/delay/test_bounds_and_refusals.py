@@ -9,19 +9,19 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from papers.peet2019.method import _IntervalBound, frequency_response, pade_model
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, design
 from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.exact.limit import _angle, _hamiltonian, filter_level
-from replication.estimation.delay.exact.loop import error_response, injection_terms, plant_terms
+from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import Cells
 from replication.estimation.delay.general.synthesis import _Program, require_noise
-from replication.estimation.delay.models import pade_model
-from replication.estimation.delay.operators import check, generator
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import _found, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.spectrum import _IntervalBound, frequency_response, undetectable_root
+from replication.estimation.delay.sos.operators import check, generator
+from replication.estimation.delay.spectrum import undetectable_root
 from tests.estimation.delay.exact_cases import late, two_delays
 
 EYE = np.eye(2)
@@ -49,7 +49,7 @@ def test_the_bound_of_a_cell_is_above_the_gain_all_over_it(seed: int) -> None:
     rng = np.random.default_rng(seed)
     plant = DelayPlant([[-0.1, 2], [-2, -0.1]], [0.7], EYE, [[1, 0]], [[0, 1]], a=[rng.normal(size=(2, 2)) / 3])
     plant = replace(plant, d21=[[0.1, 0.2]])
-    response = error_response(plant_terms(plant), injection_terms(design(plant, degree=2).gains_of))
+    response = error_response(plant_terms(plant), design(plant, degree=2).gains_of.terms)
     omega, half = rng.uniform(0.0, 5.0, 300), 10.0 ** rng.uniform(-3, 0, 300)
     delays = np.tile(response.loop.delays, (300, 1))
     _, above, _ = response.bounded(Cells(omega, half, delays, np.zeros_like(delays)))

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelayPlant
-from replication.estimation.delay.models import chebyshev_model, riccati_gain
-from replication.estimation.delay.observer import ErrorSystem, error_system, hinf_norm, simulate
-from replication.estimation.delay.operators import (
+from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at
+from replication.estimation.delay.sos.observer import ErrorSystem, error_system, hinf_norm, simulate
+from replication.estimation.delay.sos.operators import (
     GainValues,
     check,
     evaluate,
@@ -19,8 +21,6 @@ from replication.estimation.delay.operators import (
     observer_gains,
     storage_operator,
 )
-from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.sos.certificate import Certificate, certificate_at
 from replication.estimation.delay.spectrum import Scheme
 from tests.estimation.delay import algebra
 from tests.estimation.delay.algebra import as_operator
@@ -124,7 +124,7 @@ def test_storage_operator_is_self_adjoint(moderate: Certificate) -> None:
 
 
 def test_without_gains_the_error_is_the_plant() -> None:
-    from replication.estimation.delay.observer import assembled
+    from replication.estimation.delay.sos.observer import assembled
     from replication.estimation.delay.spectrum import grid, rightmost_roots
 
     system, net = two_delays(), grid(18)

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from papers.peet2019.experiments.scaling import lifted
+from papers.peet2019.method import chebyshev_model, hinf_gain, riccati_gain
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
-from replication.estimation.delay.models import chebyshev_model, riccati_gain
-from replication.estimation.delay.observer import error_system, hinf_norm
-from replication.estimation.delay.operators import check, observer_gains
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.certificate import certificate_at
@@ -25,7 +23,8 @@ from replication.estimation.delay.sos.cone import (
     triangle_index,
 )
 from replication.estimation.delay.sos.lie import by_rates, direct
-from replication.estimation.delay.spectrum import hinf_gain
+from replication.estimation.delay.sos.observer import error_system, hinf_norm
+from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import (
     blind_two_delays,

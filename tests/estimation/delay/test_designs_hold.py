@@ -95,6 +95,6 @@ def test_rounding_is_told_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "limit_of", singular)
     with pytest.raises(SolverError, match="rounding decides"):
         limit(plant)
-    monkeypatch.setattr("replication.estimation.delay.exact.loop.gain_bracket", singular)
+    monkeypatch.setattr("replication.estimation.delay.general.observer.gain_bracket", singular)
     with pytest.raises(SolverError, match="rounding decides"):
         exact_gain(observer)

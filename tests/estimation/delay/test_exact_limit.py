@@ -14,6 +14,7 @@ from numpy.polynomial import legendre
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from papers.peet2019.method import hinf_gain, pade_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import delay
 from replication.estimation.api.results import Evidence
@@ -23,8 +24,7 @@ from replication.estimation.delay.exact.central import FilterModel, ladder_model
 from replication.estimation.delay.exact.limit import filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import kalman_level, smoother_gains, worth
-from replication.estimation.delay.models import pade_model, riccati_gain
-from replication.estimation.delay.spectrum import hinf_gain
+from replication.estimation.delay.units import converted
 from tests.estimation.delay import plants
 from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
 
@@ -153,23 +153,9 @@ def test_units_and_coordinates_do_not_matter(make: Any) -> None:
     base = limit(plant).level
     change = np.random.default_rng(5).standard_normal((plant.states, plant.states)) @ np.diag([1e2, 1.0])
     back, time = np.linalg.inv(change), 20.0
-    rates = {name: [time * change @ part @ back for part in getattr(plant, name)] for name in ("a", "a_spread")}
-    rows = {
-        name: [unit * part @ back for part in getattr(plant, name)]
-        for name, unit in (("c1", 1.0), ("c1_spread", 1.0), ("c2_delayed", 50.0), ("c2_spread", 50.0))
-    }
-    other = DelayPlant(
-        time * change @ plant.a0 @ back,
-        [tau / time for tau in plant.delays],
-        time * change @ plant.b,
-        plant.c10 @ back,
-        50.0 * plant.c2 @ back,
-        d11=plant.d11,
-        d21=50.0 * plant.d21,
-        d21_delayed=[50.0 * part for part in plant.d21_delayed],
-        **rates,
-        **rows,
-    )  # type: ignore[arg-type]
+    rows = {"n": lambda part: time * change @ part, "q": lambda part: 50.0 * part}
+    other = converted(plant, rows, {"n": lambda part: part @ back}, time)
+    assert other.c2_delayed[0] == pytest.approx(50.0 * plant.c2_delayed[0] @ back)
     assert limit(other).level == pytest.approx(base, rel=1e-7)
 
 

@@ -13,10 +13,15 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import sampled as module
-from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.sampled import InnovationsObserver, exact_response, running, sampled, simulate_error
+from replication.estimation.delay.exact.loop import error_response, plant_terms
+from replication.estimation.delay.general import sampled as module
+from replication.estimation.delay.general.observer import exact_gain
+from replication.estimation.delay.general.sampled import (
+    InnovationsObserver,
+    exact_response,
+    sampled,
+)
+from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.compiled import EXACT, STEPS, Compiled
 from tests.estimation.delay.exact_cases import averaged, made_up, two_delays
 
@@ -26,7 +31,7 @@ OBSERVERS = {"averages": lambda: made_up(averaged(), 0.2), "two delays": lambda:
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_it_is_of_second_order(name: str) -> None:
     omega = [0.5, 2.0, 7.0]
-    errors = [running(OBSERVERS[name](), dt).discretisation_error(omega) for dt in (0.04, 0.02, 0.01, 0.005)]
+    errors = [OBSERVERS[name]().running(dt).discretisation_error(omega) for dt in (0.04, 0.02, 0.01, 0.005)]
     ratios = np.array(errors[:-1]) / np.array(errors[1:])
     assert np.all(np.abs(ratios[-1] - 4.0) < 0.4)
     assert errors[-1][0] < 1e-5
@@ -35,13 +40,13 @@ def test_it_is_of_second_order(name: str) -> None:
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_signals_over_time_are_those_of_the_frequency(name: str) -> None:
     made, dt, w = OBSERVERS[name](), 0.01, 1.7
-    observer = running(made, dt)
+    observer = made.running(dt)
     known = np.zeros(observer.inputs) if observer.inputs else None
     for k in range(3000):
         found = observer.step(known, [np.cos(w * k * dt)])
     turn = np.exp(1j * w * k * dt)
     sampled_value = (observer.recursion.response(np.array([w]))[0, :, 0] * turn).real
-    exact = (exact_response(plant_terms(made.plant), injection_terms(made), np.array([w]))[0, :, 0] * turn).real
+    exact = (exact_response(plant_terms(made.plant), made.terms, np.array([w]))[0, :, 0] * turn).real
     assert np.allclose(found, sampled_value, rtol=1e-6, atol=1e-9)
     assert 1e-9 < np.abs(found - exact).max() < 1e-3 * np.abs(exact).max()
 
@@ -50,7 +55,7 @@ def test_known_inputs_are_copied() -> None:
     """y of a simulated plant that only u moves: the observer expects just that, and estimates the plant's own x."""
     made, dt = OBSERVERS["averages"](), 0.005
     plant = plant_terms(made.plant)
-    silent = replace(injection_terms(made), constant=np.zeros((4, 1)), kernels=(None,))
+    silent = replace(made.terms, constant=np.zeros((4, 1)), kernels=(None,))
     # Without gains the observer is the plant; its z^ row is made the measured one.
     n, p, q, r = plant.sizes
     swap = np.eye(n + p + q)[[0, 1, 3, 3]]
@@ -59,7 +64,7 @@ def test_known_inputs_are_copied() -> None:
         silent,
         dt=dt,
     )
-    observer = running(made, dt)
+    observer = made.running(dt)
     rng = np.random.default_rng(4)
     for k in range(1500):
         u = [math.sin(3.0 * k * dt) + 0.1 * rng.standard_normal()]
@@ -73,7 +78,7 @@ def test_known_inputs_are_copied() -> None:
 
 def test_a_start_is_taken_for_the_whole_past() -> None:
     plant = DelayPlant([[0.0]], [0.5], [[1, 0]], [[1]], [[1]], a=[[[-1.0]]], d21=[[0, 1]])  # type: ignore[arg-type]
-    observer = running(made_up(plant, 0.0), 0.001)
+    observer = made_up(plant, 0.0).running(0.001)
     observer.reset([2.0])
     for _ in range(401):
         found = observer.step(None, None)
@@ -86,7 +91,7 @@ def test_roots_of_the_recursion_are_counted() -> None:
     counts = set()
     for seed in range(8):
         made = made_up(averaged(), 1.5, seed, degree=2)
-        recursion = sampled(plant_terms(made.plant), injection_terms(made), 0.1)
+        recursion = sampled(plant_terms(made.plant), made.terms, 0.1)
         n, _, q, _ = recursion.sizes
         states, _, measured = recursion.parts
         taps, half = recursion.taps[:, :, : n + q], recursion.dt / 2.0
@@ -108,18 +113,18 @@ def test_roots_of_the_recursion_are_counted() -> None:
 def test_steps_that_do_not_fit_are_refused() -> None:
     made = made_up(averaged(), 0.2)
     with pytest.raises(InvalidInputError, match="dt"):
-        running(made, 0.0)
+        made.running(0.0)
     with pytest.raises(InvalidInputError, match="dt must be at least"):
-        running(made, 1e-7)
+        made.running(1e-7)
     with pytest.raises(InvalidInputError, match="not stable"):
-        running(made_up(averaged(), 40.0), 0.05)
+        made_up(averaged(), 40.0).running(0.05)
     with pytest.raises(InvalidInputError, match="below pi / dt"):
-        running(made, 0.1).discretisation_error([1.0, 40.0])
-    several, one = (running(made, 0.1).discretisation_error(omega) for omega in ([0.5, 2.0], 2.0))
+        made.running(0.1).discretisation_error([1.0, 40.0])
+    several, one = (made.running(0.1).discretisation_error(omega) for omega in ([0.5, 2.0], 2.0))
     assert one == pytest.approx(several[1:], rel=1e-12)
     with pytest.raises(InvalidInputError, match="at least 1"):
-        running(made, 0.1).discretisation_error(-2.0)
-    observer = running(made, 0.1)
+        made.running(0.1).discretisation_error(-2.0)
+    observer = made.running(0.1)
     with pytest.raises(InvalidInputError, match="u must"):
         observer.step(None, [0.0])
     with pytest.raises(InvalidInputError, match="finite"):
@@ -131,9 +136,9 @@ def test_no_more_samples_are_kept_than_allowed() -> None:
     made = made_up(averaged(), 0.2)
     longest = max(plant_terms(made.plant).terms.delays)
     with patch.object(module, "LONGEST", 10):
-        running(made, longest / 10 * (1 + 1e-9))
+        made.running(longest / 10 * (1 + 1e-9))
         with pytest.raises(InvalidInputError, match="keeps the samples of its longest delay"):
-            running(made, longest / 10 * (1 - 1e-9))
+            made.running(longest / 10 * (1 - 1e-9))
 
 
 @pytest.mark.parametrize("name", OBSERVERS)
@@ -141,18 +146,18 @@ def test_simulated_errors_reach_the_gain_and_no_more(name: str) -> None:
     """A long sinusoid at the frequency of the peak, in the worst direction."""
     made, dt = OBSERVERS[name](), 0.02
     found = exact_gain(made)
-    response = error_response(plant_terms(made.plant), injection_terms(made))
+    response = error_response(plant_terms(made.plant), made.terms)
     value = response.part(np.linalg.inv(response.matrix(np.array([1j * found.frequency]))))[0]
     worst = np.linalg.svd(value)[2][0].conj()
     times = dt * np.arange(6000)
     envelope = np.sin(np.pi * times / times[-1]) ** 2
     w = (np.exp(1j * found.frequency * times)[:, None] * worst).real * envelope[:, None]
-    trajectory = simulate_error(made, times, w)
+    trajectory = made.trajectory(times, w)
     assert 0.98 * found.lower < trajectory.gain < found.upper * (1 + 1e-3)
     with pytest.raises(InvalidInputError, match="equidistant"):
-        simulate_error(made, times**2, w)
+        made.trajectory(times**2, w)
     with pytest.raises(InvalidInputError, match="vanish"):
-        simulate_error(made, times, 0.0 * w)
+        made.trajectory(times, 0.0 * w)
 
 
 def output_of(compiled: Compiled, size: int) -> np.ndarray[Any, Any]:
@@ -164,7 +169,7 @@ def output_of(compiled: Compiled, size: int) -> np.ndarray[Any, Any]:
 
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_c_is_equal_over_many_steps(name: str, tmp_path: Path) -> None:
-    observer, rng = running(OBSERVERS[name](), 0.03), np.random.default_rng(9)
+    observer, rng = OBSERVERS[name]().running(0.03), np.random.default_rng(9)
     compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
     observer.reset(start)
     compiled.reset(start)
@@ -180,7 +185,7 @@ def test_c_is_equal_over_many_steps(name: str, tmp_path: Path) -> None:
 
 
 def test_c_notices_other_gains_and_refuses_what_python_refuses(tmp_path: Path) -> None:
-    observer, other = running(made_up(averaged(), 0.2), 0.03), running(made_up(averaged(), 0.201), 0.03)
+    observer, other = made_up(averaged(), 0.2).running(0.03), made_up(averaged(), 0.201).running(0.03)
     compiled = Compiled(observer, tmp_path)
     compiled.reset(np.ones(2))
     kept = bytes(compiled.state)

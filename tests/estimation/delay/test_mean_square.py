@@ -13,13 +13,13 @@ import scipy.linalg
 
 from benchmarks.delay_plants import random_plant
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay import DelayObserver, DelayPlant, InnovationsResult, delay_system, design, limit
+from replication.estimation.delay import DelayObserver, DelayPlant, DelayResult, delay_system, design, limit
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import filter_level
-from replication.estimation.delay.exact.loop import injection_terms, plant_terms
+from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.terms import Terms
 from replication.estimation.delay.general.mean_square import error_covariance, integrated
-from replication.estimation.delay.general.result import moment_model
+from replication.estimation.delay.units import converted
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
@@ -29,12 +29,12 @@ EXACT = 1e-7
 """Of mean squares by their spectrum."""
 
 
-def rms(result: InnovationsResult) -> float:
+def rms(result: DelayResult) -> float:
     return float(result.fact("rms error of z").value)
 
 
 def mean_square(observer: DelayObserver) -> float:
-    return float(np.trace(error_covariance(plant_terms(observer.plant), injection_terms(observer))[0]))
+    return float(np.trace(error_covariance(plant_terms(observer.plant), observer.terms)[0]))
 
 
 def predicted(rate: float, noise: float, delay: float) -> float:
@@ -94,7 +94,7 @@ def test_random_plants_reach_the_least_mean_square(seed: int) -> None:
 @pytest.mark.parametrize("plant", [delayed_output, two_delays])
 def test_the_spectrum_agrees_with_a_model_that_knows_many_moments(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), goal="h2", degree=6)
-    error, _ = moment_model(result.gains_of, 60)
+    error, _ = result.gains_of.error_model(60)
     P = scipy.linalg.solve_continuous_lyapunov(error.a, -error.b @ error.b.T)
     assert np.trace(error.c @ P @ error.c.T) == pytest.approx(rms(result) ** 2, rel=1e-4)
 
@@ -192,17 +192,9 @@ def test_units_of_states_time_and_noise_do_not_matter() -> None:
     result = design(two_delays(), goal="h2")
     units, hour = np.diag([1e3, 1e-4]), 3600.0
     back = np.linalg.inv(units)
-    plant = two_delays()
-    other = DelayPlant(
-        units @ plant.a0 @ back / hour,
-        [delay * hour for delay in plant.delays],
-        units @ plant.b / np.sqrt(hour),
-        plant.c10 @ back,
-        plant.c2 @ back,
-        a=[units @ a @ back / hour for a in plant.a],
-        c2_delayed=[c @ back for c in plant.c2_delayed],
-        d21=plant.d21 * np.sqrt(hour),
-    )
+    columns = {"n": lambda part: part @ back, "r": lambda part: part * np.sqrt(hour)}
+    other = converted(two_delays(), {"n": lambda part: units @ part / hour}, columns, 1 / hour)
+    assert other.delays == (0.3 * hour, 0.5 * hour)
     assert rms(design(other, goal="h2")) == pytest.approx(rms(result), rel=1e-6)
 
 

@@ -7,21 +7,22 @@ import numpy as np
 import pytest
 import scipy
 
-from replication.errors import InvalidInputError, ReplicationError
-from replication.estimation.delay import DelayPlant
-from replication.estimation.delay import models as lmi
-from replication.estimation.delay.models import (
+from papers.peet2019 import method as lmi
+from papers.peet2019.method import (
     AllPass,
     Model,
     chebyshev_model,
+    frequency_response,
     lmi_gain,
     lossless_delay,
     pade_model,
     riccati_gain,
 )
-from replication.estimation.delay.observer import ErrorSystem, hinf_norm
-from replication.estimation.delay.spectrum import Scheme, frequency_response, grid, hinf_gain
-from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, two_delays, unstable_pair
+from replication.errors import InvalidInputError, ReplicationError
+from replication.estimation.delay import DelayPlant
+from replication.estimation.delay.sos.observer import ErrorSystem, hinf_norm
+from replication.estimation.delay.spectrum import Scheme, grid
+from tests.estimation.delay.plants import ANCHORS, one_delay, scalar, two_delays, unstable_pair
 
 OMEGA = np.array([0.1, 1.0, 4.0])
 
@@ -90,15 +91,7 @@ def test_bad_orders(order: float) -> None:
 SEVEN_DIGITS = 1e-7
 
 
-def anchors() -> list[object]:
-    return [
-        (unstable_pair(), 1 / np.sqrt(18)),
-        (blind_pair(), hinf_gain(scalar([-1.0], [1.0])).upper),
-        pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
-    ]
-
-
-@pytest.mark.parametrize(("system", "exact"), anchors())
+@pytest.mark.parametrize(("system", "exact"), ANCHORS)
 def test_anchors(system: object, exact: float) -> None:
     pade, chebyshev = pade_model(system, 10), chebyshev_model(system, 10)  # type: ignore[arg-type]
     assert lmi_gain(pade).gamma == pytest.approx(exact, rel=SEVEN_DIGITS)

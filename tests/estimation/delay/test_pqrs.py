@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.operators import Operator, invert
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.operators import Operator, invert
 from replication.estimation.validation import Array
 from tests.estimation.delay import algebra
 from tests.estimation.delay.algebra import as_operator

@@ -6,23 +6,14 @@ import numpy as np
 import pytest
 
 from papers.peet2019.experiments.examples import cross_checked
+from papers.peet2019.method import chebyshev_model, lmi_gain, pade_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
-from replication.estimation.delay.models import chebyshev_model, lmi_gain, pade_model, riccati_gain
 from replication.estimation.delay.sos.certificate import STATED_GAP, certificate_at
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
-from replication.estimation.delay.spectrum import hinf_gain
-from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
-from tests.estimation.delay.plants import (
-    blind_pair,
-    blind_two_delays,
-    one_delay,
-    random_system,
-    scalar,
-    two_delays,
-    unstable_pair,
-)
+from replication.estimation.delay.units import gain_scaled, time_scaled, transformed
+from tests.estimation.delay.plants import ANCHORS, blind_pair, one_delay, random_system, two_delays, unstable_pair
 
 SEVEN_DIGITS = 1e-7
 SIX_DIGITS = 1e-6
@@ -31,14 +22,7 @@ LOSS = 5e-3  # of six moments against the optimum, over the generated systems: i
 NARROW = 1e-4
 
 
-@pytest.mark.parametrize(
-    ("system", "exact"),
-    [
-        (unstable_pair(), 1 / np.sqrt(18)),
-        (blind_pair(), hinf_gain(scalar([-1.0], [1.0])).upper),
-        pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("system", "exact"), ANCHORS)
 def test_degree_three_reaches_the_exact_optimum(system: DelayPlant, exact: float) -> None:
     certificate = minimum_gain(system, 3)
     assert certificate.gamma == pytest.approx(exact, rel=SEVEN_DIGITS)

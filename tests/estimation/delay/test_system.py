@@ -8,20 +8,15 @@ import numpy as np
 import pytest
 from scipy.special import lambertw
 
+from papers.peet2019.method import _output, frequency_response, hinf_gain
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DegreeRule, DelayPlant, delay_system, design, minimum_gain
-from replication.estimation.delay.general.plant import checked_delays
-from replication.estimation.delay.observer import error_system, hinf_norm
-from replication.estimation.delay.operators import observer_gains
+from replication.estimation.delay.plant import checked_delays
 from replication.estimation.delay.sos.certificate import certificate_at
-from replication.estimation.delay.spectrum import (
-    _output,
-    frequency_response,
-    hinf_gain,
-    rightmost_roots,
-    undetectable_root,
-)
-from replication.estimation.delay.system import STEP, measured_last, natural_units, reach, time_scaled, transformed
+from replication.estimation.delay.sos.observer import error_system, hinf_norm
+from replication.estimation.delay.sos.operators import observer_gains
+from replication.estimation.delay.spectrum import rightmost_roots, undetectable_root
+from replication.estimation.delay.units import STEP, measured_last, natural_units, reach, time_scaled, transformed
 from tests.estimation.delay.plants import one_delay, scalar, three_delays, two_delays, unstable_pair
 
 GOOD: dict[str, Any] = {
@@ -102,7 +97,7 @@ def test_bad_levels(gamma: float) -> None:
 
 def test_bad_order() -> None:
     certificate = certificate_at(two_delays(), 5.0, 1)
-    from replication.estimation.delay.operators import observer_gains
+    from replication.estimation.delay.sos.operators import observer_gains
 
     with pytest.raises(InvalidInputError, match="order"):
         error_system(two_delays(), observer_gains(certificate), 0)

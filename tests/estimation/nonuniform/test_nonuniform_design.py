@@ -11,12 +11,12 @@ from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.nonuniform import nominal
 from replication.estimation.nonuniform import robust as exchange
+from replication.estimation.nonuniform.bounds.compare import beside, smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.facade import analyse, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.result import beside, smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.robust import (
     NEGLIGIBLE,
     VIOLATION,

@@ -9,12 +9,11 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, motor_filter, random_p
 
 from papers.mustafa.method import dense_design, floor_for_any_filter
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.nonuniform.bounds.guarantee import DEGREE, Enclosure, enclose, guaranteed_level
+from replication.estimation.nonuniform.bounds.worst_case import repeated, sequence_gain, simulate_error, worst_sequence
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.guarantee import DEGREE, Enclosure, enclose, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods, robust_design
-from replication.estimation.nonuniform.sequences import sequence_gain
-from replication.estimation.nonuniform.worst_case import repeated, simulate_error, worst_sequence
 
 EXACT = 1e-12
 

@@ -18,20 +18,22 @@ from sampled_cases import (
 )
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.nonuniform import guarantee, sequences
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.guarantee import certify, guaranteed_level
-from replication.estimation.nonuniform.path_lyapunov import Cells, ContextTree, ErrorSystem
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.robust import robust_design
-from replication.estimation.nonuniform.sequences import sequence_gain, sequence_gains
-from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
-from replication.estimation.nonuniform.worst_case import (
+from replication.estimation.nonuniform.bounds import guarantee
+from replication.estimation.nonuniform.bounds import worst_case as sequences
+from replication.estimation.nonuniform.bounds.guarantee import certify, guaranteed_level
+from replication.estimation.nonuniform.bounds.path_lyapunov import Cells, ContextTree, ErrorSystem
+from replication.estimation.nonuniform.bounds.worst_case import (
     error_ratio,
     repeated,
+    sequence_gain,
+    sequence_gains,
     simulate_error,
     worst_sequence,
 )
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import robust_design
+from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 
 
 def test_trees_stay_complete_and_closed():

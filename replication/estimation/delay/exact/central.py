@@ -119,13 +119,10 @@ def shift(order: int) -> tuple[Array, Array, Array, float]:
 
 def _moments(kernel: Kernel, order: int, start: float, stop: float) -> Array:
     """(N, rows, columns): coefficients of the kernel between two lags with regard to q_0 ... q_{N-1} over them."""
-    nodes, weights = legendre.leggauss(order + kernel.series.shape[1])
-    edges = np.unique(np.clip(kernel.edges, start, stop))
-    half, middle = np.diff(edges) / 2.0, (edges[1:] + edges[:-1]) / 2.0
-    lags = (middle[:, None] + half[:, None] * nodes).ravel()
-    basis = legendre.legvander(1.0 - 2.0 * (lags - start) / (stop - start), order - 1)
-    share = (half[:, None] * weights).ravel()
-    return np.asarray(np.einsum("t,tk,tab->kab", share, basis * np.sqrt(2.0 * np.arange(order) + 1.0), kernel(lags)))
+    nodes, weights = legendre.leggauss(order + len(kernel.series))
+    values = kernel((stop + start) / 2.0 + (stop - start) / 2.0 * nodes)
+    basis = legendre.legvander(-nodes, order - 1) * np.sqrt(2.0 * np.arange(order) + 1.0)
+    return np.asarray(np.einsum("t,tk,tab->kab", (stop - start) / 2.0 * weights, basis, values))
 
 
 NEGATIVE = 1e-9

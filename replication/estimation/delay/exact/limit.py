@@ -13,8 +13,8 @@ from replication.estimation.delay.exact.central import FilterModel, ladder_model
 from replication.estimation.delay.exact.loop import decided, plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.synthesis import scaling_of
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.validation import Array, positive_scalar
 
 # The least H-infinity level of a filter for a delay-free model, by the filter Riccati equation; D_11 and D_21 at will.
@@ -157,12 +157,6 @@ def _hamiltonian(model: FilterModel, level: float) -> Array | None:
     return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
 
 
-def _on_axis(matrix: Array) -> Array:
-    """Frequencies of the eigenvalues on the imaginary axis."""
-    values = np.linalg.eigvals(matrix).astype(complex)
-    return np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
-
-
 def _angle(model: FilterModel, level: float) -> float:
     """Positive iff a filter exists at `level`: pi/2 less the largest angle of Y, whose eigenvalues are tangents.
 
@@ -193,14 +187,17 @@ def _smoother(model: FilterModel, least: float) -> float:
     for _ in range(MOST_ROUNDS):
         level = max(best * (1.0 + 1e-10), least)
         matrix = _hamiltonian(model, level)
-        crossings = _on_axis(matrix) if matrix is not None else np.array([])
+        if matrix is None:
+            return best
+        values = np.linalg.eigvals(matrix).astype(complex)
+        crossings = np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
         if not crossings.size:
             return best
         edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))
-        found = float(_gains(model, np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0])).max())
-        if found <= level:
-            return max(best, found)
-        best = found
+        reached = float(_gains(model, np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0])).max())
+        if reached <= level:
+            return max(best, reached)
+        best = reached
     return best
 
 
@@ -331,10 +328,10 @@ def climbed(
         model = ladder_model(plant, order)
         if len(model.a) > LARGEST and len(rungs) >= FEWEST:
             break
-        found = value(model, rungs[-1][1] if rungs else floor)
-        changes = (changes[1], abs(found - rungs[-1][1]) if rungs else np.inf)
-        rungs.append((order, found))
-        if max(*changes, floor - found) <= tolerance * found:
+        rung = value(model, rungs[-1][1] if rungs else floor)
+        changes = (changes[1], abs(rung - rungs[-1][1]) if rungs else np.inf)
+        rungs.append((order, rung))
+        if max(*changes, floor - rung) <= tolerance * rung:
             break
     return tuple(rungs), float(max(*changes, floor - rungs[-1][1]))
 

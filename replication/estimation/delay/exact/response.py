@@ -219,8 +219,8 @@ class GainBracket:
     delays: tuple[float, ...]
 
 
-def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -> GainBracket:
-    """The supremum of the gain, within `relative`; in a wider bracket where `most` cells do not give that.
+def gain_bracket(response: Response, relative: float = 1e-6) -> GainBracket:
+    """The supremum of the gain, within `relative`; in a wider bracket where MOST cells do not give that.
 
     Where X is invertible over all cells, and has no roots with Re s >= 0 at the nominal delays, it has none for any.
 
@@ -241,10 +241,10 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
     upper, used = response.beyond(top), 0
     cells = response.cells(np.concatenate([grid, np.geomspace(reach, max(top, 1.1 * reach), FIRST)]))
     while cells.omega.size:
-        found = [
+        bounds = [
             response.bounded(Cells(*(part[i : i + CHUNK] for part in cells))) for i in range(0, len(cells.omega), CHUNK)
         ]
-        middle, above, widest = (np.concatenate(part) for part in zip(*found, strict=True))
+        middle, above, widest = (np.concatenate(part) for part in zip(*bounds, strict=True))
         used += len(middle)
         top_cell = int(np.argmax(middle))
         if middle[top_cell] > best.lower:
@@ -252,7 +252,7 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
             best = GainBracket(float(middle[top_cell]), np.inf, float(cells.omega[top_cell]), where)
         done = above <= max(best.lower * (1.0 + relative), upper)
         upper = max(upper, float(above[done].max(initial=0.0)))
-        if used + 2 * int(np.sum(~done)) > most or best.lower > LOST * nominal:
+        if used + 2 * int(np.sum(~done)) > MOST or best.lower > LOST * nominal:
             upper = max(upper, float(above[~done].max(initial=0.0)))
             break
         cells = _halved(Cells(*(part[~done] for part in cells)), widest[~done])
@@ -283,8 +283,8 @@ def right_roots(response: Response) -> tuple[float, int]:
             raise SolverError(
                 f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
             )
-        found = response.around(cells)
-        inverse, done = found.inverse, found.room
+        around = response.around(cells)
+        inverse, done = around.inverse, around.room
         for side in (-1.0, 1.0):
             ends = response.matrix(1j * (cells.omega + side * cells.half)[done])
             phase -= side * float(np.sum(np.angle(np.linalg.eigvals(inverse[done] @ ends))))

@@ -13,7 +13,7 @@ import numpy as np
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.delay.exact.central import FilterModel, central, ladder_model
-from replication.estimation.delay.exact.loop import error_response, no_injection
+from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.exact.response import gain_bracket
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, axis
 from replication.estimation.linear.norms import hinf_norm
@@ -32,16 +32,14 @@ class SmootherBound:
     frequency: float
 
 
-def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherBound:
-    """The bound over a grid that the delays and the plant set, refined at its peaks; further: other frequencies too."""
+def smoother_bound(plant: PlantTerms) -> SmootherBound:
+    """The bound over a grid that the delays and the plant set, refined at its peaks."""
     longest = max(plant.terms.delays, default=0.0)
     n = plant.sizes[0]
     rate = max(float(np.linalg.norm(plant.terms.bound()[:n, :n], 2)), 1e-6 / longest if longest else 1e-6)
     grid = [np.array([0.0]), rate * np.logspace(-DECADES, 2, POINTS)]
     if longest:
         grid.append(np.linspace(0.0, 2.0 * np.pi * TURNS / longest, TURNS * PER_TURN))
-    if further is not None:
-        grid.append(np.abs(further))
     omega = np.unique(np.concatenate(grid))
     values = smoother_gains(plant, omega)
     inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
@@ -51,10 +49,10 @@ def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherB
     left, right = omega[inner - 1], omega[inner + 1]
     for _ in range(ROUNDS if inner.size else 0):
         first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        found = smoother_gains(plant, np.concatenate([first, second]))
-        if found.max() > best:
-            best, where = float(found.max()), float(np.concatenate([first, second])[int(found.argmax())])
-        low, high = np.split(found, 2)
+        gains = smoother_gains(plant, np.concatenate([first, second]))
+        if gains.max() > best:
+            best, where = float(gains.max()), float(np.concatenate([first, second])[int(gains.argmax())])
+        low, high = np.split(gains, 2)
         left, right = np.where(low < high, first, left), np.where(low < high, right, second)
     return SmootherBound(best, where)
 
@@ -81,9 +79,9 @@ def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
     output, noise = values[:, plant.rows[1]] @ kernel, kernel[:, n:]
     _, sizes, right = np.linalg.svd(noise, full_matrices=False)
     moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)
-    turned = output @ right.conj().swapaxes(1, 2)
-    hidden = np.linalg.norm(turned * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
-    return turned * moved[:, None, :], hidden
+    maps = output @ right.conj().swapaxes(1, 2)
+    hidden = np.linalg.norm(maps * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
+    return maps * moved[:, None, :], hidden
 
 
 # Comparisons of the level of a delay observer: the gain without sensors, of a Kalman filter, of a smoother
@@ -102,8 +100,8 @@ def worth(plant: PlantTerms, level: float | Bracket) -> tuple[Evidence, ...]:
     """The facts to set beside `level`, with advice where it is hardly below that without sensors."""
     how = "gain from w to the error of z, true exponentials"
     try:
-        found = gain_bracket(error_response(plant, no_injection(plant)), WIDTH)
-        without = Bracket(found.lower, found.upper, "attained")
+        gain = gain_bracket(error_response(plant), WIDTH)
+        without = Bracket(gain.lower, gain.upper, "attained")
     except InfeasibleError:
         without = None
     except (SolverError, np.linalg.LinAlgError):
@@ -142,13 +140,11 @@ def kalman_level(model: FilterModel) -> float:
 
 
 def continuous_norm(a: Array, b: Array, c: Array, d: Array) -> float:
-    """The H-infinity norm of a stable continuous-time system."""
-    return hinf_norm(*_sampled(a, b, c, d)).upper
+    """The H-infinity norm of a stable continuous-time system: that of a discrete-time one with the same norm.
 
-
-def _sampled(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Array, Array]:
-    """A discrete-time system with the same norm: s = rate (z - 1) / (z + 1) takes the axis to the unit circle."""
+    s = rate (z - 1) / (z + 1) takes the axis to the unit circle.
+    """
     rate = float(np.abs(np.linalg.eigvals(a)).max()) or 1.0
     resolvent = np.linalg.inv(rate * np.eye(len(a)) - a)
-    root = np.sqrt(2 * rate)
-    return resolvent @ (rate * np.eye(len(a)) + a), root * resolvent @ b, root * c @ resolvent, d + c @ resolvent @ b
+    root, state = np.sqrt(2 * rate), resolvent @ (rate * np.eye(len(a)) + a)
+    return hinf_norm(state, root * resolvent @ b, root * c @ resolvent, d + c @ resolvent @ b).upper

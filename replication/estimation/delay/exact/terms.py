@@ -14,90 +14,71 @@ import numpy.typing as npt
 import scipy
 from numpy.polynomial import legendre
 
-from replication.errors import SolverError
 from replication.estimation.validation import Array
 
-# Matrix functions of the lag on [0, 1], piecewise polynomial: exact Laplace transforms, bounds, weights for samples.
+# Polynomials of the lag on [0, 1], as Legendre series: exact Laplace transforms, bounds, weights for samples.
 #
-# On each panel a Legendre series. Its transform is a sum of modified spherical Bessel functions i_k, so that no
-# quadrature has to resolve an oscillation.
+# The transform is a sum of modified spherical Bessel functions i_k, so that no quadrature has to resolve an
+# oscillation.
 
 
 Complex = npt.NDArray[np.complexfloating[Any, Any]]
-DEGREE, MOST_PANELS = 15, 200
-"""Degree on each panel, and panels beyond which a function is refused."""
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """K(lag) on [0, 1]."""
+    """K(lag) on [0, 1]: coefficients (d+1, a, b) of the Legendre polynomials P_k(2 lag - 1)."""
 
-    edges: Array  # (m+1,) From 0 to 1, increasing
-    # (m, d+1, a, b) On each panel the Legendre coefficients, in the variable that runs from -1 to 1 over it
     series: Array
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns of a value."""
-        return self.series.shape[2], self.series.shape[3]
-
     def __call__(self, lags: Array) -> Array:
-        """The values at `lags` (M,), shape (M, a, b); at an edge those of the panel above it."""
-        panel = np.clip(np.searchsorted(self.edges, lags, side="right") - 1, 0, len(self.series) - 1)
-        left, right = self.edges[panel], self.edges[panel + 1]
-        basis = legendre.legvander(2.0 * (lags - left) / (right - left) - 1.0, self.series.shape[1] - 1)
-        return np.asarray(np.einsum("mk,mkab->mab", basis, self.series[panel]))
+        """The values at `lags` (M,), shape (M, a, b)."""
+        return np.asarray(np.tensordot(legendre.legvander(2.0 * lags - 1.0, len(self.series) - 1), self.series, axes=1))
 
     def applied(self, left: Array, right: Array | None = None) -> Kernel:
         """The kernel left·K(lag)·right."""
-        series = np.einsum("ca,mkab->mkcb", left, self.series)
-        return Kernel(self.edges, series if right is None else series @ right)
+        series = left @ self.series
+        return Kernel(series if right is None else series @ right)
 
     def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
-        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
-        total = np.zeros((len(s), *self.shape), dtype=complex)
-        for h, centre, series in zip(half, middle, self.series, strict=True):
-            factor = h * np.exp(-s * centre + (s * h).real)
-            total += np.einsum("m,mk,kab->mab", factor, _legendre_transforms(s * h, len(series)), series)
-        return total
+        factor = 0.5 * np.exp(-0.5 * s + 0.5 * s.real)
+        transforms = _legendre_transforms(0.5 * s, len(self.series))
+        return np.asarray(np.einsum("m,mk,kab->mab", factor, transforms, self.series))
 
     def lagged(self) -> Kernel:
         """The kernel lag·K(lag)."""
-        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
-        k = np.arange(self.series.shape[1])[:, None, None]
-        share = half[:, None, None, None] * self.series / (2 * k + 1)
-        series = np.pad(middle[:, None, None, None] * self.series, ((0, 0), (0, 1), (0, 0), (0, 0)))
-        series[:, 1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
-        series[:, : len(k) - 1] += (k * share)[:, 1:]
-        return Kernel(self.edges, series)
+        k = np.arange(len(self.series))[:, None, None]
+        share = 0.5 * self.series / (2 * k + 1)
+        series = np.pad(0.5 * self.series, ((0, 1), (0, 0), (0, 0)))
+        series[1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
+        series[: len(k) - 1] += (k * share)[1:]
+        return Kernel(series)
 
     def size(self) -> Array:
-        """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality on each panel."""
-        orders = 2.0 * np.arange(self.series.shape[1]) + 1.0
-        sizes = np.sqrt(np.einsum("mkab,k->mab", self.series**2, 1.0 / orders))
-        return np.asarray(np.tensordot(np.diff(self.edges), sizes, axes=1))
+        """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality."""
+        orders = 2.0 * np.arange(len(self.series)) + 1.0
+        return np.asarray(np.sqrt(np.einsum("kab,k->ab", self.series**2, 1.0 / orders)))
 
     def variation(self) -> Array:
         """V (a, b) with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
-        weights = 2.0 + 2.0 * np.arange(self.series.shape[1])
-        return np.asarray(np.einsum("mkab,k->ab", np.abs(self.series), weights))
+        weights = 2.0 + 2.0 * np.arange(len(self.series))
+        return np.asarray(np.einsum("kab,k->ab", np.abs(self.series), weights))
 
     def weights(self, step: float) -> Array:
         """Weights W_j (J, a, b) with sum W_j v_j the integral of K(lag) v(lag), v linear between v_j = v(j step).
 
-        The last sample lies at or just beyond lag 1. Exact: pieces between samples and edges, by Gauss' rule.
+        The last sample lies at or just beyond lag 1. Exact: pieces between samples, by Gauss' rule.
         """
         count = max(int(np.ceil(1.0 / step - 1e-9)), 1) + 1
-        cuts = np.concatenate([self.edges, np.clip(step * np.arange(count), 0.0, 1.0)])
-        cuts = np.unique(cuts)
-        nodes, weights = legendre.leggauss(self.series.shape[1] // 2 + 2)
+        cuts = np.unique(np.concatenate([[0.0, 1.0], np.clip(step * np.arange(count), 0.0, 1.0)]))
+        nodes, weights = legendre.leggauss(len(self.series) // 2 + 2)
         half, middle = np.diff(cuts) / 2.0, (cuts[1:] + cuts[:-1]) / 2.0
         lags = (middle[:, None] + half[:, None] * nodes).ravel()
         values = self(lags) * (half[:, None] * weights).ravel()[:, None, None]
         before = np.minimum((lags / step + 1e-12).astype(int), count - 2)
         share = (lags / step - before)[:, None, None]
-        total = np.zeros((count, *self.shape))
+        total = np.zeros((count, *self.series.shape[1:]))
         np.add.at(total, before, (1.0 - share) * values)
         np.add.at(total, before + 1, share * values)
         return total
@@ -119,56 +100,29 @@ def _spherical(x: Array, count: int) -> Array:
     x = np.maximum(np.abs(x), 1e-30)
     first = np.sinc(x / np.pi)
     second = np.where(x > 1e-2, (first - np.cos(x)) / x, x / 3.0 - x**3 / 30.0 + x**5 / 840.0)
-    found = np.zeros((len(x), max(count, 2)))
-    found[:, 0], found[:, 1] = first, second
+    bessel = np.zeros((len(x), max(count, 2)))
+    bessel[:, 0], bessel[:, 1] = first, second
     up = x > count
     for k in range(2, count):
-        found[up, k] = (2 * k - 1) / x[up] * found[up, k - 1] - found[up, k - 2]
+        bessel[up, k] = (2 * k - 1) / x[up] * bessel[up, k - 1] - bessel[up, k - 2]
     down = x[~up]
-    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), found.shape[1]))
+    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), bessel.shape[1]))
     for k in range(count + 10 + int(np.sqrt(40.0 * count)), 0, -1):
         ratio = 1.0 / ((2 * k + 1) / down - ratio)
-        if k < found.shape[1]:
+        if k < bessel.shape[1]:
             ratios[:, k] = ratio
     # From j_0 or j_1, whichever is the larger: one of them may be next to zero.
     later = np.where(np.abs(second[~up]) > np.abs(first[~up]), second[~up], first[~up] * ratios[:, 1])
-    found[~up, 1] = later
-    found[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
-    return np.asarray(sign * found[:, :count])
-
-
-def polynomial(series: Array) -> Kernel:
-    """One panel: `series` (d+1, a, b) are coefficients of the Legendre polynomials P_k(2 lag - 1)."""
-    return Kernel(np.array([0.0, 1.0]), np.asarray(series)[None])
+    bessel[~up, 1] = later
+    bessel[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
+    return np.asarray(sign * bessel[:, :count])
 
 
 def projected(function: Callable[[Array], Array], degree: int) -> Array:
-    """Coefficients (degree+1, a, b), for `polynomial`, of a function of the lags that is a polynomial of `degree`."""
+    """Coefficients (degree+1, a, b), for a `Kernel`, of a function of the lags that is a polynomial of `degree`."""
     nodes, weights = legendre.leggauss(degree + 1)
     project = (legendre.legvander(nodes, degree) * weights[:, None]).T * (np.arange(degree + 1) + 0.5)[:, None]
     return np.asarray(np.einsum("kt,tab->kab", project, function((nodes + 1.0) / 2.0)))
-
-
-def fitted(function: Callable[[Array], Array], tolerance: float = 1e-13) -> Kernel:
-    """A kernel that interpolates a smooth function of the lags, (M,) to (M, a, b), on panels cut until it is resolved.
-
-    Raises SolverError where MOST_PANELS do not resolve it to `tolerance` of its largest entry.
-    """
-    open_panels, done = [(0.0, 1.0)], []
-    size = 0.0
-    while open_panels:
-        left, right = open_panels.pop()
-        series = projected(lambda lags, a=left, b=right: function(a + (b - a) * lags), DEGREE)  # type: ignore[misc]
-        size = max(size, float(np.abs(series).max(initial=0.0)))
-        if np.abs(series[-2:]).max(initial=0.0) <= tolerance * size:
-            done.append((left, right, series))
-        elif len(open_panels) + len(done) >= MOST_PANELS or not np.isfinite(size):
-            raise SolverError(f"a kernel varies too quickly for {MOST_PANELS} panels; its least storage is too small")
-        else:
-            middle = (left + right) / 2.0
-            open_panels += [(middle, right), (left, middle)]
-    edges = np.array([0.0] + [right for _, right, _ in done])
-    return Kernel(edges, np.array([series for *_, series in done]))
 
 
 def axis(omega: Array) -> Complex:
@@ -200,13 +154,13 @@ class Terms:
     def lines_at(self, s: Complex, delays: Array | None = None) -> list[Complex]:
         """The part of each line."""
         times = np.tile(self.delays, (len(s), 1)) if delays is None else delays
-        found = []
+        parts = []
         for i, (_, matrix, kernel) in enumerate(self.spread):
             value = np.asarray(np.exp(-s * times[:, i])[:, None, None] * matrix, dtype=complex)
             if kernel is not None:
                 value += kernel.transform(s * times[:, i])
-            found.append(value)
-        return found
+            parts.append(value)
+        return parts
 
     def aged(self) -> Terms:
         """Each line weighted with its lag: the far end as it is, the kernels as lag·K(lag); no constant."""
@@ -232,14 +186,14 @@ class Terms:
 
     def sizes_beyond(self, phases: Array) -> list[Array]:
         """Bounds (M, a, b) of the part of line i on the imaginary axis where w tau_i >= phases[:, i]."""
-        found = []
+        sizes = []
         for i, (_, matrix, kernel) in enumerate(self.spread):
             size = np.tile(np.abs(matrix), (len(phases), 1, 1))
             if kernel is not None:
                 with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                     size += np.fmin(kernel.size(), kernel.variation() / phases[:, i, None, None])
-            found.append(size)
-        return found
+            sizes.append(size)
+        return sizes
 
     def variation(self, shortest: Sequence[float]) -> Array:
         """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
@@ -283,10 +237,10 @@ class PlantTerms:
         """
         n = self.sizes[0]
         states, _, measured = self.rows
-        found = np.concatenate([values[:, states], values[:, measured]], axis=1)
-        found[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
-        found /= np.maximum(np.linalg.norm(found, axis=2, keepdims=True), np.finfo(float).tiny)
-        return found
+        pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
+        pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+        pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
+        return pencil
 
     @property
     def columns(self) -> tuple[slice, slice]:

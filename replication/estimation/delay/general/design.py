@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -14,19 +15,13 @@ from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, climbed, limit, require_seen
 from replication.estimation.delay.exact.loop import (
     error_response,
-    exact_gain,
-    injection_terms,
-    no_injection,
     plant_terms,
-    worst_gain,
 )
 from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.lines import DelayObserver
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
+from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.general.synthesis import (
     GeneralLevel,
     degree_of,
@@ -35,6 +30,8 @@ from replication.estimation.delay.general.synthesis import (
     require_noise,
     scaling_of,
 )
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.result import DelayResult, made
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
@@ -49,25 +46,29 @@ AGREES = 1e-4
 
 
 def design_general(
-    plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, order: int
-) -> InnovationsResult:
+    plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, **shown: Any
+) -> DelayResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
     require_noise(plant)
     scaling = scaling_of(plant)
     require_seen(plant_terms(scaling.plant(plant)), scaling.time)
     degree = degree_of(plant) if degree is None else degree
     if level is None:
-        _require_level(plant)
+        if smoother_bound(plant_terms(plant)).level <= 0.0 and limit(plant).level <= 0.0:
+            raise InfeasibleError(
+                f"the least level cannot be told from zero: {plant.measurements} measurements may reveal "
+                f"{plant.inputs} disturbances, or z is not disturbed; let more disturbances act, or ask for a `level`"
+            )
         least = _least(plant, degree)
         proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
         facts = (Evidence("least level", least.level, how), *known_levels(plant, least.level))
-        return _result(proof, observer, facts, order)
+        return _result(proof, observer, facts, shown)
     try:
         proof, observer = observer_at(plant, level, degree, scaling_of(plant).at(level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
-    return _result(proof, observer, known_levels(plant, level), order)
+    return _result(proof, observer, known_levels(plant, level), shown)
 
 
 def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
@@ -80,15 +81,6 @@ def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
             f"degree {degree} is found to prove no level, and which one is least stays open ({known}): {error}; raise "
             "the degree"
         ) from error
-
-
-def _require_level(plant: DelayPlant) -> None:
-    """Raise InfeasibleError where the least level is zero, as where y reveals w: no observer has it."""
-    if smoother_bound(plant_terms(plant)).level <= 0.0 and limit(plant).level <= 0.0:
-        raise InfeasibleError(
-            f"the least level cannot be told from zero: {plant.measurements} measurements may reveal "
-            f"{plant.inputs} disturbances, or z is not disturbed; let more disturbances act, or ask for a `level`"
-        )
 
 
 def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
@@ -121,19 +113,24 @@ def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | Non
             Evidence(below, bound.level, f"knowing the future, at {bound.frequency:.4g} rad/s"),
         )
     exact = f"Riccati equation on models of rising order; last change {least.moving:.1e}"
-    value: float | str = least.level
-    if least.moving > UNSETTLED * least.level:
-        value, exact = "open", f"models of rising order do not agree: {least.level:.6g}, last change {least.moving:.1e}"
-    elif least.level > attained * (1.0 + AGREES):
-        value, exact = "open", f"models of rising order give {least.level:.6g}, above a level that is attained"
+    value, exact = _settled(least.level, least.moving, attained, exact, "a level that is attained")
     smoother = f"knowing the future, at {least.frequency:.4g} rad/s, true exponentials"
     return Evidence(what, value, exact), Evidence(below, least.smoother, smoother)
+
+
+def _settled(least: float, moving: float, attained: float, how: str, what: str) -> tuple[float | str, str]:
+    """The least value and `how` it is known; "open" where models do not agree, or give more than is `attained`."""
+    if moving > UNSETTLED * least:
+        return "open", f"models of rising order do not agree: {least:.6g}, last change {moving:.1e}"
+    if least > attained * (1.0 + AGREES):
+        return "open", f"models of rising order give {least:.6g}, above {what}"
+    return least, how
 
 
 def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     """What the plant does without an observer, and what any observer can do."""
     terms = plant_terms(plant)
-    still = error_response(terms, no_injection(terms))
+    still = error_response(terms)
     roots, gain, rms = "unstable roots", "gain from w to z", "rms of z"
     try:
         count = right_roots(still)[1]
@@ -145,16 +142,14 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
         facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
     else:
         facts.append(Evidence(gain, gain_bracket(still, WIDTH).upper, "upper bound over all frequencies"))
-        mean: float | str = (
-            "infinite"
-            if np.any(plant.d11)
-            else float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
-        )
+        mean = "infinite" if np.any(plant.d11) else _rms(error_covariance(terms)[0])
         facts.append(Evidence(rms, mean, WHITE))
     return *facts, *known_levels(plant)
 
 
-def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
+def _result(
+    proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], shown: Mapping[str, Any]
+) -> DelayResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
     if lower > proof.level * (1.0 + AGREES):
@@ -162,9 +157,8 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
             f"the gains prove the level {proof.level:.6g}, and have the gain {lower:.6g}: rounding spoils the "
             "kernels; raise `margin`"
         )
-    arrays, axes = arrays_of(observer)
     plant = observer.plant
-    evidence = [
+    evidence = (
         *facts,
         *closed,
         *_mean(observer),
@@ -172,17 +166,9 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
         *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
-    ]
-    return InnovationsResult(
-        bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),
-        gains=frozen(arrays),
-        axes=axes,
-        evidence=tuple(evidence),
-        signals=signals_of(plant),
-        gains_of=observer,
-        proof=proof,
-        order=order,
     )
+    bracket = Bracket(min(lower, proof.level), proof.level, BOTH_ENDS)
+    return made(observer, bracket, evidence, proof=proof, **shown)
 
 
 def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
@@ -192,7 +178,7 @@ def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
     except SolverError as error:
         # Roots next to the axis are hard to count; that the error dies out rests on the storage function then.
         omega = np.concatenate([[0.0], np.logspace(-DECADES, DECADES, FREQUENCIES) / observer.plant.delays[-1]])
-        gains = error_response(plant_terms(observer.plant), injection_terms(observer)).gains(omega)
+        gains = observer.error.gains(omega)
         where = Evidence("lower end attained at", float(omega[gains.argmax()]), "on a grid of frequencies", "rad/s")
         return float(gains.max()), [where, Evidence("exact gain, upper end", "open", str(error))]
     return gain.lower, [
@@ -209,7 +195,7 @@ def over_ranges(observer: DelayObserver) -> list[Evidence]:
     try:
         worst = worst_gain(observer)
         terms = plant_terms(plant)
-        still = gain_bracket(replace(error_response(terms, no_injection(terms)), ranges=plant.ranges), ROUGH)
+        still = gain_bracket(replace(error_response(terms), ranges=plant.ranges), ROUGH)
     except (InfeasibleError, SolverError) as error:
         return [Evidence("worst gain over the ranges", "open", str(error))]
     where = ", ".join(f"{delay:.4g}" for delay in worst.delays[: plant.delay_count])
@@ -233,9 +219,7 @@ TOLERANCE, NOTICED = 1e-8, 1e-3
 """Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""
 
 
-def mean_design(
-    plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, order: int
-) -> InnovationsResult:
+def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, **shown: Any) -> DelayResult:
     """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share.
 
     Raises as `design`: InvalidInputError, InfeasibleError and SolverError.
@@ -251,8 +235,7 @@ def mean_design(
         )
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
-    covariance, reach = error_covariance(plant_terms(plant), injection_terms(observer))
-    arrays, axes = arrays_of(observer)
+    covariance, reach = error_covariance(plant_terms(plant), observer.terms)
     evidence = (
         *asked,
         *_mean_facts(plant, covariance, reach, alone),
@@ -262,16 +245,8 @@ def mean_design(
         *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
         *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
     )
-    return InnovationsResult(
-        bracket=Bracket(gain.lower, gain.upper, EXACT_ENDS),
-        gains=frozen(arrays),
-        axes=axes,
-        evidence=evidence,
-        signals=signals_of(plant),
-        gains_of=observer,
-        covariance=frozen({"z": covariance})["z"],
-        order=order,
-    )
+    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
+    return made(observer, bracket, evidence, covariance=held, **shown)
 
 
 WHITE = "white noise of unit intensity; spectrum over all frequencies, true exponentials"
@@ -283,10 +258,10 @@ def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
     if np.any(plant.d11 - observer.lz @ plant.d21) or any(np.any(observer.lz @ d) for d in plant.d21_delayed):
         return (Evidence(OF, "infinite", "white noise enters the error of z itself"),)
     try:
-        covariance, _ = error_covariance(plant_terms(plant), injection_terms(observer))
+        covariance, _ = error_covariance(plant_terms(plant), observer.terms)
     except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
         return (Evidence(OF, "open", str(error)),)
-    own = float(np.sqrt(np.trace(covariance)))
+    own = _rms(covariance)
     return Evidence(OF, own, WHITE), *_beside(own, _alone(plant_terms(plant)))
 
 
@@ -300,54 +275,43 @@ def _beside(own: float, alone: float | None, limit: float | None = None) -> tupl
 
 def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float | None) -> tuple[Evidence, ...]:
     """The mean error of z, each and together, beside those without sensors, of any observer and of a smoother."""
-    terms, how = plant_terms(plant), WHITE
-    own, each = float(np.sqrt(np.trace(covariance))), np.sqrt(np.diag(covariance)).tolist()
-    value, models = _least_rms(plant, own)
-    limit_rms = float(np.sqrt(np.trace(smoother_covariance(terms, reach))))
-    return (
-        Evidence(OF, own, how),
-        *(Evidence(f"rms error of z[{i}]", value, how) for i, value in enumerate(each) if len(each) > 1),
-        Evidence("least rms error of any observer", value, models),
-        *(_excess(plant, own, value) if isinstance(value, float) else ()),
-        *_beside(own, alone, limit_rms),
-    )
+    own, each = _rms(covariance), np.sqrt(np.diag(covariance)).tolist()
+    least, models = _least_rms(plant, own)
+    facts = [Evidence(OF, own, WHITE)]
+    facts += [Evidence(f"rms error of z[{i}]", value, WHITE) for i, value in enumerate(each) if len(each) > 1]
+    facts.append(Evidence("least rms error of any observer", least, models))
+    if isinstance(least, float) and own > least * (1 + NOTICED) and returns(plant):
+        why = "a disturbance that y has shown acts again later, and the optimal gains jump there"
+        facts.append(Evidence("above the least", f"{100 * (own / least - 1):.2g} %", why))
+    return *facts, *_beside(own, alone, _rms(smoother_covariance(plant_terms(plant), reach)))
 
 
 def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
     """The least rms error, or "open" where models do not agree, or give more than `own`; and how it is known."""
     scaling = scaling_of(plant)
-    terms, unit = plant_terms(scaling.plant(plant)), scaling.time**-0.5
+
+    def of_model(model: FilterModel, _: float) -> float:
+        """The rms error of its Kalman filter."""
+        square = np.trace(model.cz @ central(model)[1] @ model.cz.T)
+        return float(scaling.time**-0.5 * np.sqrt(max(square, 0.0)))
+
     try:
-        rungs, moving = climbed(terms, lambda model, near: unit * _model_rms(model, near), 0.0, TOLERANCE)
+        rungs, moving = climbed(plant_terms(scaling.plant(plant)), of_model, 0.0, TOLERANCE)
     except (InfeasibleError, np.linalg.LinAlgError) as error:
         return "open", f"a model has no Kalman filter, to rounding: {error}"
     order, least = rungs[-1]
     models = f"Riccati equation on models of rising order, up to {order} moments; last change {moving:.1e}"
-    if moving > UNSETTLED * least:
-        return "open", f"models of rising order do not agree: {least:.6g}, last change {moving:.1e}"
-    if least > own * (1 + AGREES):
-        return "open", f"models of rising order give {least:.6g}, above what is attained"
-    return least, models
+    return _settled(least, moving, own, models, "what is attained")
 
 
-def _excess(plant: DelayPlant, own: float, least: float) -> tuple[Evidence, ...]:
-    """What is lost where the optimal gains jump."""
-    if own <= least * (1 + NOTICED) or not returns(plant):
-        return ()
-    why = "a disturbance that y has shown acts again later, and the optimal gains jump there"
-    return (Evidence("above the least", f"{100 * (own / least - 1):.2g} %", why),)
-
-
-def _model_rms(model: FilterModel, _: float) -> float:
-    """The rms error of the Kalman filter of a model."""
-    P = central(model)[1]
-    return float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
+def _rms(covariance: Array) -> float:
+    return float(np.sqrt(np.trace(covariance)))
 
 
 def _alone(terms: PlantTerms) -> float | None:
     """The rms error of the estimate zero; None if it is infinite, nan if a root next to the axis leaves it open."""
     try:
-        return float(np.sqrt(np.trace(error_covariance(terms, no_injection(terms))[0])))
+        return _rms(error_covariance(terms)[0])
     except InfeasibleError:
         return None
     except (SolverError, np.linalg.LinAlgError):

@@ -14,14 +14,14 @@ from replication.estimation.api.shown import Measures, TradeOff, balanced
 from replication.estimation.api.shown import tradeoff as curve
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, limit, require_seen
-from replication.estimation.delay.exact.loop import error_response, exact_gain, injection_terms, plant_terms
+from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
 from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
-from replication.estimation.delay.general.cone import moment_plant
-from replication.estimation.delay.general.lines import DelayObserver, line_form
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.cone import line_form, moment_plant
+from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import require_noise, scaling_of
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
@@ -45,8 +45,8 @@ MOST = 2_000_000
 Function = Callable[[Array], Complex | Array]
 
 
-def error_covariance(plant: PlantTerms, injection: Terms) -> tuple[Array, float]:
-    """Covariance (p, p) of the error of z for an observer that adds `injection` times its innovation.
+def error_covariance(plant: PlantTerms, injection: Terms | None = None) -> tuple[Array, float]:
+    """Covariance (p, p) of the error of z for an observer that adds `injection` times its innovation, or of z itself.
 
     And the frequency beyond which its error has no dynamics, rad/s.
 
@@ -186,25 +186,20 @@ class Designs:
 
     def exact(self, level: float) -> tuple[DelayObserver, GainBracket]:
         """The observer and its exact gain; raises SolverError if it does not keep the level."""
-        observer = self.at(level)
+        observer, few = self.at(level), f"the gains of {self.degree} moments of each delay"
+        why = " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
         try:
             gain = exact_gain(observer, WIDTH)
         except InfeasibleError as error:
-            raise SolverError(f"{self._few()} do not stabilise the error{self._why()}; set `degree`") from error
+            raise SolverError(f"{few} do not stabilise the error{why}; set `degree`") from error
         except SolverError as error:
-            raise SolverError(f"{self._few()} are of no use: {error}; raise the level, or set `degree`") from error
+            raise SolverError(f"{few} are of no use: {error}; raise the level, or set `degree`") from error
         if gain.upper > level * (1 + KEPT):
             raise SolverError(
-                f"{self._few()} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
+                f"{few} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
                 "or set `degree`"
             )
         return observer, gain
-
-    def _few(self) -> str:
-        return f"the gains of {self.degree} moments of each delay"
-
-    def _why(self) -> str:
-        return " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
 
     def at(self, level: float) -> DelayObserver:
         """The observer, in the units of the plant."""
@@ -230,7 +225,7 @@ class Designs:
     def measures(self, level: float) -> Measures:
         """The exact gain and root mean square of the design at a level."""
         observer, gain = self.exact(level)
-        covariance, _ = error_covariance(plant_terms(self.plant), injection_terms(observer))
+        covariance, _ = error_covariance(plant_terms(self.plant), observer.terms)
         return gain.upper, float(np.sqrt(np.trace(covariance)))
 
     @cached_property
@@ -241,22 +236,22 @@ class Designs:
                 "a disturbance that y has shown acts again later (b_delayed or d21_delayed): the gains between both "
                 "goals jump there, and are not found; take the goal hinf or h2, or let that noise pass a state"
             )
-        found = limit(self.plant)
-        if found.level <= 0.0:
+        least = limit(self.plant)
+        if least.level <= 0.0:
             raise InfeasibleError("the least level cannot be told from zero: there is nothing to trade; take goal h2")
-        return found
+        return least
 
     def least(self) -> float:
         """The smallest level of a design."""
-        found = self.limit
-        return (1 + MARGIN) * (found.level + found.moving)
+        limit = self.limit
+        return (1 + MARGIN) * (limit.level + limit.moving)
 
     def above_least(self, level: float) -> float:
         """The level if some observer keeps it."""
-        found = self.limit
-        if level <= found.level - found.moving:
+        limit = self.limit
+        if level <= limit.level - limit.moving:
             raise InfeasibleError(
-                f"no observer has a gain below {level!r}: the least is {found.level:.6g}; ask for more"
+                f"no observer has a gain below {level!r}: the least is {limit.level:.6g}; ask for more"
             )
         return level
 

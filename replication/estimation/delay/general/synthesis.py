@@ -14,17 +14,20 @@ from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import axis
 from replication.estimation.delay.general.cone import (
+    Line,
+    LineForm,
     Rates,
     Storage,
     dissipation,
     injection,
+    line_form,
     positivity,
     rates,
     storage_of,
 )
-from replication.estimation.delay.general.lines import DelayObserver, Line, LineForm, line_form
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.system import natural_units
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.units import converted, natural_units
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 # Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
@@ -55,25 +58,10 @@ class Scaling:
 
     def plant(self, plant: DelayPlant) -> DelayPlant:
         """The plant in these units."""
-        left, right = self.time * self.states[:, None], 1.0 / self.states
-        root, seen = self.gain**0.5, self.sensors[:, None]
-        return DelayPlant(
-            a0=left * plant.a0 * right,
-            delays=tuple(delay / self.time for delay in plant.delays),
-            b=left * plant.b / root,
-            c10=plant.c10 * right / root,
-            c2=seen * plant.c2 * right,
-            a=tuple(left * a * right for a in plant.a),
-            c1=tuple(c * right / root for c in plant.c1),
-            b_delayed=tuple(left * b / root for b in plant.b_delayed),
-            c2_delayed=tuple(seen * c * right for c in plant.c2_delayed),
-            d11=plant.d11 / self.gain,
-            d21=seen * plant.d21 / root,
-            d21_delayed=tuple(seen * d / root for d in plant.d21_delayed),
-            a_spread=tuple(left * a * right for a in plant.a_spread),
-            c1_spread=tuple(c * right / root for c in plant.c1_spread),
-            c2_spread=tuple(seen * c * right for c in plant.c2_spread),
-        )
+        left, root, seen = self.time * self.states[:, None], self.gain**0.5, self.sensors[:, None]
+        rows = {"n": lambda part: left * part, "p": lambda part: part / root, "q": lambda part: seen * part}
+        columns = {"n": lambda part: part / self.states, "r": lambda part: part / root}
+        return converted(plant, rows, columns, self.time)
 
     def back(self, form: LineForm) -> LineForm:
         """A line form in these units in those of the plant, with the same signals on the lines."""
@@ -177,8 +165,8 @@ def _least(values: Callable[[Array], Array], omega: Array) -> tuple[float, float
         low, high = values(np.array([first, second]))
         left, right = (left, second) if low < high else (first, right)
     middle = (left + right) / 2.0
-    found = float(values(np.array([middle]))[0])
-    return (middle, found) if found < on_grid[best] else (float(omega[best]), float(on_grid[best]))
+    value = float(values(np.array([middle]))[0])
+    return (middle, value) if value < on_grid[best] else (float(omega[best]), float(on_grid[best]))
 
 
 DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 50
@@ -274,13 +262,13 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
         raise InfeasibleError(
             f"the level {level:.6g} is not found to be in reach of degree {degree}; relax it or raise the degree"
         )
-    found = program.proved(point, np.append(point.y[:-1], target), degree)
-    if found.slack <= found.rounding:
+    proof = program.proved(point, np.append(point.y[:-1], target), degree)
+    if proof.slack <= proof.rounding:
         raise SolverError(
-            f"whether {level:.6g} is reached is lost in rounding (slack {found.slack:.1e}); ask for a higher level"
+            f"whether {level:.6g} is reached is lost in rounding (slack {proof.slack:.1e}); ask for a higher level"
         )
-    l0, lz, kernels = injection(program.form, program.rates, found.storage)
-    return found, DelayObserver(
+    l0, lz, kernels = injection(program.form, program.rates, proof.storage)
+    return proof, DelayObserver(
         plant,
         scaling.back(program.form),
         l0 / scaling.states[:, None] / scaling.time * scaling.sensors,

@@ -9,12 +9,12 @@ import numpy as np
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program, reduced
 from replication.estimation.delay.spectrum import require_detectable
-from replication.estimation.delay.system import gain_scaled, natural_units, rounded
+from replication.estimation.delay.units import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
 
 # The least γ that Theorem 3 proves with polynomials of a given degree, as a bracket
@@ -210,9 +210,9 @@ def certificate_at(
     except (InfeasibleError, SolverError) as error:
         least = _bracket(error, system, level, degree, rule)
         solution = _retried(task, looser(options), level, least)
-    found = certificate_of(assembly, epsilon, level / gain, solution)
-    plain = gain_scaled(found.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
-    return replace(found, system=plain, gamma=level, change=found.change @ units.change, time=units.time)
+    certificate = certificate_of(assembly, epsilon, level / gain, solution)
+    plain = gain_scaled(certificate.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
+    return replace(certificate, system=plain, gamma=level, change=certificate.change @ units.change, time=units.time)
 
 
 def _bracket(

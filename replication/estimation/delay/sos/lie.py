@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.cone import FormSpace, Index, triangle
 from replication.estimation.validation import Array

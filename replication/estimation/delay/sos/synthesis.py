@@ -15,7 +15,7 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.conic.program import Program
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import (
@@ -28,7 +28,7 @@ from replication.estimation.delay.sos.cone import (
     triangle,
 )
 from replication.estimation.delay.sos.lie import Drive, by_rates
-from replication.estimation.delay.system import measured_last
+from replication.estimation.delay.units import measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 DEGREES, MONOMIALS = (3, 2, 1), 2000

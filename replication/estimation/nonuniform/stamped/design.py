@@ -36,9 +36,9 @@ from replication.estimation.conic.program import (
     symmetric_basis,
 )
 from replication.estimation.linear.riccati import symmetric
+from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, balancing, cell_needs
+from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.guarantee import UNPROVED, balancing, cell_needs
-from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
@@ -103,11 +103,11 @@ class StampedFilter(Estimator):
         """L e, where e = x - x^ is followed by itself: x may grow without bound."""
         steps, drives = self.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
         error = np.zeros(plant.order)
-        found = [plant.L @ error]
+        outputs = [plant.L @ error]
         for step, drive, disturbance in zip(steps, drives, w, strict=True):
             error = step @ error + drive @ disturbance
-            found.append(plant.L @ error)
-        return np.array(found)
+            outputs.append(plant.L @ error)
+        return np.array(outputs)
 
     def require_settling(self, plant: SampledPlant) -> None:
         """The gain must fit; whether the error settles depends on the periods."""
@@ -206,33 +206,33 @@ def stamped_design(
     for _ in range(COORDINATES):
         moved = plant.in_coordinates(T)
         scaled = type(plant)(moved.A, moved.B, moved.C, moved.D, moved.L / scale)
-        found, violation, rounds, report = _exchanged(scaled, edges, slack)
-        if found.delta <= ZERO:
+        inner, violation, rounds, report = _exchanged(scaled, edges, slack)
+        if inner.delta <= ZERO:
             raise InfeasibleError(NO_LEVEL)
-        filter_ = central(scaled, found, edges).in_coordinates(np.asarray(np.linalg.inv(T)))
-        level = scale * float(np.sqrt(found.delta))
-        storage = Storage(scale**2 * T.T @ found.X @ T, level**2)
+        filter_ = central(scaled, inner, edges).in_coordinates(np.asarray(np.linalg.inv(T)))
+        level = scale * float(np.sqrt(inner.delta))
+        storage = Storage(scale**2 * T.T @ inner.X @ T, level**2)
         T, scale = np.linalg.cholesky(np.mean(storage.X, axis=0) / storage.delta).T, level
     return StampedDesign(level, filter_, storage, tuple(edges.tolist()), violation, rounds, report)
 
 
-def central(plant: SampledPlant, found: Storage, edges: Array) -> StampedFilter:
+def central(plant: SampledPlant, storage: Storage, edges: Array) -> StampedFilter:
     """G = [QC'; D'] (CQC' + DD')^-1 with Q = (P^-1 - L'L / gamma^2)^-1 and P = gamma^2 X^-1, just above the level."""
-    left = symmetric(found.X - plant.L.T @ plant.L) + MARGIN * found.X
-    gains = [innovations_filter(plant, found.delta * one).G[0] for one in np.linalg.inv(left)]
+    left = symmetric(storage.X - plant.L.T @ plant.L) + MARGIN * storage.X
+    gains = [innovations_filter(plant, storage.delta * inverse).G[0] for inverse in np.linalg.inv(left)]
     return StampedFilter(np.array(gains), tuple(edges[1:-1].tolist()))
 
 
-def violations(plant: SampledPlant, kernel: Array, found: Storage, cell: int, transitions: Array) -> Array:
+def violations(plant: SampledPlant, kernel: Array, storage: Storage, cell: int, transitions: Array) -> Array:
     """By how much the inequality is missed at each of a stack of transition matrices (K, n + m, n + m) of a cell, after
     the worst cell."""
     n, m = plant.B.shape
     steps = transitions[:, :n] @ kernel
-    after = np.swapaxes(steps, 1, 2) @ found.X[cell] @ steps
-    given = np.zeros((len(found.X), n + m, n + m))
-    given[:, :n, :n] = found.X - plant.L.T @ plant.L
-    given[:, n:, n:] = found.delta * np.eye(m)
-    left = (kernel.T @ given @ kernel)[:, None] - after
+    after = np.swapaxes(steps, 1, 2) @ storage.X[cell] @ steps
+    supplied = np.zeros((len(storage.X), n + m, n + m))
+    supplied[:, :n, :n] = storage.X - plant.L.T @ plant.L
+    supplied[:, n:, n:] = storage.delta * np.eye(m)
+    left = (kernel.T @ supplied @ kernel)[:, None] - after
     return np.asarray(-np.linalg.eigvalsh(left)[:, :, 0].min(axis=0))
 
 
@@ -244,16 +244,16 @@ def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage
     scans = [scan(plant, PeriodRange(*ends)) for ends in pairwise(edges)]
     working = [sorted({a, (a + b) / 2, b}) for a, b in pairwise(edges.tolist())]
     for round_ in range(1, MAX_ROUNDS + 1):
-        found, report = _least(plant, kernel, working, slack)
+        storage, report = _least(plant, kernel, working, slack)
         worst, added = -np.inf, False
         for cell, (candidates, transitions) in enumerate(scans):
-            missed = partial(violations, plant, kernel, found, cell)
+            missed = partial(violations, plant, kernel, storage, cell)
             peaks = worst_periods(plant, missed, candidates, transitions)
-            new = {h for value, h in peaks if value > VIOLATION * found.delta and h not in working[cell]}
+            new = {h for value, h in peaks if value > VIOLATION * storage.delta and h not in working[cell]}
             working[cell] = sorted({*working[cell], *new})
             worst, added = max(worst, peaks[0][0]), added or bool(new)
         if not added:
-            return found, worst, round_, report
+            return storage, worst, round_, report
     raise SolverError(
         f"the exchange method added periods for {MAX_ROUNDS} rounds, a violation of {worst:.3g} is left; narrow the "
         "range"
@@ -366,9 +366,9 @@ def proved_design(
     plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS
 ) -> tuple[StampedDesign, StampedProof]:
     """The design with the least slack that proves a level; errors as `stamped_design` and `prove`."""
-    found = stamped_design(plant, periods, cells=cells)
+    design = stamped_design(plant, periods, cells=cells)
     try:
-        return found, prove(plant, found)
+        return design, prove(plant, design)
     except SolverError:
-        found = stamped_design(plant, periods, cells=cells, slack=SLACKS[-1])
-        return found, prove(plant, found)
+        design = stamped_design(plant, periods, cells=cells, slack=SLACKS[-1])
+        return design, prove(plant, design)

@@ -132,14 +132,14 @@ def _returned(name: str, value: Any, shape: tuple[int, ...]) -> Array:
 
 def _compare(name: str, jacobian: Any, function: Callable[[Array], Array], x: Array) -> None:
     """Refuse a Jacobian of another shape, or one that is not that of the function at x."""
-    given = _returned(name, jacobian, (len(function(x)), len(x)))
+    matrix = _returned(name, jacobian, (len(function(x)), len(x)))
     steps = STEP * np.maximum(np.abs(x), 1.0)
     columns = [(function(x + d) - function(x - d)) / (2 * d.sum()) for d in np.diag(steps)]
-    apart = np.abs(given - np.column_stack(columns))
-    if np.any(apart > ALIKE * np.maximum(1.0, np.abs(given).max())):
+    apart = np.abs(matrix - np.column_stack(columns))
+    if np.any(apart > ALIKE * np.maximum(1.0, np.abs(matrix).max())):
         i, j = (int(k) for k in np.unravel_index(np.argmax(apart), apart.shape))
         raise InvalidInputError(
-            f"{name} is not the Jacobian of {name.lower()} at x0: entry ({i}, {j}) is {given[i, j]:.6g}, the "
+            f"{name} is not the Jacobian of {name.lower()} at x0: entry ({i}, {j}) is {matrix[i, j]:.6g}, the "
             f"difference quotient {columns[j][i]:.6g}"
         )
 

@@ -99,10 +99,10 @@ class NoisyPlant(LinearPlant):
             object.__setattr__(self, name, covariance(name, value, size))
         if self.S is not None:
             object.__setattr__(self, "S", as_matrix("S", self.S))
-        given = self.sensors
-        names = numbered("y", q) if given is None else () if isinstance(given, str) else tuple(given)
+        sensors = self.sensors
+        names = numbered("y", q) if sensors is None else () if isinstance(sensors, str) else tuple(sensors)
         if len(names) != q or len(set(names)) < q or not all(isinstance(name, str) for name in names):
-            raise InvalidInputError(f"sensors must be {q} different names, one for each row of C, got {given!r}")
+            raise InvalidInputError(f"sensors must be {q} different names, one for each row of C, got {sensors!r}")
         object.__setattr__(self, "sensors", names)
         if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(

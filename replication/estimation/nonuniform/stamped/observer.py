@@ -205,12 +205,12 @@ class StampedObserver(StampedEstimator):
                 f"t = {time:.9g} s is not after the sample before, {self._time:.9g} s: time stamps must increase; "
                 "samples that come late need a `StampedKalman`"
             )
-        given = self._input if u is None else u
+        input_ = self._input if u is None else u
         n = self.plant.order
         before = self._mean[:n] if self._time is None else self.predict(time)
         if sample is None:
             # Before the first sample nothing is known of the time at which the start holds.
-            self._input, self._since = given, None if self._time is None else time
+            self._input, self._since = input_, None if self._time is None else time
             self._mean = np.concatenate([before, self._mean[n:]])
             return
         h = None if self._time is None else time - self._time
@@ -219,7 +219,7 @@ class StampedObserver(StampedEstimator):
             self.outside += not self.periods.h_l - rounding <= h <= self.periods.h_u + rounding
         corrected = self.filter.gain(h) @ (sample - self.plant.C @ before)
         corrected[:n] += before
-        self._mean, self._input, self._time, self._since = corrected, given, time, time
+        self._mean, self._input, self._time, self._since = corrected, input_, time, time
 
     def predict(self, t: float) -> Array:
         """x^(t); L times it is z^, at the time of the next sample that of the level."""

@@ -16,16 +16,15 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import (
     DelayObserver,
     DelayPlant,
-    InnovationsResult,
+    DelayResult,
     analyse,
     design,
     exact_gain,
     limit,
     simulate,
 )
-from replication.estimation.delay.general.result import moment_model
 from replication.estimation.delay.general.synthesis import Scaling, degree_of, least_level, observer_at
-from replication.estimation.delay.observer import hinf_norm
+from replication.estimation.delay.sos.observer import hinf_norm
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays
@@ -62,13 +61,13 @@ def test_public_examples_reach_the_exact_level(name: str, published: str, degree
 @pytest.mark.parametrize("plant", [delayed_output, two_delays, averaged])
 def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), degree=4, margin=0.02)
-    assert isinstance(result, InnovationsResult)
+    assert isinstance(result, DelayResult)
     bracket = result.bracket
     assert bracket.lower <= result.fact("exact gain, upper end").value <= bracket.upper
     assert result.fact("no estimator below").value <= result.fact("least level of any observer").value * (1 + 1e-9)
     assert result.fact("least level of any observer").value <= bracket.lower * (1 + 1e-6)
     # A model that shares no code with the exact loop: each line by its moments.
-    error, direct = moment_model(result.gains_of, 40)
+    error, direct = result.gains_of.error_model(40)
     if not np.any(direct):
         assert hinf_norm(error).lower == pytest.approx(bracket.lower, rel=1e-5)
     assert gain_of(replace(result.gains_of, l0=-10.0 * result.gains_of.l0)) > bracket.upper

@@ -13,7 +13,7 @@ from benchmarks.delay_plants import DEGREE, EXAMPLES, PAGE, ROWS, measured, rand
 from replication.errors import InvalidInputError
 from replication.estimation.delay import DelayPlant, analyse, delay_system
 from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.general.lines import Line, LineForm, line_form
+from replication.estimation.delay.general.cone import Line, LineForm, line_form
 from replication.estimation.delay.general.synthesis import Scaling, scaling_of
 from replication.estimation.delay.sos import legendre
 from tests.estimation.delay.exact_cases import averaged, delayed_output

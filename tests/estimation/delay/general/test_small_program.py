@@ -9,17 +9,18 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.conic.program import ALMOST, Inequalities, program_under, solve_clarabel, symmetric_basis
 from replication.estimation.delay.general.cone import (
+    LineForm,
     Rates,
     Storage,
     dissipation,
     injection,
+    line_form,
     multiplier,
     positivity,
     rates,
     scalars_of,
     storage_of,
 )
-from replication.estimation.delay.general.lines import LineForm, line_form
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays

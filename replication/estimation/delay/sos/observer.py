@@ -5,16 +5,21 @@ State: e and the values of φ_i at the points other than η = 0, where φ_i(0) =
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.operators import GainValues, ObserverGains, evaluate
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
 from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
+
+if TYPE_CHECKING:
+    from replication.estimation.api.running import RunningObserver
 
 
 @dataclass(frozen=True)
@@ -45,25 +50,11 @@ def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
     """The matrices of the error system for gains given at the points of `net`."""
     n, k, count = system.states, system.delay_count, net.points.size
     size = n * (1 + k * (count - 1))
-    # Rows of `nodes[i, t]` pick φ_i at point t out of the state; point 0 is e itself.
-    nodes = np.zeros((k, count, n, size))
-    nodes[:, 0, :, :n] = np.eye(n)
-    for i in range(k):
-        for t in range(1, count):
-            start = n * (1 + i * (count - 1) + t - 1)
-            nodes[i, t, :, start : start + n] = np.eye(n)
+    nodes = histories(n, k, count)
     now, late = nodes[0, 0], nodes[:, -1]
-    error = np.einsum("qn,ktns->ktqs", system.c2, nodes)
-    error_now, error_late = error[0, 0], error[:, -1]
-    weighted = np.einsum("t,ktqs->ktqs", net.weights, error)
-    rate_now = system.a0 @ now + sum(a @ late[i] for i, a in enumerate(system.a)) + values.l0 @ error_now
-    rate_now = rate_now + np.einsum("kiq,kqs->is", values.l2, error_late)
-    rate_now = rate_now + np.einsum("tkiq,ktqs->is", values.l3, weighted)
+    rate_now = system.a0 @ now + sum(a @ late[i] for i, a in enumerate(system.a))
     rates = np.einsum("tu,kuns->ktns", net.slope, nodes) / np.array(system.delays)[:, None, None, None]
-    rates = rates + np.einsum("tkiq,qs->ktis", values.l4, error_now)
-    rates = rates + np.einsum("tkliq,lqs->ktis", values.l5, error_late)
-    rates = rates + np.einsum("tkiq,ktqs->ktis", values.l6, error)
-    rates = rates + np.einsum("tkuliq,luqs->ktis", values.l7, weighted, optimize=True)
+    rate_now, rates = injected(values, net, np.einsum("qn,ktns->ktqs", system.c2, nodes), rate_now, rates)
     a = np.vstack([rate_now, rates[:, 1:].reshape(size - n, size)])
     b = np.zeros((size, system.inputs))
     b[:n] = -system.b
@@ -71,6 +62,25 @@ def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
     if not np.all(np.isfinite(a)):
         raise InvalidInputError("the gains are not finite at the grid points; check the certificate")
     return ErrorSystem(a, b, c)
+
+
+def histories(n: int, delays: int, count: int) -> Array:
+    """Rows (K, M, n, size) that pick φ_i at each point out of the state; point 0 is e itself."""
+    rows = np.eye(n * (1 + delays * (count - 1)))
+    late = rows[n:].reshape(delays, count - 1, n, -1)
+    return np.concatenate([np.broadcast_to(rows[None, None, :n], (delays, 1, *rows[:n].shape)), late], axis=1)
+
+
+def injected(values: GainValues, net: Grid, error: Array, now: Array, rates: Array) -> tuple[Array, Array]:
+    """`now` (n, s) and `rates` (K, M, n, s) of x^ and its histories, with what `error` (K, M, q, s) of y adds."""
+    error_now, error_late, weighted = error[0, 0], error[:, -1], net.weights[None, :, None, None] * error
+    now = now + values.l0 @ error_now
+    now = now + np.einsum("kiq,kqs->is", values.l2, error_late)
+    now = now + np.einsum("tkiq,ktqs->is", values.l3, weighted)
+    rates = rates + np.einsum("tkiq,qs->ktis", values.l4, error_now)
+    rates = rates + np.einsum("tkliq,lqs->ktis", values.l5, error_late)
+    rates = rates + np.einsum("tkiq,ktqs->ktis", values.l6, error)
+    return now, rates + np.einsum("tkuliq,luqs->ktis", values.l7, weighted, optimize=True)
 
 
 # Analysis of a discretised error system: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
@@ -147,6 +157,32 @@ def _crossings(error: ErrorSystem, level: float) -> Array:
     return result
 
 
+class DelayGains(ABC):
+    """The gains of an observer of a delay plant, and what follows from them; `order` resolves each delay."""
+
+    plant: DelayPlant
+
+    @abstractmethod
+    def arrays(self, order: int) -> tuple[dict[str, Array], dict[str, str]]:
+        """The gains by name, and what their axes are."""
+
+    @abstractmethod
+    def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
+        """The error of the estimate without delays, its first n states that of x; and its direct part (p, r)."""
+
+    @abstractmethod
+    def gain_at(self, omega: Array, order: int) -> Array:
+        """The largest gain from w to the error of z at frequencies (M,), rad/s."""
+
+    @abstractmethod
+    def running(self, dt: float, order: int) -> RunningObserver:
+        """The observer on samples, every `dt` (s); raises InvalidInputError for a step that does not do."""
+
+    @abstractmethod
+    def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
+        """The error from rest; raises InvalidInputError as `simulate`."""
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Answer of the error system to a disturbance."""
@@ -178,6 +214,15 @@ def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array,
     return instants, w, float(steps.mean())
 
 
+def over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
+    """e^{a dt}, and the effect of an input of b that is constant, and of one that grows from 0 to 1 over the step."""
+    n, r = b.shape
+    augmented = np.zeros((n + 2 * r, n + 2 * r))
+    augmented[:n, :n], augmented[:n, n : n + r], augmented[n : n + r, n + r :] = a, b, np.eye(r) / dt
+    phi = scipy.linalg.expm(augmented * dt)
+    return phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
+
+
 def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
     """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
 
@@ -185,13 +230,8 @@ def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) 
     that is zero.
     """
     instants, w, h = equidistant(times, disturbance, error.b.shape[1])
-    n, r = error.a.shape[0], error.b.shape[1]
-    augmented = np.zeros((n + 2 * r, n + 2 * r))
-    augmented[:n, :n], augmented[:n, n : n + r] = error.a, error.b
-    augmented[n : n + r, n + r :] = np.eye(r) / h
-    phi = scipy.linalg.expm(augmented * h)
-    step, hold, ramp = phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
-    state = np.zeros((len(instants), n))
+    step, hold, ramp = over_step(error.a, error.b, h)
+    state = np.zeros((len(instants), len(step)))
     for m in range(len(instants) - 1):
         state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
     return Trajectory(instants, w, state @ error.c.T, state[:, :states])

@@ -10,7 +10,7 @@ delay, whose weight is a polynomial of the age s.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
@@ -23,6 +23,10 @@ from replication.estimation.validation import Array, as_matrix, noise_factors, p
 Matrices = tuple[Array, ...]
 HIGHEST_POWER = 5
 """Of the age in the weight of an average; a higher one asks for a degree whose program is too large."""
+ONCE = {"a0": "nn", "b": "nr", "c10": "pn", "c2": "qn", "d11": "pr", "d21": "qr", "b_u": "nm"}
+PER_DELAY = {"a": "nn", "c1": "pn", "b_delayed": "nr", "c2_delayed": "qn", "d21_delayed": "qr", "b_u_delayed": "nm"}
+SPREAD = {"a_spread": "nn", "c1_spread": "pn", "c2_spread": "qn"}
+"""Rows and columns of each field: n states, p outputs to estimate, q measurements, r disturbances, m known inputs."""
 
 
 @dataclass(frozen=True)
@@ -203,6 +207,85 @@ class DelayPlant:
         return not any(np.any(part) for part in (*more, *spread))
 
 
+def present(plant: DelayPlant) -> Array:
+    """[[A_0, B], [C_10, D_11], [C_2, D_21]]."""
+    return np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
+
+
+def late(plant: DelayPlant, i: int) -> Array:
+    """The same of delay i, from zero."""
+    state, output = [plant.a[i], plant.b_delayed[i]], [plant.c1[i], np.zeros((plant.outputs, plant.inputs))]
+    return np.block([state, output, [plant.c2_delayed[i], plant.d21_delayed[i]]])
+
+
+def averages(plant: DelayPlant, i: int) -> Array:
+    """The same of the mean over delay i, (k, n + p + q, n + r): coefficients of the powers of age / delay."""
+    parts = [getattr(plant, name)[i] for name in SPREAD]
+    count = max(len(part) for part in parts)
+    padded = [np.pad(part, ((0, count - len(part)), (0, 0), (0, plant.inputs))) for part in parts]
+    return np.concatenate(padded, axis=1)
+
+
+def delay_system(
+    a0: Any,
+    a: Sequence[Any],
+    delays: Sequence[float],
+    b: Any,
+    c10: Any,
+    c2: Any,
+    c1: Sequence[Any] | None = None,
+) -> DelayPlant:
+    """The plant of eq. (1), checked.
+
+    Parameters
+    ----------
+    a0 : array (n, n)
+        A_0, in 1/s.
+    a : sequence of K arrays (n, n)
+        A_1 ... A_K, in 1/s.
+    delays : sequence of K floats
+        Increasing and positive, s.
+    b : array (n, r)
+        Effect of the disturbance w.
+    c10 : array (p, n)
+        What of the present state is to be estimated.
+    c2 : array (q, n)
+        Measurements, of full row rank.
+    c1 : sequence of K arrays (p, n), optional
+        What of the delayed states is to be estimated; nothing unless given.
+
+    Returns
+    -------
+    DelayPlant
+        The matrices as read-only arrays.
+
+    Raises
+    ------
+    InvalidInputError
+        Non-positive, equal or unordered delays, wrong shapes, no disturbance or output, entries that are not finite, or
+        dependent rows of C_2 (then a measurement is redundant or zero).
+    """
+    delays = checked_delays(delays)
+    terms: dict[str, Any] = {
+        name: listed(name, given) for name, given in (("a", a), ("c1", c1)) if given is not None or name == "a"
+    }
+    for name, matrices in terms.items():
+        if not matrices:
+            raise InvalidInputError(f"{name} must hold one matrix per delay, got none; for none use zeros")
+    plant = DelayPlant(a0=a0, delays=delays, b=b, c10=c10, c2=c2, **terms)
+    require_independent(plant.c2)
+    return plant
+
+
+def require_independent(c2: Array) -> None:
+    """Raise InvalidInputError unless the measurements, free of noise, have full row rank."""
+    rank = int(np.linalg.matrix_rank(c2))
+    if rank < len(c2):
+        raise InvalidInputError(
+            f"c2 must have full row rank, got {len(c2)} rows of rank {rank}; drop redundant measurements"
+        )
+
+
 def checked_delays(delays: Any) -> tuple[float, ...]:
     """At least one, positive and increasing (s); raises InvalidInputError otherwise."""
     times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(listed("delays", delays)))
@@ -223,39 +306,37 @@ def listed(name: str, value: Any) -> list[Any]:
 
 def _checked(plant: DelayPlant) -> dict[str, Any]:
     """The fields by name as read-only arrays and tuples of them."""
-    given = {field.name: getattr(plant, field.name) for field in fields(plant)}
-    n = as_matrix("a0", given["a0"]).shape[0]
+    values = {field.name: getattr(plant, field.name) for field in fields(plant)}
+    n = as_matrix("a0", values["a0"]).shape[0]
     if n < 1:
         raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
     r, p, q, m = (
-        as_matrix(name, given[name]).shape[axis] if given[name] is not None else 0
+        as_matrix(name, values[name]).shape[axis] if values[name] is not None else 0
         for name, axis in (("b", 1), ("c10", 0), ("c2", 0), ("b_u", 1))
     )
-    if given["b_u"] is None and len(listed("b_u_delayed", given["b_u_delayed"])):
-        m = as_matrix("b_u_delayed[0]", given["b_u_delayed"][0]).shape[1]
+    if values["b_u"] is None and len(listed("b_u_delayed", values["b_u_delayed"])):
+        m = as_matrix("b_u_delayed[0]", values["b_u_delayed"][0]).shape[1]
     if min(r, p, q) < 1:
         raise InvalidInputError(
             f"b must have a column, c10 and c2 a row, got {r} columns and {p} and {q} rows; for none use zeros"
         )
-    delays = checked_delays(given["delays"])
-    shapes = {"a0": (n, n), "b": (n, r), "c10": (p, n), "c2": (q, n), "d11": (p, r), "d21": (q, r), "b_u": (n, m)}
-    per_delay = {"a": (n, n), "c1": (p, n), "b_delayed": (n, r), "c2_delayed": (q, n), "d21_delayed": (q, r)}
-    per_delay["b_u_delayed"] = (n, m)
-    spread = {"a_spread": (n, n), "c1_spread": (p, n), "c2_spread": (q, n)}
-    checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(given["ranges"], delays)}
-    for name, shape in shapes.items():
-        value = np.zeros(shape) if given[name] is None else given[name]
-        checked[name] = as_matrix(name, value, rows=shape[0], columns=shape[1])
-    for name, shape in per_delay.items():
-        checked[name] = _per_delay(name, given[name], len(delays), shape, _matrix)
-    for name, shape in spread.items():
-        checked[name] = _per_delay(name, given[name], len(delays), shape, _weights)
+    delays = checked_delays(values["delays"])
+    sizes = {"n": n, "p": p, "q": q, "r": r, "m": m}
+    checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(values["ranges"], delays)}
+    for name, kinds in (ONCE | PER_DELAY | SPREAD).items():
+        shape = sizes[kinds[0]], sizes[kinds[1]]
+        if name in ONCE:
+            checked[name] = _matrix(name, np.zeros(shape) if values[name] is None else values[name], shape)
+        else:
+            checked[name] = _per_delay(
+                name, values[name], len(delays), shape, _matrix if name in PER_DELAY else _weights
+            )
     return checked
 
 
-def _ranges(given: Any, delays: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
+def _ranges(value: Any, delays: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
     """Ends of the ranges, each around its delay."""
-    pairs = listed("ranges", given) or [(delay, delay) for delay in delays]
+    pairs = listed("ranges", value) or [(delay, delay) for delay in delays]
     if len(pairs) != len(delays):
         raise InvalidInputError(f"ranges must hold one pair per delay: {len(delays)} delays, {len(pairs)} pairs")
     checked = []
@@ -276,10 +357,10 @@ def _per_delay(
     name: str, values: Any, count: int, shape: tuple[int, int], read: Callable[[str, Any, tuple[int, int]], Array]
 ) -> Matrices:
     """One value per delay, each as `read` takes it; zeros if there are none."""
-    given = listed(name, values) or [np.zeros(shape)] * count
-    if len(given) != count:
-        raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(given)} matrices")
-    return tuple(read(f"{name}[{i}]", value, shape) for i, value in enumerate(given))
+    each = listed(name, values) or [np.zeros(shape)] * count
+    if len(each) != count:
+        raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(each)} matrices")
+    return tuple(read(f"{name}[{i}]", value, shape) for i, value in enumerate(each))
 
 
 def _matrix(name: str, value: Any, shape: tuple[int, int]) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,10 +10,7 @@ import numpy as np
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import INSTANTS, c_file
 from replication.estimation.api.running import RunningObserver, require_small, single
-from replication.estimation.delay.exact.loop import injection_terms, plant_terms
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
-from replication.estimation.delay.general.lines import DelayObserver
-from replication.estimation.delay.observer import Trajectory, equidistant
 from replication.estimation.validation import Array, increasing_grid, positive_scalar
 
 if TYPE_CHECKING:
@@ -294,10 +291,10 @@ class InnovationsObserver(RunningObserver):
         rate, past, u, y = np.split(whole, np.cumsum([n, taps.shape[1], m]))
         known = taps @ past + first[:, n + q :] @ u
         target = past[:n] + self.dt / 2.0 * (rate + known[states])
-        found = self._solve @ np.vstack([target, y - known[measured]])
-        later = np.vstack([found, u, past])[: len(past)]
-        rate = known[states] + first[states, : n + q] @ found
-        return single(np.vstack([rate, later]), found[:n], self.dt, self.signals)
+        now = self._solve @ np.vstack([target, y - known[measured]])
+        later = np.vstack([now, u, past])[: len(past)]
+        rate = known[states] + first[states, : n + q] @ now
+        return single(np.vstack([rate, later]), now[:n], self.dt, self.signals)
 
     def discretisation_error(self, omega: object) -> Array:
         """How far the recursion is from the observer in continuous time, for sampled sinusoids.
@@ -342,34 +339,10 @@ class InnovationsObserver(RunningObserver):
         expected = known[measured] + now[measured, :n] @ free
         y = self._completed(y, expected, np.ones(q, dtype=bool))
         if moves:
-            found = self._solve @ np.concatenate([target, y - known[measured]])
+            unknowns = self._solve @ np.concatenate([target, y - known[measured]])
         else:
-            found = np.concatenate([free, self._first @ (y - expected)])
-        rows = known + now[:, : n + q] @ found
-        self._state, self._rate, self._output = found[:n], rows[states], rows[estimated]
-        self._innovation = found[n:]
-        self._past = np.vstack([np.concatenate([found, u])[None], self._past[:-1]])
-
-
-def running(observer: DelayObserver, dt: float) -> InnovationsObserver:
-    """A designed observer, ready to run on samples; raises as `InnovationsObserver`."""
-    return InnovationsObserver(plant_terms(observer.plant), injection_terms(observer), dt=dt)
-
-
-def simulate_error(observer: DelayObserver, times: object, disturbance: object) -> Trajectory:
-    """The error of an observer from rest, by the same recursion: of second order in the step.
-
-    Arguments and InvalidInputError as in `simulate`, also for steps that are too long.
-    """
-    instants, w, dt = equidistant(times, disturbance, observer.plant.inputs)
-    plant = plant_terms(observer.plant)
-    n, _, q, _ = plant.sizes
-    # An observer that measures y = 0 and is told -w as if it were known estimates -e.
-    rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
-    told = replace(plant, known=plant.terms.applied(-rows, columns[:, plant.columns[1]]))
-    copy = InnovationsObserver(told, injection_terms(observer), dt=dt)
-    output, state = np.zeros((len(w), plant.sizes[1])), np.zeros((len(w), n))
-    for k, value in enumerate(w):
-        state[k] = -copy.step(value, np.zeros(q))
-        output[k] = -copy.output
-    return Trajectory(instants, w, output, state)
+            unknowns = np.concatenate([free, self._first @ (y - expected)])
+        rows = known + now[:, : n + q] @ unknowns
+        self._state, self._rate, self._output = unknowns[:n], rows[states], rows[estimated]
+        self._innovation = unknowns[n:]
+        self._past = np.vstack([np.concatenate([unknowns, u])[None], self._past[:-1]])

@@ -21,8 +21,7 @@ import scipy
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.program import ALMOST, SolverReport
-from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
-from replication.estimation.nonuniform.path_lyapunov import (
+from replication.estimation.nonuniform.bounds.path_lyapunov import (
     ROUGH,
     Cells,
     ContextTree,
@@ -31,6 +30,7 @@ from replication.estimation.nonuniform.path_lyapunov import (
     Samples,
     solve,
 )
+from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre, lie
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.validation import Array, positive_integer
@@ -122,12 +122,12 @@ def multiplier_inverse(operator: Operator, points: Array) -> Array:
     return result
 
 
-def invert(operator: Operator, quadrature: int = QUADRATURE) -> Inverse:
+def invert(operator: Operator) -> Inverse:
     """Invert a self-adjoint coercive operator. Raises InvalidInputError if S or P is not positive definite."""
     size, delays, channels, count = operator.row.shape
     if float(np.linalg.eigvalsh(operator.point)[0]) <= 0.0:
         raise InvalidInputError("P is not positive definite: the operator is not coercive; ask for a positive epsilon")
-    nodes, weights = legendre.gauss(max(quadrature, 2 * count))
+    nodes, weights = legendre.gauss(max(QUADRATURE, 2 * count))
     basis = legendre.evaluate(count, nodes)
     inverse = multiplier_inverse(operator, nodes)
     moment = np.einsum("t,tc,tkij,td->kicjd", weights, basis, inverse, basis, optimize=True)

@@ -64,10 +64,10 @@ class ContextTree:
 
     def before(self) -> list[list[int]]:
         """For each leaf and letter after it the position of the leaf before."""
-        found = [[0] * self.letters for _ in self.leaves]
+        positions = [[0] * self.letters for _ in self.leaves]
         for leaf, letter, after in self.transitions():
-            found[after][letter] = leaf
-        return found
+            positions[after][letter] = leaf
+        return positions
 
     def split(self, chosen: list[Word]) -> ContextTree:
         """The tree in which the chosen leaves know one period more, and others as far as closedness asks for it."""

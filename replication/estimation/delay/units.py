@@ -1,11 +1,8 @@
-"""Linear systems with several state delays, system (1) of the delay paper, as validated frozen data.
-
-ẋ(t) = A_0 x(t) + Σ_i A_i x(t-τ_i) + B w(t),  z(t) = C_10 x(t) + Σ_i C_1i x(t-τ_i),  y(t) = C_2 x(t).
-"""
+"""A delay plant in other coordinates, and in units of time and of the states that solvers need."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,67 +10,26 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.general.plant import DelayPlant, checked_delays, listed
+from replication.estimation.delay.plant import ONCE, PER_DELAY, SPREAD, DelayPlant
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
-
-def delay_system(
-    a0: Any,
-    a: Sequence[Any],
-    delays: Sequence[float],
-    b: Any,
-    c10: Any,
-    c2: Any,
-    c1: Sequence[Any] | None = None,
-) -> DelayPlant:
-    """The plant of eq. (1), checked.
-
-    Parameters
-    ----------
-    a0 : array (n, n)
-        A_0, in 1/s.
-    a : sequence of K arrays (n, n)
-        A_1 ... A_K, in 1/s.
-    delays : sequence of K floats
-        Increasing and positive, s.
-    b : array (n, r)
-        Effect of the disturbance w.
-    c10 : array (p, n)
-        What of the present state is to be estimated.
-    c2 : array (q, n)
-        Measurements, of full row rank.
-    c1 : sequence of K arrays (p, n), optional
-        What of the delayed states is to be estimated; nothing unless given.
-
-    Returns
-    -------
-    DelayPlant
-        The matrices as read-only arrays.
-
-    Raises
-    ------
-    InvalidInputError
-        Non-positive, equal or unordered delays, wrong shapes, no disturbance or output, entries that are not finite, or
-        dependent rows of C_2 (then a measurement is redundant or zero).
-    """
-    terms: dict[str, Any] = {"delays": checked_delays(delays), "a": listed("a", a)}
-    if c1 is not None:
-        terms["c1"] = listed("c1", c1)
-    for name, matrices in terms.items():
-        if name != "delays" and not matrices:
-            raise InvalidInputError(f"{name} must hold one matrix per delay, got none; for none use zeros")
-    plant = DelayPlant(a0=a0, b=b, c10=c10, c2=c2, **terms)
-    require_independent(plant.c2)
-    return plant
+Change = Mapping[str, Callable[[Array], Array]]
 
 
-def require_independent(c2: Array) -> None:
-    """Raise InvalidInputError unless the measurements, free of noise, have full row rank."""
-    rank = int(np.linalg.matrix_rank(c2))
-    if rank < len(c2):
-        raise InvalidInputError(
-            f"c2 must have full row rank, got {len(c2)} rows of rank {rank}; drop redundant measurements"
-        )
+def converted(plant: DelayPlant, rows: Change, columns: Change, time: float = 1.0) -> DelayPlant:
+    """The plant in other coordinates or units: rows and columns of each kind changed, delays divided by `time`."""
+
+    def changed(name: str, matrix: Array) -> Array:
+        kinds = (ONCE | PER_DELAY | SPREAD)[name]
+        row, column = kinds[0], kinds[1]
+        matrix = rows[row](matrix) if row in rows else matrix
+        return columns[column](matrix) if column in columns else matrix
+
+    fields: dict[str, Any] = {name: changed(name, getattr(plant, name)) for name in ONCE}
+    for name in PER_DELAY | SPREAD:
+        fields[name] = [changed(name, matrix) for matrix in getattr(plant, name)]
+    ranges = [(low / time, high / time) for low, high in plant.ranges]
+    return DelayPlant(delays=tuple(delay / time for delay in plant.delays), ranges=tuple(ranges), **fields)
 
 
 def transformed(system: DelayPlant, change: Any) -> DelayPlant:
@@ -83,45 +39,18 @@ def transformed(system: DelayPlant, change: Any) -> DelayPlant:
     if np.linalg.matrix_rank(matrix) < size:
         raise InvalidInputError("change must be invertible; its rank is smaller than its order")
     inverse = np.linalg.inv(matrix)
-    return delay_system(
-        matrix @ system.a0 @ inverse,
-        [matrix @ a @ inverse for a in system.a],
-        system.delays,
-        matrix @ system.b,
-        system.c10 @ inverse,
-        system.c2 @ inverse,
-        [c @ inverse for c in system.c1],
-    )
+    return converted(system, {"n": lambda part: matrix @ part}, {"n": lambda part: part @ inverse})
 
 
 def time_scaled(system: DelayPlant, factor: float) -> DelayPlant:
-    """The same system in time t' = t/factor: A_0, A_i and B are multiplied by `factor`, the delays divided by it.
-
-    w and z keep their values, so the gain does not change.
-    """
-    return delay_system(
-        factor * system.a0,
-        [factor * a for a in system.a],
-        [delay / factor for delay in system.delays],
-        factor * system.b,
-        system.c10,
-        system.c2,
-        system.c1,
-    )
+    """The same system in time t' = t/factor, with w and z as they are: the gain does not change."""
+    return converted(system, {"n": lambda part: factor * part}, {}, factor)
 
 
 def gain_scaled(system: DelayPlant, unit: float) -> DelayPlant:
     """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
     root = positive_scalar("unit", unit) ** 0.5
-    return delay_system(
-        system.a0,
-        system.a,
-        system.delays,
-        system.b / root,
-        system.c10 / root,
-        system.c2,
-        [c / root for c in system.c1],
-    )
+    return converted(system, {"p": lambda part: part / root}, {"r": lambda part: part / root})
 
 
 def measured_last(system: DelayPlant) -> tuple[DelayPlant, Array]:
@@ -193,7 +122,6 @@ def reach(system: DelayPlant) -> float:
 
 
 def _size(system: DelayPlant) -> Array:
-    """Σ|A_i| entry by entry."""
     return np.asarray(np.sum([np.abs(a) for a in (system.a0, *system.a)], axis=0))
 
 

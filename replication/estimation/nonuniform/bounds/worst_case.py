@@ -1,0 +1,373 @@
+"""The gain over every sampling sequence: from below by one bad sequence, and with the proved level from both sides.
+
+The bound is ||e|| / ||w|| of the worst disturbance of one sequence, so it is attained. Sequences are searched by their
+run lengths: how many samples at h_u, at h_l, at h_u, and so on make the worst repeated pattern. Two lengths are
+searched from several starts; then runs are interrupted by one sample of the other kind and all lengths are searched
+again, as long as that pays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import scipy
+
+from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.bounds.guarantee import Guarantee, guaranteed_level
+from replication.estimation.nonuniform.filters import Estimator
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
+from replication.estimation.validation import Array, as_array, positive_integer
+
+# The gain of given sampling sequences, one to the last digit or many at once to those that a search needs.
+#
+# The gain of h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K. The map is
+# applied by blocks of samples, each of which is one matrix, and a banded triangular system in the states between them;
+# sequences that are asked for together are one long sequence that starts from rest several times.
+
+SEARCH_TOLERANCE = 1e-4
+FINAL_TOLERANCE = 1e-10
+"""Of Lanczos; the error of the singular value is about its square."""
+DENSE, RESTARTS = 2000, 200
+"""Disturbances of at most so many numbers come from a singular value decomposition if Lanczos restarts more often."""
+BLOCK = 32
+"""Samples, a power of two, whose map is one matrix."""
+TOGETHER = 4096
+"""Numbers of the disturbances of one batch, which then stay in the cache of the processor."""
+LOOKS = (10, 14, 18, 24, 32, 42, 56, 75, 100, 135, 180)
+"""After so many Lanczos steps the gains of a batch are looked at; those not known then are found one by one."""
+
+
+def sequence_gain(
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: Array,
+    *,
+    per_duration: bool = False,
+    tolerance: float = FINAL_TOLERANCE,
+) -> tuple[float, Array]:
+    """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
+
+    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period). Raises InvalidInputError
+    for fewer than two periods, periods that are not positive, or a filter that does not fit.
+    """
+    periods = as_periods("periods", periods)
+    if len(periods) < 2:
+        raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
+    filter_.error_output(plant)
+    (root,), blocks = _blocks(plant, filter_, [periods], per_duration)
+    count, numbers = root.size * plant.B.shape[1], blocks.inner[:, 0].size
+    operator = scipy.sparse.linalg.LinearOperator((numbers, numbers), matvec=blocks.normal, dtype=float)
+    # A fixed first guess, and fixed ones after a restart, make the result reproducible.
+    rng = np.random.default_rng(0)
+    guess = np.zeros(numbers)
+    guess[:count] = rng.standard_normal(count)
+    try:
+        most = RESTARTS if count <= DENSE else None
+        largest = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[
+            1
+        ]
+    except scipy.sparse.linalg.ArpackNoConvergence:
+        # The largest values lie too close together for Lanczos.
+        if count > DENSE:
+            raise
+        largest = np.linalg.svd(np.array([blocks.forward(unit).ravel() for unit in np.eye(numbers)])).U
+    w = largest[:, 0] / np.linalg.norm(largest[:, 0])
+    return float(np.linalg.norm(blocks.forward(w))), np.asarray(w[:count].reshape(len(periods), -1) / root)
+
+
+def sequence_gains(
+    plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array], *, per_duration: bool = False
+) -> list[float]:
+    """The gains of sequences of one length to SEARCH_TOLERANCE."""
+    size = max(1, TOGETHER // (len(sequences[0]) * plant.B.shape[1]))
+    alone = partial(sequence_gain, per_duration=per_duration, tolerance=SEARCH_TOLERANCE)
+    gains: list[float] = []
+    for start in range(0, len(sequences), size):
+        some = sequences[start : start + size]
+        squares, known = _largest(_blocks(plant, filter_, some, per_duration)[1], len(some), len(some[0]))
+        for periods, square, settled in zip(some, squares, known, strict=True):
+            gains.append(float(np.sqrt(square)) if settled else alone(plant, filter_, periods)[0])
+    return gains
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """The map of sequences after one another, S of them, with J blocks of L samples.
+
+    band: the system that gives the states after each block, for LAPACK; inner (J, N, L m): what the disturbances of a
+    block add to the state after it; errors (J, L s, N + L m): its errors; rest (J,): whether it starts from rest.
+    """
+
+    band: Array
+    inner: Array
+    errors: Array
+    rest: Array
+
+    def solved(self, right: Array, trans: str = "N") -> Array:
+        """States, or costates, from what is added to them."""
+        x, _ = scipy.linalg.lapack.dtbtrs(self.band, right.reshape(-1, 1), uplo="L", trans=trans, diag="U")
+        return np.asarray(x).reshape(self.inner.shape[:2])
+
+    def forward(self, w: Array) -> Array:
+        """The errors (J, L s, 1)."""
+        count, size, width = self.inner.shape
+        known = np.zeros((count, size + width, 1))
+        known[:, size:, 0] = w.reshape(count, width)
+        known[1:, :size, 0] = self.solved(self.inner @ known[:, size:])[:-1]
+        known[self.rest, :size] = 0.0
+        return np.asarray(self.errors @ known)
+
+    def normal(self, w: Array) -> Array:
+        """The map and its adjoint, one after the other."""
+        size = self.inner.shape[1]
+        pulled = np.swapaxes(self.errors, 1, 2) @ self.forward(w)
+        costs = np.zeros((len(pulled), size))
+        costs[:-1] = np.where(self.rest[1:, None], 0.0, pulled[1:, :size, 0])
+        return np.asarray((pulled[:, size:, 0] + (self.solved(costs, "T")[:, None] @ self.inner)[:, 0]).ravel())
+
+
+def _blocks(
+    plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array], per_duration: bool
+) -> tuple[list[Array], _Blocks]:
+    """For each of the sequences, all of one length, the roots (K, 1) of its weights; and their map."""
+    length, output = len(sequences[0]), filter_.error_output(plant)
+    upper = np.split(plant.transitions(np.concatenate(sequences))[:, : plant.order], len(sequences))
+    roots = [np.sqrt(periods)[:, None] if per_duration else np.ones((length, 1)) for periods in sequences]
+    moves, errors = [], []
+    for periods, rows, root in zip(sequences, upper, roots, strict=True):
+        steps, drives = filter_.steps_along(plant, periods, rows)
+        moves.append(np.concatenate([steps, drives / root[:, :, None]], axis=2))
+        errors.append(output * np.vstack([root[1:], root[-1:]])[:, :, None] @ moves[-1])
+    missing = ((0, 0), (0, -length % BLOCK), (0, 0), (0, 0))
+    maps, seen = _doubled(np.pad(moves, missing), np.pad(errors, missing))
+    count, size = maps.shape[1], maps.shape[2]
+    rest = np.arange(len(sequences) * count) % count == 0
+    maps, seen = (part.reshape(-1, *part.shape[2:]) for part in (maps, seen))
+    return roots, _Blocks(_banded(maps[:, :, :size], rest), maps[:, :, size:], seen, rest)
+
+
+def _doubled(moves: Array, errors: Array) -> tuple[Array, Array]:
+    """From one sample (S, K, N, N + m) and its errors (S, K, s, N + m) to BLOCK samples at a time."""
+    size = moves.shape[2]
+    for _ in range(BLOCK.bit_length() - 1):
+        before, after, early, late = moves[:, ::2], moves[:, 1::2], errors[:, ::2], errors[:, 1::2]
+        fresh = np.zeros((*early.shape[:3], late.shape[3] - size))
+        moves = np.concatenate([after[..., :size] @ before, after[..., size:]], axis=3)
+        late = np.concatenate([late[..., :size] @ before, late[..., size:]], axis=3)
+        errors = np.concatenate([np.concatenate([early, fresh], axis=3), late], axis=2)
+    return moves, errors
+
+
+def _banded(steps: Array, rest: Array) -> Array:
+    """The matrix that takes x_1 ... x_J to x_{j+1} - A_j x_j, without A_j where x_j starts from rest, and whose
+    diagonal is one: its lower band, for LAPACK."""
+    count, size, _ = steps.shape
+    band = np.zeros((2 * size, count, size))
+    row, column = np.indices((size, size))
+    band[size + row - column, :-1, column] = -np.moveaxis(np.where(rest[1:, None, None], 0.0, steps[1:]), 0, -1)
+    return band.reshape(2 * size, count * size)
+
+
+def _largest(blocks: _Blocks, count: int, length: int) -> tuple[Array, Array]:
+    """The squared gain of each sequence, and whether it is known to SEARCH_TOLERANCE, by Lanczos steps of them all."""
+    width = len(blocks.inner) // count * BLOCK
+    now = np.zeros((count, width, blocks.inner.shape[2] // BLOCK))
+    now[:, :length] = np.random.default_rng(0).standard_normal(now[0, :length].shape)
+    now = now.reshape(count, -1) / np.linalg.norm(now.reshape(count, -1), axis=1)[:, None]
+    last, beta = np.zeros_like(now), np.zeros(count)
+    tridiagonal = np.zeros((count, LOOKS[-1] + 1, LOOKS[-1] + 1))
+    for step in range(LOOKS[-1]):
+        following = blocks.normal(now).reshape(now.shape) - beta[:, None] * last
+        alpha = np.einsum("sk,sk->s", following, now)
+        following -= alpha[:, None] * now
+        beta = np.linalg.norm(following, axis=1)
+        tridiagonal[:, step, step] = alpha
+        tridiagonal[:, step, step + 1] = tridiagonal[:, step + 1, step] = beta
+        if step + 1 in LOOKS:
+            values, vectors = np.linalg.eigh(tridiagonal[:, : step + 1, : step + 1])
+            known = beta * np.abs(vectors[:, -1, -1]) <= SEARCH_TOLERANCE * values[:, -1]
+            if np.all(known):
+                break
+        # A sequence whose space is used up goes on with zeros.
+        last, now = now, following / np.where(beta > 0, beta, 1.0)[:, None]
+    return values[:, -1], known
+
+
+Runs = tuple[int, ...]
+
+IMPROVEMENT = 1e-6
+"""Relative gain below which a change of one length does not count."""
+WORTH = 1e-4
+"""Relative gain below which two more runs are not worth having."""
+MAX_RUNS = 8
+
+
+@dataclass(frozen=True)
+class BadSequence:
+    """A sampling sequence and its worst disturbance. level: ||e|| / ||w||; periods (K,) in seconds; w (K, m); e (K +
+    1, s).
+
+    runs: the pattern that was repeated to make the sequence: samples at h_u, at h_l, at h_u, and so on.
+    """
+
+    level: float
+    periods: Array
+    w: Array
+    e: Array
+    runs: tuple[int, ...]
+
+
+def simulate_error(plant: SampledPlant, filter_: Estimator, periods: Array, w: Array) -> Array:
+    """e_0 ... e_K of eq. (5) from rest for the periods (K,) and disturbances w (K, m), of shape (K + 1, s).
+
+    Raises InvalidInputError for periods that are not positive, another length of w, or a filter that does not fit.
+    """
+    periods = as_periods("periods", periods)
+    w = as_array("w", w, (len(periods), plant.B.shape[1]), axes="(K, m)")
+    return filter_.errors(plant, periods, w)
+
+
+def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
+    """`horizon` periods that repeat: runs[0] samples at h_u, runs[1] at h_l, runs[2] at h_u, and so on."""
+    if positive_integer("horizon", horizon) < 2 or not runs or min(runs) < 0 or sum(runs) < 1:
+        raise InvalidInputError(f"need a horizon of at least 2 and non-negative runs, got {horizon} and {tuple(runs)}")
+    pattern = np.concatenate([np.full(n, periods.h_u if i % 2 == 0 else periods.h_l) for i, n in enumerate(runs)])
+    return np.tile(pattern, horizon // len(pattern) + 1)[:horizon]
+
+
+def worst_sequence(
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: PeriodRange,
+    *,
+    horizon: int,
+    final_horizon: int | None = None,
+    per_duration: bool = False,
+) -> BadSequence:
+    """Search bursts of h_u between runs of h_l, see `best_runs`.
+
+    The level is that of the best pattern over `final_horizon` samples (by default `horizon`), for which the run lengths
+    are adjusted, a lower bound of the gain over all sequences. Raises InvalidInputError if the filter does not fit,
+    InfeasibleError if A_f is not Schur stable (the gain is infinite).
+    """
+    filter_.require_settling(plant)
+
+    def gains(sequences: Sequence[Array]) -> list[float]:
+        return sequence_gains(plant, filter_, sequences, per_duration=per_duration)
+
+    last = positive_integer("final_horizon", horizon if final_horizon is None else final_horizon)
+    best = best_runs(Search(gains, periods, horizon))
+    if last != horizon:
+        best = adjusted(best, Search(gains, periods, last))
+    sequence = repeated(periods, best, last)
+    _, w = sequence_gain(plant, filter_, sequence, per_duration=per_duration)
+    e = simulate_error(plant, filter_, sequence, w)
+    return BadSequence(error_ratio(sequence, w, e, per_duration=per_duration), sequence, w, e, best)
+
+
+def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = False) -> float:
+    """||e|| / ||w|| of a simulation: e (K + 1, s), w (K, m); both norms weighted by interval length if
+    `per_duration`."""
+    weights = periods if per_duration else np.ones_like(periods)
+    last = np.append(weights[1:], weights[-1])
+    return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))
+
+
+class Search:
+    """The gains of runs that are repeated over `horizon` samples, found once, and together where several are tried."""
+
+    def __init__(self, gains: Callable[[Sequence[Array]], list[float]], periods: PeriodRange, horizon: int) -> None:
+        """gains: what those of sequences are."""
+        self._gains, self._periods, self.horizon = gains, periods, horizon
+        self._known: dict[bytes, float] = {}
+
+    def best(self, tried: Iterable[Runs]) -> tuple[float, Runs]:
+        """The largest gain, and the first runs that have it."""
+        sequences = {runs: repeated(self._periods, runs, self.horizon) for runs in tried}
+        new = {sequence.tobytes(): sequence for sequence in sequences.values() if sequence.tobytes() not in self._known}
+        if new:
+            self._known |= dict(zip(new, self._gains(list(new.values())), strict=True))
+        values = {runs: self._known[sequence.tobytes()] for runs, sequence in sequences.items()}
+        best = max(values, key=values.__getitem__)
+        return values[best], best
+
+
+def best_runs(search: Search) -> Runs:
+    """The runs of the largest gain that the search finds; its horizon is as long as a run may usefully be.
+
+    Constant sequences, short, medium and endless runs of h_l are among the starts.
+    """
+    horizon = search.horizon
+    families: list[list[Runs]] = [[(0, 1)], [(1, 0)]]
+    families += [[(burst, rest) for burst in (1, 4, 16)] for rest in (1, horizon // 16, horizon)]
+    search.best(runs for family in families for runs in family)
+    value, best = search.best([adjusted(search.best(family)[1], search) for family in families])
+    while len(best) < MAX_RUNS:
+        finer = adjusted(search.best(_interrupted(best))[1], search)
+        more, _ = search.best([finer])
+        if more <= value * (1 + WORTH):
+            return best
+        value, best = more, finer
+    return best
+
+
+def adjusted(runs: Runs, search: Search) -> Runs:
+    """Steepest ascent over the run lengths with steps of one and of a quarter of the length."""
+    value, _ = search.best([runs])
+    while True:
+        steps = [(i, sign * size) for i, n in enumerate(runs) for sign in (-1, 1) for size in {1, max(1, n // 4)}]
+        moves = {(*runs[:i], max(0, runs[i] + step), *runs[i + 1 :]) for i, step in steps}
+        more, best = search.best(sorted(move for move in moves if any(move)))
+        if more <= value * (1 + IMPROVEMENT):
+            return runs
+        value, runs = more, best
+
+
+def _interrupted(runs: Runs) -> list[Runs]:
+    """The runs with a few samples of the other kind put into one of them: near its ends, at its quarters or middle."""
+    longer = []
+    for i, n in enumerate(runs):
+        for before in sorted({1, n // 16, n // 4, n // 2, 3 * n // 4, n - n // 16, n - 1} & set(range(n + 1))):
+            longer += [(*runs[:i], before, size, n - before, *runs[i + 1 :]) for size in (1, 4, 16)]
+    return longer
+
+
+@dataclass(frozen=True)
+class WorstCaseGain:
+    """lower: attained by `attack`; upper: proved by `guarantee` for the continuum of periods."""
+
+    attack: BadSequence
+    guarantee: Guarantee
+
+    @property
+    def lower(self) -> float:
+        """||e|| / ||w|| of a sequence and disturbance that are at hand."""
+        return self.attack.level
+
+    @property
+    def upper(self) -> float:
+        """A level that no sequence in the range exceeds."""
+        return self.guarantee.level
+
+
+def worst_case_gain(
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: PeriodRange,
+    *,
+    horizon: int,
+    final_horizon: int,
+    max_leaves: int,
+    cuts: Sequence[float] | None = None,
+    per_duration: bool = False,
+) -> WorstCaseGain:
+    """Both ends; see `guaranteed_level` and `worst_sequence` for the effort each argument buys and the errors
+    raised."""
+    guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, cuts=cuts, per_duration=per_duration)
+    attack = worst_sequence(
+        plant, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=per_duration
+    )
+    return WorstCaseGain(attack, guarantee)
