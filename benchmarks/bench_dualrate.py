@@ -133,7 +133,7 @@ def test_stability_radius(benchmark: Any) -> None:
 
 
 def test_one_block_of_the_search(benchmark: Any) -> None:
-    result = benchmark.pedantic(search_block, args=(READINGS, table_columns(40, 2022), 0), rounds=3)
+    result = benchmark.pedantic(search_block, args=(READINGS, table_columns(), 0), rounds=3)
     benchmark.extra_info.update(readings=sum(result.tried.values()))
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import msgspec
 
-from papers.peet2019.claims.theory import SIGNS, UNMET, unmet
+from papers.peet2019.claims.theory import SIGNS, UNMET, told_of_symmetry, unmet
 from papers.peet2019.printed import DATA, EXAMPLES
 from replication.audit.declare import Errata, contrast
 from replication.audit.model import Proof, Results
@@ -51,17 +51,6 @@ def signs(results: Results) -> Proof:
     return msgspec.structs.replace(found, holds=found.holds and not unmet(results).holds)
 
 
-ERRATA.misprint(
-    "theorem-3-transposes",
-    "Theorem 3, D, E_i, Φ_0i and Φ_ji",
-    "T_0iᵀ in the row of e_0 of D; E_i = [-Φ_wi 0 Φ_0i .. Φ_Ki]ᵀ with Z_4i C_2 + C_2ᵀZ_3iᵀ in Φ_0i and Z_5ij C_2 in "
-    "Φ_ji",
-    "T_0i, as Δ_j in the proof; blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with "
-    "Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
-    "identities",
-)(partial(terms, ("e-transposes", "d-transposes"), note=f" {ALIKE}"))
-
-
 @ERRATA.misprint(
     "theorem-1-self-adjoint",
     "Theorem 1",
@@ -79,11 +68,7 @@ def not_self_adjoint(results: Results) -> Proof:
             "unstable. With 𝒫 = 𝒫* the bound (7) follows along solutions with d⟨e, 𝒫e⟩/dt = 2⟨e, 𝒫e′⟩; whether the "
             "text's solutions are such is not checked."
         ),
-        quantities={
-            "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
-            "largest eigenvalue of the inequality": found["largest"],
-            "spectral abscissa of the error [1/s]": found["abscissa"],
-        },
+        quantities=told_of_symmetry(found),
     )
 
 
@@ -108,82 +93,87 @@ def not_bounded(results: Results) -> Proof:
 
 for _name, _place, _printed, _meant, _misprint, _note in (
     (
-        "eq-10-factor",
-        "Eq. (10)",
-        "z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
-        "The second row is τ_K times the printed one, and G_2ij carries τ_K as in Theorem 3",
-        ("eq10-factor", "g2-factor"),
-        "",
+        "theorem-3-transposes", "Theorem 3, D, E_i, Φ_0i and Φ_ji",
+        "T_0iᵀ in the row of e_0 of D; E_i = [-Φ_wi 0 Φ_0i .. Φ_Ki]ᵀ with Z_4i C_2 + C_2ᵀZ_3iᵀ in Φ_0i and Z_5ij C_2 "
+        "in Φ_ji",
+        "T_0i, as Δ_j in the proof; blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with "
+        "Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
+        ("e-transposes", "d-transposes"), f" {ALIKE}",
     ),
     (
-        "theorem-3-names",
-        "Theorem 3, T_00; proof, D_4",
-        "Z_1 in T_00, C_0 and C_i in D_4",
-        "Z_0, as in (10) and D_2; C_10 and C_1i",
-        ("z0-name",),
+        "eq-10-factor", "Eq. (10)",
+        "z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
+        "The second row is τ_K times the printed one, and G_2ij carries τ_K as in Theorem 3",
+        ("eq10-factor", "g2-factor"), "",
+    ),
+    (
+        "theorem-3-names", "Theorem 3, T_00; proof, D_4", "Z_1 in T_00, C_0 and C_i in D_4",
+        "Z_0, as in (10) and D_2; C_10 and C_1i", ("z0-name",),
         f" Tried is Z_1 in T_00; the others are names alone. {CONVERSION}",
     ),
     (
-        "proof-square",
-        "Theorem 1, v; Sec. VI, the identity, three times",
+        "proof-square", "Theorem 1, v; Sec. VI, the identity, three times",
         "+‖C_1e‖²/γ, beside a form in h that holds v",
         "-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, and with it h, not R^q",
-        ("theorem-1-sign",),
-        " Tried is the square, for every v; that v ∈ R^p is a matter of dimensions.",
+        ("theorem-1-sign",), " Tried is the square, for every v; that v ∈ R^p is a matter of dimensions.",
     ),
-):
+):  # fmt: skip
     ERRATA.misprint(_name, _place, _printed, _meant, "identities", scan=CONVERSION in _note)(
         partial(terms, _misprint, note=_note)
     )
 
 
-def of_theorem_4(left: str, wrong: float, text: str, results: Results) -> Proof:
-    """P̂P against the identity, with both factors corrected, and with one of them as printed."""
-    found = results["inversion"]["theorem_4"]
+def of_inverse(part: str, misprint: str, statistic: str, wrong: float, text: str, results: Results) -> Proof:
+    """A formula of Theorem 4 or Lemma 5 with one symbol as printed, against the corrected one."""
+    found = results["inversion"][part]
     return contrast(
-        f"The product of operator and inverse is the identity if both factors are corrected, and not if this one is as "
-        f"printed; where τ_K = 1 both agree. {text}",
+        text,
         {"largest residual, corrected": found["corrected"]["largest"]},
-        {"median residual, this factor as printed": found[left]["median"]},
+        {f"{statistic} residual, as printed": found[misprint][statistic]},
         wrong=wrong,
     )
 
 
-ERRATA.misprint(
-    "theorem-4-factors",
-    "Theorem 4, Ĥ and Γ̂",
-    "Γ in Ĥ and Γ̂",
-    "Γ/τ_K; Lemma 5 then holds with the corrected (10)",
-    "inversion",
-)(partial(of_theorem_4, "square alone", SMALL, ALIKE))
-ERRATA.misprint(
-    "theorem-4-square",
-    "Theorem 4, the inverse",
-    "Ŝ/τ_K in {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K}",
-    "Ŝ/τ_K²",
-    "inversion",
-    scan=True,
-)(partial(of_theorem_4, "factor alone", WRONG, CONVERSION))
-
-
-def other_product(part: str, misprint: str, text: str, results: Results) -> Proof:
-    """A formula of Theorem 4 or Lemma 5 with one symbol as printed, against the corrected one."""
-    found = results["inversion"][part]
-    corrected = {"largest residual, corrected": found["corrected"]["largest"]}
-    return contrast(text, corrected, {"largest residual, as printed": found[misprint]["largest"]}, wrong=WRONG)
-
-
-ERRATA.misprint("theorem-4-product", "Theorem 4, last line", "P̂P̂x = PP̂x = x", "P̂Px = PP̂x = x", "inversion", scan=True)(
-    partial(other_product, "theorem_4", "squared", f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}")
+FACTORS = (
+    "The product of operator and inverse is the identity if both factors are corrected, and not if this one is as "
+    "printed; where τ_K = 1 both agree."
 )
-ERRATA.misprint("lemma-5-index", "Lemma 5, L_6i", "X(s)", "X_i(s)", "inversion", scan=True)(
-    partial(
-        other_product,
-        "lemma_5",
-        "x-index",
+for _name, _place, _printed, _meant, _tried, _note in (
+    (
+        "theorem-4-factors", "Theorem 4, Ĥ and Γ̂", "Γ in Ĥ and Γ̂",
+        "Γ/τ_K; Lemma 5 then holds with the corrected (10)", ("theorem_4", "square alone", "median", SMALL),
+        f"{FACTORS} {ALIKE}",
+    ),
+    (
+        "theorem-4-square", "Theorem 4, the inverse", "Ŝ/τ_K in {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K}", "Ŝ/τ_K²",
+        ("theorem_4", "factor alone", "median", WRONG), f"{FACTORS} {CONVERSION}",
+    ),
+    (
+        "theorem-4-product", "Theorem 4, last line", "P̂P̂x = PP̂x = x", "P̂Px = PP̂x = x",
+        ("theorem_4", "squared", "largest", WRONG), f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}",
+    ),
+    (
+        "lemma-5-index", "Lemma 5, L_6i", "X(s)", "X_i(s)", ("lemma_5", "x-index", "largest", WRONG),
         f"The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay. {CONVERSION}",
+    ),
+):  # fmt: skip
+    ERRATA.misprint(_name, _place, _printed, _meant, "inversion", scan=CONVERSION in _note)(
+        partial(of_inverse, *_tried, _note)
     )
-)
+
+
+@ERRATA.misprint("theorem-4-domain", "Theorem 4", "𝒫: X → X", "𝒫 on Z, as in Theorems 1 and 3", "inversion")
+def on_the_whole_space(results: Results) -> Proof:
+    """Theorem 4 for operators that do not map X into X."""
+    found = results["inversion"]
+    residual, jump = found["theorem_4"]["corrected"]["largest"], found["jump"]["constants"]["median"]
+    return contrast(
+        "Once corrected, the formulas give the inverse of operators that take constants, which lie in X, out of it. "
+        "Theorem 3 does not ask that 𝒫 maps X into X, and its observer has the inverse of that 𝒫.",
+        {"largest residual of the inverse": residual},
+        {"median jump of 𝒫x at s = 0, for constant x": jump},
+        wrong=WRONG,
+    )
 
 
 @ERRATA.misprint("figure-1-caption", "Fig. 1, caption", "System 12", "System (11)", "sos.ex2.d3", "sos.ex3.d3")

@@ -1,4 +1,4 @@
-"""Figures: Fig. 1 and the gains of an observer, how near the methods come to the optimum, what they cost."""
+"""Figures: Fig. 1, how near the methods come to the optimum, what they cost."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.claims.gains import optimum_of
 from papers.peet2019.printed import DATA, DEGREES, published
+from replication.audit.judge.numerals import short
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import (
@@ -18,7 +19,6 @@ from replication.drawing.style import (
     RAISED,
     line,
     name_axes,
-    name_end,
     name_line,
     new_axes,
     out_of_bounds,
@@ -31,22 +31,12 @@ def columns(**columns: Iterable[float]) -> FigureData:
     return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
 
 
-# Fig. 1 with its axes, and the gains of an observer as functions
-
-
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
     found = results["fig1"]
     return columns(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
 
 
-def gains(results: Results) -> FigureData:
-    """The gains of one observer as functions of s; first and second state."""
-    found = results["gains"]
-    return columns(s=found["s"], **{f"{name}_{i}": values for name in GAINS for i, values in enumerate(found[name], 1)})
-
-
-GAINS = ("l3", "l4", "l5")
 _SIGNALS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
 
 
@@ -70,60 +60,13 @@ def _peak(values: Sequence[float]) -> int:
     return max(range(len(values)), key=lambda i: abs(values[i]))
 
 
-def plot_gains(figure: FigureData) -> Any:
-    """One panel per gain, in the power of ten that its numbers have; one curve where both states have the same gain."""
-    drawing, axes = new_axes(len(GAINS), row_height=1.45)
-    c = figure.columns
-    for axis, name in zip(axes, GAINS, strict=True):
-        size = max(map(abs, c[f"{name}_1"] + c[f"{name}_2"]))
-        power = math.floor(math.log10(size)) if size < SMALL else 0
-        scaled = [[value / 10**power for value in c[f"{name}_{i}"]] for i in (1, 2)]
-        same = relation(figure, name) == "same"
-        for i, values in enumerate(scaled[:1] if same else scaled):
-            (curve,) = axis.plot(c["s"], values, **line(i))
-            name_end(axis, curve, "both" if same else f"x{'₁₂'[i]}")
-        axis.set_ylim(*_room([value for values in scaled for value in values]))
-        axis.set_xticks((c["s"][0], c["s"][0] / 2, 0.0))
-        unit = f" (10{str(power).translate(RAISED)})" if power else ""
-        last = axis is axes[-1]
-        name_axes(axis, f"L{'₃₄₅'[GAINS.index(name)]}{unit}", "history s (s)" if last else "", ticks=3)
-    return drawing
-
-
-SMALL = 0.01
-
-
-def _room(values: Sequence[float]) -> tuple[float, float]:
-    """Limits that show zero as well and leave a margin."""
-    low, high = min(0.0, *values), max(0.0, *values)
-    return low - 0.1 * (high - low), high + 0.1 * (high - low)
-
-
-def relation(figure: FigureData, name: str) -> str:
-    """How a gain of the second state stands to that of the first, to one per cent of their size."""
-    first, second = (figure.columns[f"{name}_{i}"] for i in (1, 2))
-    near = 0.01 * max(map(abs, first))
-    for word, sign in (("same", 1), ("opposite", -1)):
-        if all(abs(a - sign * b) <= near for a, b in zip(first, second, strict=True)):
-            return word
-    return "other"
-
-
-def say_fig_1(figure: FigureData) -> str:
-    """The message of Fig. 1."""
-    return (
-        f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a tenth of the largest"
-    )
-
-
 def _died_out(figure: FigureData) -> float:
     c = figure.columns
     peak = max(map(abs, c["e_1"] + c["e_2"]))
     return max(t for t, *errors in zip(c["t"], c["e_1"], c["e_2"], strict=True) if max(map(abs, errors)) > 0.1 * peak)
 
 
-def describe_fig_1(figure: FigureData) -> str:
-    """When the disturbance and the errors are largest, and when the errors have died out."""
+def _describe_fig_1(figure: FigureData) -> str:
     t, c = figure.columns["t"], figure.columns
     peaks = {name: _peak(values) for name, values in c.items() if name != "t"}
     parts = [f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peaks.items()]
@@ -133,55 +76,22 @@ def describe_fig_1(figure: FigureData) -> str:
     )
 
 
-def say_gains(figure: FigureData) -> str:
-    """The message: which gains are the same for both states."""
-    named = {word: [f"L{'₃₄₅'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID}
-    said = [f"{' and '.join(names)} {_SAID[word]}" for word, names in named.items() if names]
-    return f"Gains of both states in one observer of ours: {', '.join(said) or 'all differ'}"
-
-
-_SAID = {"same": "equal", "opposite": "opposite"}
-
-
-def describe_gains(figure: FigureData) -> str:
-    """Values of each gain at the oldest end of the history and at the present."""
-    c = figure.columns
-    parts = [
-        f"L{name[1]} from {c[f'{name}_1'][0]:.3g} to {c[f'{name}_1'][-1]:.3g} (state 1) and from "
-        f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
-        for name in GAINS
-    ]
-    return f"Three gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
-
-
 _OBSERVER = (
     Figure(
         name="fig1",
         place="Fig. 1",
-        title=say_fig_1,
+        title=lambda figure: (
+            f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a "
+            "tenth of the largest"
+        ),
         caption="System (11), observer at the printed level; sinc(t - τ) on both channels, one reading of many.",
         published=True,
         uses=("fig1",),
         data=fig_1,
         plot=plot_fig_1,
-        alt=describe_fig_1,
-    ),
-    Figure(
-        name="gains",
-        place="Sec. VIII",
-        title=say_gains,
-        caption="L₃ to L₅ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
-        "optimum, a system of ours with one delay; equal or opposite to one per cent of the first state's gain.",
-        published=False,
-        uses=("gains",),
-        data=gains,
-        plot=plot_gains,
-        alt=describe_gains,
+        alt=_describe_fig_1,
     ),
 )
-
-
-# Distance from the optimum against order and degree, and against the delay
 
 
 def convergence(results: Results) -> FigureData:
@@ -239,12 +149,6 @@ BOTTOM = 1e-11
 """Lower end of the axis of relative distances, below all that the bracket tells apart."""
 
 
-def say_convergence(figure: FigureData) -> str:
-    """The message: which order of the models is as good as the last degree of Theorem 3."""
-    degree = figure.columns["degree"][-1]
-    return f"Theorem 3 at degree {degree:g} is as near the optimum as models of order {_order(figure):g}"
-
-
 def _order(figure: FigureData) -> float:
     """The least order at which both models are as near as Theorem 3 at its last degree."""
     c = figure.columns
@@ -252,16 +156,16 @@ def _order(figure: FigureData) -> float:
     return next(order for order, *away in models if max(away) <= c["sos"][-1])
 
 
-def describe_convergence(figure: FigureData) -> str:
-    """Errors at the first and last order, and at each degree."""
+def _describe_convergence(figure: FigureData) -> str:
     c = figure.columns
     parts = [
-        f"{_MODELS[name]}: {c[name][0]:.1e} at order {c['order'][0]:g}, {c[name][-1]:.1e} at order {c['order'][-1]:g}"
+        f"{_MODELS[name]}: {short(c[name][0], 2)} at order {c['order'][0]:g}, {short(c[name][-1], 2)} at order "
+        f"{c['order'][-1]:g}"
         for name in ("pade", "chebyshev")
     ]
-    degrees = ", ".join(f"{e:.1e} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
+    degrees = ", ".join(f"{short(e, 2)} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
     told = f"{'; '.join(parts)}. Theorem 3: {degrees}, which both models reach at order {_order(figure):g}."
-    floor = f"Half the bracket is {c['floor'][0]:.1e}"
+    floor = f"Half the bracket is {short(c['floor'][0], 2)}"
     return f"Relative distance from the optimum of Example 2, the middle of its bracket. {told} {floor}."
 
 
@@ -279,22 +183,16 @@ def plot_against_delay(figure: FigureData) -> Any:
     return drawing
 
 
-def say_against_delay(figure: FigureData) -> str:
-    """The message: how much the least gain grows."""
-    return f"The least gain grows {_rise(figure):.1f}-fold up to a delay of {figure.columns['tau'][-1]:g} s"
-
-
 def _rise(figure: FigureData) -> float:
     return figure.columns["sos"][-1] / figure.columns["sos"][0]
 
 
-def describe_against_delay(figure: FigureData) -> str:
-    """Where the gain starts, where it ends, and how far the two methods are apart."""
+def _describe_against_delay(figure: FigureData) -> str:
     c = figure.columns
     apart = max(abs(a / b - 1.0) for a, b in zip(c["sos"], c["chebyshev"], strict=True))
     return (
         f"The least gain rises from {c['sos'][0]:.4g} at a delay of {c['tau'][0]:g} s to {c['sos'][-1]:.4g} at "
-        f"{c['tau'][-1]:g} s, {_rise(figure):.1f}-fold. Theorem 3 and collocation differ by {apart:.1e} at most."
+        f"{c['tau'][-1]:g} s, {_rise(figure):.1f}-fold. Theorem 3 and collocation differ by {short(apart, 2)} at most."
     )
 
 
@@ -302,7 +200,10 @@ _OPTIMUM = (
     Figure(
         name="convergence",
         place="Example 2",
-        title=say_convergence,
+        title=lambda figure: (
+            f"Theorem 3 at degree {figure.columns['degree'][-1]:g} is as near the optimum as models of "
+            f"order {_order(figure):g}"
+        ),
         caption=(
             "Example 2, Theorem 3 as corrected, the degree counted in each variable. Distance of γ from the optimum; "
             "in the "
@@ -313,24 +214,23 @@ _OPTIMUM = (
         uses=("convergence.ex2", "reference.ex2", *(f"sos.ex2.d{degree}" for degree in DEGREES)),
         data=convergence,
         plot=plot_convergence,
-        alt=describe_convergence,
+        alt=_describe_convergence,
     ),
     Figure(
         name="tau",
         place="Example 2",
-        title=say_against_delay,
+        title=lambda figure: (
+            f"The least gain grows {_rise(figure):.1f}-fold up to a delay of {figure.columns['tau'][-1]:g} s"
+        ),
         caption="Example 2: Theorem 3 as corrected at degree 2, counted in each variable, and the Riccati equation "
         "of the collocated model.",
         published=False,
         uses=("tau",),
         data=against_delay,
         plot=plot_against_delay,
-        alt=describe_against_delay,
+        alt=_describe_against_delay,
     ),
 )
-
-
-# Cost of the methods against n·K: seconds as published and as measured, and the size of the programs
 
 
 NAMES_AT = 150
@@ -415,17 +315,15 @@ def growth(figure: FigureData, x: str, y: str) -> float:
     return exponent([pair for pair in pairs if pair[0] >= FROM_PRODUCT])
 
 
-def say_cost(figure: FigureData) -> str:
-    """The message: both exponents."""
+def _say_cost(figure: FigureData) -> str:
     printed, ours = (growth(figure, x, y) for _, x, y in CLOUDS[:2])
     return f"Seconds grow with nK to the power {printed:.1f} in print, {ours:.1f} with our small cone"
 
 
-def describe_cost(figure: FigureData) -> str:
-    """The largest cell of each, and the exponents of growth."""
+def _describe_cost(figure: FigureData) -> str:
     c = figure.columns
     parts = [
-        f"{name}, {'seconds' if 'seconds' in y else 'equalities'} up to {max(c[y]):.4g} at nK = {max(c[x]):g}, "
+        f"{name}, {'seconds' if 'seconds' in y else 'equalities'} up to {short(max(c[y]), 4)} at nK = {max(c[x]):g}, "
         f"exponent {growth(figure, x, y):.2f} (near {growth(figure, x, y):.1f})"
         for name, x, y in CLOUDS
     ]
@@ -436,7 +334,7 @@ _COST = (
     Figure(
         name="cost",
         place="Table I",
-        title=say_cost,
+        title=_say_cost,
         caption=(
             "CPU seconds, published and ours as once measured (machines and solvers do not compare; cvxpy: the full "
             "cone by cvxpy), "
@@ -447,7 +345,7 @@ _COST = (
         uses=("sizes", "measured"),
         data=cost,
         plot=plot_cost,
-        alt=describe_cost,
+        alt=_describe_cost,
     ),
 )
 

@@ -71,23 +71,18 @@ def _constants(theorem: Theorem) -> dict[str, Any]:
     return {"witness": {"lyapunov": dualrate.lyapunov(theorem["plant"])}}
 
 
-def _prediction(theorem: Theorem) -> dict[str, Any]:
-    return {"witness": {**_constants(theorem)["witness"], "chi": dualrate.worst_error(theorem["plant"])}}
-
-
-def _torque(theorem: Theorem) -> dict[str, Any]:
-    p, flux = (Fraction(theorem["plant"][name]) for name in ("p", "Psi"))
-    return _exactly(Fraction(3, 2) * p * flux)
-
-
 MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
     **dict.fromkeys(BARE, lambda theorem: {}),
-    "torque-constant": _torque,
+    "torque-constant": lambda theorem: _exactly(
+        Fraction(3, 2) * Fraction(theorem["plant"]["p"]) * Fraction(theorem["plant"]["Psi"])
+    ),
     "slow-period": lambda theorem: _exactly(Fraction(theorem["plant"]["M"]) * Fraction(theorem["plant"]["T"])),
     "lyapunov": lambda theorem: {"witness": {"P": dualrate.lyapunov_solution(theorem["plant"])}},
     "condition": _constants,
     "counterexample": _constants,
-    "prediction-bound": _prediction,
+    "prediction-bound": lambda theorem: {
+        "witness": {**_constants(theorem)["witness"], "chi": dualrate.worst_error(theorem["plant"])}
+    },
     "radius": lambda theorem: dualrate.spectral_radius(_loop(theorem)),
     "stable": lambda theorem: dualrate.stable(_loop(theorem)),
     "no-bounded-error": lambda theorem: dualrate.excited(_loop(theorem)),

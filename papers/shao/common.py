@@ -48,9 +48,6 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
     )
 
 
-# Sensitivity of Table I, under its literal reading, to printed parameters within their rounding
-
-
 PRINTS = {
     **{name: DATA[name] for name in PARAMETERS},
     "K": f"[{' '.join(DATA['feedback'])}]",

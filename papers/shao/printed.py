@@ -1,17 +1,19 @@
-"""What the manuscript prints, and the printed problem as objects: motor, design, reading space."""
+"""What the manuscript prints, the printed problem as objects (motor, design, reading space), and its readings."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from papers.shao.method.motor import Motor
-from papers.shao.method.readings import ReadingSpace, Structure
+from papers.shao.method.motor import Feedforward, Motor
+from papers.shao.method.readings import ReadingSpace, Start, Structure
 from replication.audit.data import PrintedValue, read_printed
 from replication.estimation.dualrate.loop import DualRateLoop
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
+from replication.estimation.dualrate.response import Points
 
 DATA = read_printed(Path(__file__).with_suffix(".toml"))
 
@@ -29,9 +31,6 @@ def frequency(reference: str) -> float:
     """σ of a reference as Table I writes it, such as sin(3t/2), rad/s."""
     times, _, over = reference.removeprefix("sin(").removesuffix(")").partition("/")
     return float(times.removesuffix("t") or 1) / float(over or 1)
-
-
-# The printed problem as objects: motor, design, reading space, and which observers may stand for which column
 
 
 MOTOR = Motor(pole_pairs=int(DATA["pole_pairs"]), **{name: float(DATA[name]) for name in PARAMETERS})
@@ -80,3 +79,32 @@ def literal_loop(
 ) -> DualRateLoop:
     """The loop as printed: printed feedforward, references held over T, L as a continuous gain."""
     return replace(READINGS, design=design, motor=motor).loop(observer, Structure(), frequency)
+
+
+LITERAL = "literal"
+MEASURES: Mapping[str, tuple[Structure, Points]] = {
+    LITERAL: (Structure(), Points.BETWEEN),
+    "fast-instants": (Structure(), Points.FAST),
+    "corrected-feedforward": (Structure(feedforward=Feedforward.CORRECTED), Points.BETWEEN),
+    "corrected-feedforward-fast-instants": (Structure(feedforward=Feedforward.CORRECTED), Points.FAST),
+}
+"""Readings of the command and of the maximum in Table I."""
+INTERPOLATIONS: Mapping[str, str] = {
+    LITERAL: PMI,
+    "pmi-held": HELD,
+    "pmi-one-correction": SINGLE,
+    "pmi-slow-input": SLOW_INPUT,
+}
+"""Observers that may be meant by DRC-PMI, by reading."""
+STARTS: Mapping[str, Start] = {
+    "start-zero": Start.ZERO,
+    "start-output": Start.OUTPUT,
+    "start-true": Start.TRUE,
+}
+"""Readings of ζ(0), which is not printed."""
+SLOWEST = "slowest-mode"
+EVERY = "every-open-choice"
+ESTIMATES: Mapping[str, str] = {
+    f"estimate-{reading}": observer for reading, observer in INTERPOLATIONS.items() if observer != SLOW_INPUT
+}
+"""Observers that may be meant by DRC-PMI and have a steady state, by the reading of the estimation error."""

@@ -36,6 +36,14 @@ def test_short_is_close(number: float) -> None:
     assert read(numerals.short(number)) == pytest.approx(number, rel=1e-5, abs=1e-320)
 
 
+@pytest.mark.parametrize(
+    ("number", "digits", "text"),
+    [(12.3, 1, "12"), (-322.6, 2, "−323"), (999999.6, 6, "10⁶"), (1.1e19, 2, "1.1×10¹⁹"), (2e-7, 1, "2×10⁻⁷")],
+)
+def test_short_writes_tens_and_hundreds_out(number: float, digits: int, text: str) -> None:
+    assert numerals.short(number, digits) == text
+
+
 @given(st.floats(-1e9, 1e9), st.integers(0, 8))
 def test_head_and_tail_are_one_number_cut_at_the_last_printed_place(number: float, places: int) -> None:
     head, tail = numerals.at_print(number, Fraction(1, 10**places))

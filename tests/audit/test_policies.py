@@ -88,8 +88,12 @@ def told(printed: str, **outcomes: float) -> Judgement:
         ({"norm": 1.33, "other": 1.5}, Verdict.COMPATIBLE, (Policy.SOME,)),
         ({"norm": 1.33, "ruled_out": 1.5}, Verdict.REPRODUCED, (Policy.RULED_OUT,)),
         ({"norm": 1.5, "ruled_out": 1.33}, Verdict.DIFFERS, (Policy.RULED_OUT,)),
-        ({"norm": 1.5, "epsilon": 1.33}, Verdict.COMPATIBLE, (Policy.CONSTANT, Policy.SOME)),
+        ({"norm": 1.5, "epsilon": 1.33}, Verdict.UNDETERMINED, (Policy.CONSTANT,)),
+        ({"norm": 1.5, "ruled_out": 1.33, "epsilon": 1.33}, Verdict.UNDETERMINED, (Policy.CONSTANT, Policy.RULED_OUT)),
         ({"norm": 1.5, "epsilon": 1.5}, Verdict.DIFFERS, (Policy.CONSTANT,)),
+        ({"norm": 1.33, "epsilon": 1.5}, Verdict.REPRODUCED, (Policy.CONSTANT,)),
+        ({"norm": 1.33, "other": 1.5, "epsilon": 1.33}, Verdict.COMPATIBLE, (Policy.CONSTANT, Policy.SOME)),
+        ({"epsilon": 1.33}, Verdict.ERROR, ()),
         ({"our_plant": 1.33}, Verdict.COMPATIBLE, (Policy.OWN,)),
         ({"our_plant": 1.33, "ruled_out": 1.33}, Verdict.COMPATIBLE, (Policy.RULED_OUT, Policy.OWN)),
         ({"our_plant": 1.5}, Verdict.DIFFERS, (Policy.OWN,)),
@@ -103,6 +107,12 @@ def test_a_reading_brings_its_policy(
     judgement = told("1.33", **outcomes)
     assert judgement.verdict is verdict, judgement.reason
     assert set(judgement.policies) == set(policies)
+
+
+@pytest.mark.parametrize(("value", "verdict"), [(1.33, Verdict.UNDETERMINED), (1.5, Verdict.DIFFERS)])
+def test_a_constant_fitted_to_the_print_alone_is_no_agreement(value: float, verdict: Verdict) -> None:
+    judgement = judge(value_case("1.33", value, reading="epsilon"), readings=READINGS)
+    assert judgement.verdict is verdict and ("tests nothing" in judgement.reason) is (verdict is Verdict.UNDETERMINED)
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,7 @@ from tables import read_csv
 import papers
 from papers.mustafa import figures as draws
 from papers.okajima2023 import figures as periods
-from papers.peet2019 import figures as observer
-from papers.shao.figures import readings, stability, tracking
+from papers.shao.figures import stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.draw import write_figure
 from replication.audit.store.sources import SourceTree
@@ -105,12 +104,8 @@ def test_messages_follow_the_data() -> None:
     assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
-    assert "unstable at every T" in stability.say_rates(rates)
-    assert "not always unstable" in stability.say_rates(stable)
-    gains = data("peet2019-gains")
-    other = changed("peet2019-gains", l5_2=gains.columns["l4_1"])
-    assert "L₅ equal, L₄ opposite" in observer.say_gains(gains)
-    assert "L₅" not in observer.say_gains(other)
+    assert "unstable at every T" in stability._say_rates(rates)
+    assert "not always unstable" in stability._say_rates(stable)
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
@@ -138,9 +133,9 @@ def test_the_print_is_compared_with_the_errors_at_the_frequencies_of_the_table()
         table_pmi=errors["pmi"],
         table_apo=(errors["apo"][0], *(3 * x for x in errors["apo"][1:])),
     )
-    assert "1.00 to 3.00 times" in tracking.say_error_curves(drawn)
+    assert "1.00 to 3.00 times" in tracking._say_error_curves(drawn)
     last = (*drawn.columns["table_apo"][:-1], 4 * errors["apo"][-1])
-    assert "1.00 to 4.00 times" in tracking.say_error_curves(changed("shao-error-frequency", **(
+    assert "1.00 to 4.00 times" in tracking._say_error_curves(changed("shao-error-frequency", **(
         {f"table_{name}": drawn.columns[f"table_{name}"] for name in errors} | {"table_apo": last})))  # fmt: skip
 
 
@@ -156,11 +151,6 @@ def test_extremes_keep_every_peak() -> None:
     assert (min(kept), max(kept)) == (min(values), max(values))
     assert sum(abs(e) > periods.AXIS_LIMIT for e in kept) >= 5
     assert list(k) == sorted(set(k)) and len(kept) < len(values) / 3
-
-
-def test_a_decoy_counts_if_it_is_met_as_nearly() -> None:
-    drawn = FigureData(columns={"decoys_pmi": (0.1, 0.2, 0.3), "nearest_pmi": (0.2,)})
-    assert readings.nearer(drawn, "pmi") == 2
 
 
 def test_figures_name_what_they_draw() -> None:

@@ -104,7 +104,7 @@ def _solved(rule: str, example: str) -> dict[str, float]:
 
 def _reading(example: str) -> dict[str, Any]:
     printed = float(DATA[f"gamma-{example}"]["d1"])
-    return {"gamma": printed, "rescaled": printed, "epsilon_from": 0.0, "epsilon_to": 1e-6, "solved": printed}
+    return {"gamma": printed, "rescaled": printed, "epsilon": 1e-6, "solved": printed}
 
 
 def at(path: str, change: Callable[[Any], Any]) -> Alteration:
@@ -260,7 +260,7 @@ def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_al
     altered = [(n, k, str(float(text) * (2.5 if (n, k) == (1, 10) else 1.0))) for n, k, text in published()]
     monkeypatch.setattr(cost, "published", lambda: altered)
     evidence = claim.answer(agreeing())
-    assert evidence.holds is False and evidence.outcomes == ()
+    assert [outcome.holds for outcome in evidence.outcomes] == [False, False]
 
 
 def test_whether_example_4_is_unstable_follows_the_roots() -> None:
@@ -286,7 +286,7 @@ def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
     (with_epsilon,) = (outcome.value for outcome in outcomes if outcome.reading == POSITIVE)
     assert with_epsilon == float(DATA["gamma-2"]["d1"])
     for parts in results["peet2019.readings"].values():
-        parts["3"]["solved"] = None  # no rule reaches both prints with ε > 0: there is no such outcome
+        del parts["3"]["solved"]  # no rule reaches both prints with ε > 0: there is no such outcome
     assert {outcome.reading for outcome in claim.answer(results).outcomes} == set(READINGS)
     results["peet2019.readings"]["z2-outer"]["2"] |= {"gamma": 2.46, "rescaled": 2.463}
     found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
@@ -296,23 +296,6 @@ def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
     found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
     assert (found["z2-wide"].lower, found["z2-wide"].upper) == (OPTIMUM["2"], 2.331)
     assert "z2-wide, z2-outer" in claim.answer(results).note
-
-
-def test_every_claim_names_a_reading_of_the_paper() -> None:
-    known = {"none", *(reading.name for reading in PAPER.readings)}
-    assert {claim.reading for claim in PAPER.claims} <= known
-    told = {
-        outcome.reading
-        for claim in PAPER.claims
-        if claim.kind is not Kind.CITED
-        for outcome in claim.answer(agreeing()).outcomes
-    }
-    assert told <= known
-
-
-def test_findings_are_short() -> None:
-    for finding in PAPER.findings(agreeing()):
-        assert len(finding.split()) <= 25, finding
 
 
 def test_theorem_1_as_printed_fails_only_where_the_case_meets_all_that_it_asks() -> None:

@@ -26,7 +26,7 @@ from replication.audit.store.sources import default_packages
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "timings": (tuple(f"okajima2023.{name}" for name in PERIOD_TABLE), {"largest": 2}),
-    "readings": (tuple(f"shao.{name}" for name in SEARCH), {"decoys": 1}),
+    "readings": (tuple(f"shao.{name}" for name in SEARCH), {}),
     "sequences": (tuple(f"mustafa.{name}" for name in SEQUENCES), {"seeds": 8}),
     "draws": (tuple(f"okajima2023.{name}" for name in DRAWS), {"seeds": 8}),
     "cells": (tuple(f"peet2019.ex4.n{n}k{k}" for n, k in DEFAULT_CELLS), {}),

@@ -8,9 +8,10 @@ from functools import partial
 from papers.peet2019.claims.gains import OF_ITS_OWN, by_pade, least_gain, optimum_of, reaches
 from papers.peet2019.claims.theory import CORRECTED, SIGNS, unmet
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
+from papers.peet2019.experiments.readings import HOUSE
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
-from papers.peet2019.readings import HOUSE, OWN_B, PADE, SINC
+from papers.peet2019.readings import OWN_B, PADE, SINC
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
 from replication.verify.predicate import Predicate, term
@@ -100,7 +101,7 @@ def _table(example: str) -> None:
             f"{name}.gamma-d{degree}",
             gamma[f"d{degree}"],
             statement=f"Example {example}: least gain of Theorem 3 with polynomials of degree {degree}.",
-            pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
+            pinned="undetermined" if off else "compatible" if example in OFF_THE_PRINT else CORRECTED,
             erratum=SIGNS,
             uses=(f"sos.{name}.d{degree}", reference, "rules", "printed-signs", *(["readings"] if off else [])),
             says=at_degree(example, degree, str(gamma[f"d{degree}"])),

@@ -6,8 +6,9 @@ from functools import partial
 
 import msgspec
 
-from papers.peet2019.readings import HOUSE
+from papers.peet2019.experiments.readings import HOUSE
 from replication.audit.declare import Part, below, positive
+from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
 from replication.verify.predicate import Predicate, term
 
@@ -64,8 +65,8 @@ def lmi_3(results: Results) -> Evidence:
             "the least γ at which (3) holds for P and Z."
         ),
         cross_check=(
-            f"The form of (3) is that of Theorem 1 to {found['form']:.0e}. With the sign of L reversed the bound fails "
-            f"in {found['reversed']} cases."
+            f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed the bound "
+            f"fails in {found['reversed']} cases."
         ),
         quantities={
             "largest gain over γ": found["largest"],
@@ -76,6 +77,13 @@ def lmi_3(results: Results) -> Evidence:
         },
         note="Instances. In general: a completed square, v = C₁e/γ, and an integration, as in Theorem 1's proof.",
     )
+
+
+def loops_that_meet(results: Results) -> tuple[int, float]:
+    """How many closed loops have a certificate that meets the inequality, and their least room below γ, relative."""
+    loops = [results[name] for name in LOOPS]
+    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
+    return len(kept), min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
 
 
 @THEOREM_1.order(
@@ -91,17 +99,15 @@ def theorem_1(results: Results) -> Evidence:
     """Where 𝒫 = 𝒫* is coercive and the inequality holds, (7) bounds the error along solutions with d⟨e, 𝒫e⟩/dt =
     2⟨e, 𝒫ė⟩.
     """
-    loops = [results[name] for name in LOOPS]
-    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
-    room = min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
+    kept, room = loops_that_meet(results)
     return positive(
         min(room, 1.0 - results["lmi-3"]["largest"]),
         method=(
-            f"{len(kept)} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
+            f"{kept} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
             f"{results['lmi-3']['trials']} random ones without delays: H∞ norm against γ."
         ),
         quantities={
-            "loops with delays that meet the inequality": float(len(kept)),
+            "loops with delays that meet the inequality": kept,
             "least room below γ, with delays, relative": room,
             "largest gain over γ, without delays": results["lmi-3"]["largest"],
         },
@@ -114,17 +120,22 @@ def theorem_1(results: Results) -> Evidence:
     )
 
 
+def told_of_symmetry(found: Results) -> dict[str, float]:
+    """The numbers of the case that is not self-adjoint."""
+    return {
+        "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
+        "largest eigenvalue of the inequality": found["largest"],
+        "spectral abscissa of the error [1/s]": found["abscissa"],
+    }
+
+
 def without_symmetry(results: Results) -> Evidence:
     """Theorem 1 as printed, which does not ask for 𝒫 = 𝒫*: a case in which the inequality holds and the error grows."""
     found = results["self-adjoint"]
     return positive(
         -found["abscissa"] if found["coercive"] > 0.0 > found["largest"] else 1.0,
         method="Two states without delays, 𝒫 = I + J with a rotation J, 𝒵 = 0: eigenvalues of the inequality and of 𝒜.",
-        quantities={
-            "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
-            "largest eigenvalue of the inequality": found["largest"],
-            "spectral abscissa of the error [1/s]": found["abscissa"],
-        },
+        quantities=told_of_symmetry(found),
     )
 
 
@@ -257,20 +268,17 @@ def theorem_3(results: Results) -> Evidence:
     """Where the corrected conditions of Theorem 3 hold, the error obeys ‖z_e‖ ≤ γ‖w‖, along solutions with d⟨e, 𝒫e⟩/dt
     = 2⟨e, 𝒫ė⟩.
     """
-    loops = [results[name] for name in LOOPS]
-    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
-    room = min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
+    kept, room = loops_that_meet(results)
     residual = results["identities"]["theorem_3"]["none"]["largest"]
     return positive(
         min(room, ROUNDING - residual),
         method=(
             f"Its argument in two steps: the identity of Sec. VI, in {results['identities']['trials']} random cases, "
-            "and "
-            f"the bound of Theorem 1, in {len(kept)} closed loops whose certificates meet the conditions."
+            f"and the bound of Theorem 1, in {kept} closed loops whose certificates meet the conditions."
         ),
         quantities={
             "largest residual of the identity": residual,
-            "closed loops that meet the conditions": float(len(kept)),
+            "closed loops that meet the conditions": kept,
             "least room below γ, relative": room,
         },
         note=(

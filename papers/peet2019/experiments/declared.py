@@ -115,7 +115,6 @@ EXPERIMENTS = (
         "hats", examples.without_histories, plant=SECOND, level=NEAR, degree=2, epsilon=EPSILON, order=24
     ),
     experiment("no-gains", examples.no_gains, plant=SECOND, level=NEAR, degree=2, epsilon=EPSILON, order=24),
-    experiment("gains", examples.gain_functions, plant=OWN, level=1.05, degree=2, epsilon=WIDER, points=101),
     experiment(
         "fig1", examples.fig_1, plant=SECOND, level=float(DATA["figure-level"]), degree=3, epsilon=WIDER, samples=1001,
         lumps=DATA["lumped-states"],

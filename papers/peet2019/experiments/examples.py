@@ -219,21 +219,6 @@ def no_gains(plant: Json, level: float, degree: int, epsilon: float, order: int)
     return {"gap": gap(_without(values)), "with_gains": gap(values)}
 
 
-def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:
-    """The gains as functions of s ∈ [-τ, 0], for the first delay, in the units of eq. (9); z = C_10 x alone."""
-    system = delay_system(**{**plant, "c1": None})
-    grid = np.linspace(-1.0, 0.0, points)
-    values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), grid)
-    delay = system.delays[0]
-    return {
-        "s": (grid * delay).tolist(),
-        "l3": (values.l3[:, 0, :, 0] / delay).T.tolist(),
-        "l4": values.l4[:, 0, :, 0].T.tolist(),
-        "l5": values.l5[:, 0, 0, :, 0].T.tolist(),
-        "l6": values.l6[:, 0, :, 0].T.tolist(),
-    }
-
-
 def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int, lumps: int) -> Json:
     """Simulated gain for sinc disturbances: shape sin(πx)/(πx) or sin(x)/x, centre, horizon and channels scanned.
 

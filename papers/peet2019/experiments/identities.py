@@ -8,6 +8,7 @@ as printed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace as Sample
 from typing import Any
 
 import numpy as np
@@ -69,57 +70,17 @@ def _powers(s: Array | float, count: int, slope: int) -> Array:
     return powers
 
 
-def _gauss_nodes(delay: float) -> tuple[Array, Array]:
-    points, weights = np.polynomial.legendre.leggauss(POINTS)
-    return (points - 1.0) / 2.0 * delay, weights / 2.0 * delay
-
-
-NODES = [_gauss_nodes(delay) for delay in DELAYS]
+GAUSS = np.polynomial.legendre.leggauss(POINTS)
+NODES = [((GAUSS[0] - 1.0) / 2.0 * delay, GAUSS[1] / 2.0 * delay) for delay in DELAYS]
 """Points and weights of each [-τ_i, 0]."""
 
 
-@dataclass(frozen=True)
-class Sample:
-    """Random data of Theorem 3: plant, storage, 𝒵, v, and a history e with e_i(0) = e_0, all drawn from one generator.
-
-    z1: a matrix other than Z_0, for the symbol Z_1 in T_00.
-    """
-
-    a: list[Array]
-    b: Array
-    c1: list[Array]
-    c2: Array
-    gamma: float
-    p: Array
-    q: list[Poly]
-    s: list[Poly]
-    r: list[list[Poly]]
-    z0: Array
-    z2: list[Array]
-    z3: list[Poly]
-    z4: list[Poly]
-    z5: list[list[Poly]]
-    z6: list[Poly]
-    z7: list[list[Poly]]
-    e0: Array
-    e: list[Poly]
-    w: Array
-    v: Array
-    z1: Array
-
-    @property
-    def late(self) -> list[Array]:
-        """e_i(-τ_i)."""
-        return [history.at(-delay)[0, :, 0] for history, delay in zip(self.e, DELAYS, strict=True)]
-
-    @property
-    def output(self) -> Array:
-        """C_1 e."""
-        return np.asarray(self.c1[0] @ self.e0 + sum(self.c1[i + 1] @ self.late[i] for i in EACH))
-
-
 def sample(rng: np.random.Generator, n: int = 2, p: int = 1, q: int = 1) -> Sample:
-    """Draw the data for n states, p outputs and q measurements; P and S are symmetric, R_ij(s, θ) = R_ji(θ, s)ᵀ."""
+    """Random data of Theorem 3 for n states, p outputs and q measurements, under the names of the theorem.
+
+    P and S are symmetric, R_ij(s, θ) = R_ji(θ, s)ᵀ; e is a history with e_i(0) = e_0, late its values at -τ_i, output
+    C_1 e. z1: a matrix other than Z_0, for the symbol Z_1 in T_00.
+    """
 
     def poly(rows: int, columns: int) -> Poly:
         return Poly(rng.standard_normal((3, rows, columns)))
@@ -136,7 +97,7 @@ def sample(rng: np.random.Generator, n: int = 2, p: int = 1, q: int = 1) -> Samp
         c = rng.standard_normal((4, n, 1))
         c[0, :, 0] = e0
         histories.append(Poly(c))
-    return Sample(
+    x = Sample(
         a=[rng.standard_normal((n, n)) for _ in range(K + 1)],
         b=rng.standard_normal((n, 2)),
         c1=[rng.standard_normal((p, n)) for _ in range(K + 1)],
@@ -159,6 +120,9 @@ def sample(rng: np.random.Generator, n: int = 2, p: int = 1, q: int = 1) -> Samp
         v=rng.standard_normal(p),
         z1=rng.standard_normal((n, q)),
     )
+    x.late = [history.at(-delay)[0, :, 0] for history, delay in zip(x.e, DELAYS, strict=True)]
+    x.output = x.c1[0] @ x.e0 + sum(x.c1[i + 1] @ x.late[i] for i in EACH)
+    return x
 
 
 def dissipation(x: Sample, misprint: str) -> float:
@@ -187,8 +151,8 @@ def dissipation(x: Sample, misprint: str) -> float:
     total += 2.0 * sum(float(np.einsum("t,ti,ti->", NODES[i][1], values[i], tails[i])) for i in EACH)
     total -= x.gamma * float(x.w @ x.w)
     if misprint in ("theorem-1-sign", "all"):
-        return total + float(x.output @ x.output) / x.gamma
-    return total - x.gamma * float(x.v @ x.v) + 2.0 * float(x.v @ x.output)
+        return float(total + x.output @ x.output / x.gamma)
+    return float(total - x.gamma * float(x.v @ x.v) + 2.0 * float(x.v @ x.output))
 
 
 def _apply_storage(x: Sample, point: Array, histories: list[Array]) -> tuple[Array, list[Array]]:
@@ -234,7 +198,8 @@ def theorem_3(x: Sample, misprint: str) -> float:
         for j in EACH:
             row = row + np.einsum("i,tij->tj", late[j], _phi_j(x, i, j, s, as_printed("e-transposes")))
         total += 2.0 * LAST * float(np.einsum("t,tj,tj->", weights, row, phi))
-        f = slope_sign * x.s[i].slope(s) + _twice(x.z6[i].at(s) @ x.c2)
+        injected = x.z6[i].at(s) @ x.c2
+        f = slope_sign * x.s[i].slope(s) + (injected + injected.swapaxes(-1, -2))
         total += LAST * float(np.einsum("t,ti,tij,tj->", weights, phi, f, phi))
         for j in EACH:
             theta, others = NODES[j]
@@ -243,11 +208,7 @@ def theorem_3(x: Sample, misprint: str) -> float:
             g = g + factor * (x.z7[i][j].at2(s, theta) @ x.c2)
             g = g + factor * np.einsum("qi,utjq->tuij", x.c2, x.z7[j][i].at2(theta, s))
             total += float(np.einsum("t,u,ti,tuij,uj->", weights, others, phi, g, x.e[j].at(theta)[..., 0]))
-    return total
-
-
-def _twice(matrix: Array) -> Array:
-    return matrix + matrix.swapaxes(-1, -2)
+    return float(total)
 
 
 def _phi_0(x: Sample, i: int, s: Array, printed: bool) -> Array:

@@ -32,7 +32,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     ‖ℒy - 𝒫⁻¹𝒵y‖∞, its `x-index` with X_j of another delay for the X(s) that is printed without an index. printed:
     without the factors of τ_K. quadrature: of K_i, against twice the points. present_only: with Q_i = 0 and
     Z_3i = Z_4i = Z_5ij = Z_6i = Z_7ij = 0, all gains of Lemma 5 but L_0 and L_2i, and L_0 - P⁻¹Z_0; `injected` with
-    Q_i as drawn. least: the least eigenvalue of all operators.
+    Q_i as drawn. least: the least eigenvalue of all operators. jump: how far each takes constants out of X.
     """
     rng = np.random.default_rng(seed)
     found: dict[str, dict[str, list[float]]] = {
@@ -40,6 +40,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
         "lemma_5": {"printed": [], "corrected": [], "x-index": []},
         "present_only": {"corrected": [], "l0": [], "injected": []},
         "quadrature": {"corrected": []},
+        "jump": {"constants": []},
     }
 
     least = []
@@ -62,6 +63,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
         put("theorem_4", "squared", inverse["operator"] @ inverse["operator"] - eye)
         rng.bit_generator.state = state
         put("lemma_5", "x-index", _lemma_5(case, inverse, rng, True, other=True))
+        put("jump", "constants", _jump(case))
         put("quadrature", "corrected", inverse["moment"] - _moment(case["slope"], 2 * POINTS))
         z0, z2 = rng.standard_normal((N, 1)), rng.standard_normal((K, N, 1))
         put("present_only", "injected", _history_gains(inverse, z0, z2))
@@ -71,6 +73,18 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     return {"trials": trials, "points": POINTS, "least": min(least)} | {
         part: summaries(residuals) for part, residuals in found.items()
     }
+
+
+def _jump(case: dict[str, Any]) -> Array:
+    """(𝒫x)_i(0) less the first entry of 𝒫x for constant x, which lies in X: zero if 𝒫 maps X into X."""
+    means = [np.einsum("t,twi->wi", NODES[i][1], Z[i]) for i in EACH]
+    head = case["p"] + sum(case["h"][:, PART[i]] @ means[i] for i in EACH)
+    tails = [LAST * (case["h"][:, PART[i]][:, :N].T + _multiplier(case["slope"][i], np.zeros(1))[0]) for i in EACH]
+    tails = [
+        tail + sum(case["gamma"][PART[i], PART[j]][:N] @ means[j] for j in EACH)
+        for i, tail in zip(EACH, tails, strict=True)
+    ]
+    return np.array([tail - head for tail in tails])
 
 
 def _history_gains(inverse: dict[str, Any], z0: Array, z2: Array) -> Array:

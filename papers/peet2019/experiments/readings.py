@@ -48,51 +48,6 @@ MOST_SOLVED = 2
 """Degree up to which γ is solved under every reading."""
 
 
-def each(d: int) -> Shape:
-    """Degree d in each variable, the weighted term one lower."""
-    return d, d, d, False, 1
-
-
-def total(d: int) -> Shape:
-    """Total degree d, the weighted term one lower."""
-    return d, d, d, True, 1
-
-
-def each_same(d: int) -> Shape:
-    """Degree d in each variable, the weighted term the same."""
-    return d, d, d, False, 0
-
-
-def total_same(d: int) -> Shape:
-    """Total degree d, the weighted term the same."""
-    return d, d, d, True, 0
-
-
-def wide(d: int) -> Shape:
-    """Degree d in the inner and 2d in the outer variable, the weighted term the same."""
-    return d, d, 2 * d, False, 0
-
-
-def outer(d: int) -> Shape:
-    """Degree d in the outer variable only, the weighted term the same."""
-    return d, 0, d, False, 0
-
-
-def inner(d: int) -> Shape:
-    """Degree d in the inner variable only, the weighted term the same."""
-    return d, d, 0, False, 0
-
-
-def wider(d: int) -> Shape:
-    """Degree d in each variable, Z_1 of degree d + 1, the weighted term the same."""
-    return d + 1, d, d, False, 0
-
-
-def following(d: int) -> Shape:
-    """Total degree d + 1, the weighted term the same."""
-    return total_same(d + 1)
-
-
 @dataclass(frozen=True)
 class Rule:
     """A reading of the degree rule in words, and its shapes of degree d for V and for the dissipation."""
@@ -102,20 +57,40 @@ class Rule:
     dissipation: Callable[[int], Shape]
 
 
+SHAPES: dict[str, Callable[[int], Shape]] = {
+    "each": lambda d: (d, d, d, False, 1),
+    "total": lambda d: (d, d, d, True, 1),
+    "each-same": lambda d: (d, d, d, False, 0),
+    "total-same": lambda d: (d, d, d, True, 0),
+    "wide": lambda d: (d, d, 2 * d, False, 0),
+    "outer": lambda d: (d, 0, d, False, 0),
+    "inner": lambda d: (d, d, 0, False, 0),
+    "z1": lambda d: (d + 1, d, d, False, 0),
+    "next": lambda d: (d + 1, d + 1, d + 1, True, 0),
+}
+"""By name the shapes of degree d."""
 HOUSE = "z2-each"
 """The rule of the library."""
-READINGS: dict[str, Rule] = {
-    HOUSE: Rule("Z₂ of degree d in each variable; the weighted term one degree lower", each, each),
-    "z2-total": Rule("Z₂ of total degree d; the weighted term one degree lower", total, total),
-    "z2-each-same": Rule("Z₂ of degree d in each variable; the weighted term the same", each_same, each_same),
-    "z2-total-same": Rule("Z₂ of total degree d; the weighted term the same", total_same, total_same),
-    "z2-wide": Rule("Z₂ of degree d in its inner and 2d in its outer variable; the weighted term the same", wide, wide),
-    "z2-outer": Rule("Z₂ of degree d in its outer variable only", outer, outer),
-    "z2-inner": Rule("Z₂ of degree d in its inner variable only", inner, inner),
-    "z2-total-wide": Rule("V as z2-total-same; dissipation as z2-wide", total_same, wide),
-    "z2-each-wide": Rule("V as z2-each-same; dissipation as z2-wide", each_same, wide),
-    "z2-total-z1": Rule("V as z2-total; dissipation with Z₁ of degree d + 1", total, wider),
-    "z2-total-next": Rule("V as z2-total; dissipation of total degree d + 1", total, following),
+READINGS = {
+    f"z2-{name}": Rule(text, SHAPES[storage], SHAPES[dissipation])
+    for name, storage, dissipation, text in (
+        ("each", "each", "each", "Z₂ of degree d in each variable; the weighted term one degree lower"),
+        ("total", "total", "total", "Z₂ of total degree d; the weighted term one degree lower"),
+        ("each-same", "each-same", "each-same", "Z₂ of degree d in each variable; the weighted term the same"),
+        ("total-same", "total-same", "total-same", "Z₂ of total degree d; the weighted term the same"),
+        (
+            "wide",
+            "wide",
+            "wide",
+            "Z₂ of degree d in its inner and 2d in its outer variable; the weighted term the same",
+        ),
+        ("outer", "outer", "outer", "Z₂ of degree d in its outer variable only"),
+        ("inner", "inner", "inner", "Z₂ of degree d in its inner variable only"),
+        ("total-wide", "total-same", "wide", "V as z2-total-same; dissipation as z2-wide"),
+        ("each-wide", "each-same", "wide", "V as z2-each-same; dissipation as z2-wide"),
+        ("total-z1", "total", "z1", "V as z2-total; dissipation with Z₁ of degree d + 1"),
+        ("total-next", "total", "next", "V as z2-total; dissipation of total degree d + 1"),
+    )
 }
 
 
@@ -187,28 +162,28 @@ def least_gains(plants: dict[str, Json], degrees: dict[str, list[int]]) -> Json:
 
 
 def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -> Json:
-    """For each reading and example, degree 1: γ at ε = 0 and at `epsilon`, and ε for the print were γ linear in ε.
+    """For each reading and example, degree 1: γ at ε = 0, and where it may be below every print, ε > 0 for the print.
 
     gamma and rescaled are the same infimum in two units; where they differ it is not sharply defined numerically.
-    solved: γ where it is solved at the middle of those ε, None if that is negative.
+    epsilon: for the print, were γ linear between 0 and `epsilon`; solved: γ where it is solved there.
     """
-    found: Json = {}
-    for name, reading in READINGS.items():
-        found[name] = {}
-        for example, plant in plants.items():
-            system = delay_system(**plant)
-            base, moved = least(system, reading, 0.0), least(system, reading, epsilon)
-            target, half = float(printed[example]), 0.5 * 10.0 ** -len(printed[example].partition(".")[2])
-            slope = (moved - base) / epsilon
-            low, high = (target - half - base) / slope, (target + half - base) / slope
-            found[name][example] = {
-                "gamma": base,
-                "rescaled": target * least(gain_scaled(system, target), reading, 0.0),
-                "with_epsilon": moved,
-                "epsilon_from": low,
-                "epsilon_to": high,
-                "solved": least(system, reading, (low + high) / 2.0) if low >= 0.0 else None,
+    targets = {example: float(number) for example, number in printed.items()}
+    systems = {example: delay_system(**plant) for example, plant in plants.items()}
+    found: Json = {
+        name: {
+            example: {
+                "gamma": least(system, reading, 0.0),
+                "rescaled": targets[example] * least(gain_scaled(system, targets[example]), reading, 0.0),
             }
+            for example, system in systems.items()
+        }
+        for name, reading in READINGS.items()
+    }
+    for name in attainable(found, targets):
+        for example, part in found[name].items():
+            slope = (least(systems[example], READINGS[name], epsilon) - part["gamma"]) / epsilon
+            part["epsilon"] = (targets[example] - part["gamma"]) / slope
+            part["solved"] = least(systems[example], READINGS[name], part["epsilon"])
     return found
 
 
@@ -220,9 +195,3 @@ def runs(found: Mapping[str, Any], name: str, example: str) -> list[float]:
 def attainable(found: Mapping[str, Any], printed: dict[str, float]) -> tuple[str, ...]:
     """The readings under which, for every example, some run is below the print: it is attained, though not least."""
     return tuple(name for name, parts in found.items() if all(min(runs(found, name, e)) < printed[e] for e in parts))
-
-
-def common_epsilon(found: Mapping[str, Any], name: str) -> bool:
-    """Whether one ε >= 0 gives the print in every example under a reading, were γ linear in ε."""
-    ranges = [(part["epsilon_from"], part["epsilon_to"]) for part in found[name].values()]
-    return bool(max(0.0, *(low for low, _ in ranges)) <= min(high for _, high in ranges))

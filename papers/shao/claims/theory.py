@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -14,6 +16,8 @@ from replication.verify.predicate import term
 
 OBSERVER = Part("Sec. III: observer and its discrete form, eqs. (2) to (8)", reading=NO_READING, figures="lag")
 THEOREM = Part("Sec. IV: stability result, eqs. (9) to (22)", reading=NO_READING, figures=("counter-example", "rates"))
+
+MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward", reading=NO_READING)
 
 ROUND_OFF = 1e-9
 """A residual below this is rounding."""
@@ -31,49 +35,10 @@ def residual(method: str, gap: float, as_printed: Evidence | None = None) -> Evi
     )
 
 
-@OBSERVER.feasible(
-    "theory.discrete-observer", place="eqs. (3) and (7)", uses="table", says=term("equivalent observers")
-)
-def same_estimates(results: Results) -> Evidence:
-    """The discrete-time observer gives the estimates of the sampled-data observer at the instants."""
-    gap = max(results["table"]["agreement"][APO])
-    return residual(
-        "responses of the printed example by (7) and by (3) integrated between the instants, with transients", gap
-    )
-
-
-@THEOREM.feasible(
-    "theory.error-equations", place="eqs. (9) and (10)", uses="motor", says=term("equations (9) and (10)")
-)
-def error_equations(results: Results) -> Evidence:
-    """(9) can be written as (10)."""
-    return residual("(9) minus (10) at random states, relative", results["motor"]["equation_gap"])
-
-
-@THEOREM.feasible("theory.second-case", place="Sec. IV, Case 2", uses="motor", says=term("Case 2"))
-def special_case(results: Results) -> Evidence:
-    """Case 2 is Case 1 with the prediction error zero: (10) without its last term."""
-    gap = results["motor"]["case_gap"]
-    return residual("(9) with ȳ(t_k) = y(t_k) minus (10) without its last term at random states, relative", gap)
-
-
-@THEOREM.feasible(
-    "theory.lyapunov", place="Sec. IV, above eq. (11)", uses="theorem", says=term("Lyapunov equation", "motor")
-)
-def lyapunov_matrix(results: Results) -> Evidence:
-    """The Lyapunov equation with the printed data has a positive definite solution."""
-    smallest = results["theorem"]["motor"]["smallest"]
-    return positive(
-        smallest,
-        method="smallest eigenvalue of P in ÃᵀP + P Ã = −I for the printed data",
-        quantities={"smallest eigenvalue": smallest},
-    )
-
-
 RANDOM = "largest left over right side for random loops of order two, from random states, exact at times of a grid"
 
 
-def step_bounds(results: Results, *names: str, method: str = RANDOM) -> Evidence:
+def step_bounds(names: Sequence[str], results: Results, method: str = RANDOM) -> Evidence:
     """Left over right side of inequalities of the proof for random loops and states."""
     worst = {name: results["bounds"]["worst"][name] for name in names}
     return positive(
@@ -86,23 +51,9 @@ def step_bounds(results: Results, *names: str, method: str = RANDOM) -> Evidence
     )
 
 
-@THEOREM.feasible("theory.output-bounds", place="eqs. (12) and (13)", uses="bounds", says=term("bounds (12) and (13)"))
-def output_bounds(results: Results) -> Evidence:
-    """Over a fast period the rate and the change of the output stay within (12) and (13)."""
-    return step_bounds(results, "12", "13")
-
-
-@THEOREM.feasible(
-    "theory.estimate-bound",
-    place="eq. (14)",
-    uses="bounds",
-    erratum="prediction-error-term",
-    pinned="reproduced after erratum",
-    says=term("bound (14)"),
-)
 def estimate_bound(results: Results) -> Evidence:
     """The feedback changes over a fast period by no more than the bound (14)."""
-    excess, corrected = results["bounds"]["worst"]["excess"], step_bounds(results, "14")
+    excess, corrected = results["bounds"]["worst"]["excess"], step_bounds(("14",), results)
     printed = positive(
         -excess,
         method="left minus right side of (14) as printed, over the sum of the moduli on the right",
@@ -115,17 +66,10 @@ def estimate_bound(results: Results) -> Evidence:
     return replace(corrected, as_printed=printed, note=note)
 
 
-@THEOREM.feasible(
-    "theory.prediction-rate",
-    place="Sec. IV, above eq. (15)",
-    uses="theorem",
-    erratum="prediction-rate",
-    pinned="reproduced after erratum",
-)
 def prediction_rate(results: Results) -> Evidence:
     """The rate of the virtual output (6) is C A ζ + C B u."""
     theorem = results["theorem"]
-    order, gap = theorem["increment_order"], theorem["increment_rate_gap"]
+    gap = theorem["increment_rate_gap"]
     method = (
         "change of (6) over T less the integral of its rate, over T, for the printed loop at "
         f"T = {theorem['periods'][0]:g} s and the worst unit ζ, u and ȳ: with {{}}"
@@ -135,33 +79,16 @@ def prediction_rate(results: Results) -> Evidence:
         gap["estimate, by the model"],
         as_printed=residual(method.format("ζ, which follows (3)"), gap["estimate"]),
     )
-    quantities = {
-        "departure over T with ζ, from the estimate, 1/s": gap["estimate"],
-        "departure over T with ζ, from the measurement, 1/s": gap["measurement"],
-        **{
-            f"{name}, from the {start}: power of T": value
-            for name, found in (("virtual measurement (6)", order[APO]), ("restarted predictor", order[RESTARTED]))
-            for start, value in found.items()
-        },
-    }
+    departure = {"departure over T with ζ, 1/s": gap["estimate"]}
     note = (
         "Between two fast instants the virtual output follows the model, so ζ_p stands where ζ is printed; with ζ the "
         "changes over T agree up to terms of order T². The fault of the proof is another: it integrates this rate "
         "from an error of zero, but at the start of a period (6) is off by the error C ξ(t_{k−1}) of the estimate, "
         "which (15) drops."
     )
-    return replace(corrected, quantities={**corrected.quantities, **quantities}, note=note)
+    return replace(corrected, quantities={**corrected.quantities, **departure}, note=note)
 
 
-@THEOREM.feasible(
-    "theory.prediction-bound",
-    place="eq. (15)",
-    uses="theorem",
-    reading="elapsed-period",
-    pinned="refuted",
-    statement="The error of the virtual measurement is at most α₃ T times the root of the largest V.",
-    says=term("bound (15)"),
-)
 def prediction_bound(results: Results) -> Evidence:
     """Left over right side of (15) for the scalar loop, which meets (18), and for the printed one."""
     theorem, scalar = results["theorem"], results["theorem"]["scalar"]
@@ -200,29 +127,6 @@ def prediction_bound(results: Results) -> Evidence:
     )
 
 
-@THEOREM.feasible("theory.collected-constant", place="eqs. (16) and (17)", uses="bounds", says=term("constant (17)"))
-def collected_constant(results: Results) -> Evidence:
-    """The constant α₄ of (17) collects the terms of (16)."""
-    return step_bounds(results, "17", method="terms of (16) over their bound by α₄, the largest of random loops")
-
-
-@THEOREM.feasible("theory.contraction", place="eq. (22)", uses="theorem", says=term("contraction (22)"))
-def contraction(results: Results) -> Evidence:
-    """The factor φ is below one whenever (18) holds."""
-    gap = results["theorem"]["factor_gap"]
-    return residual(
-        "1 − φ minus (1 − E)(1 − c) on a grid, with E = e^{−T/(2 λ_max)} < 1 and c the left side of (18)", gap
-    )
-
-
-@THEOREM.feasible(
-    "theory.stability",
-    place="Sec. IV, after eq. (22)",
-    uses=("theorem", "longer"),
-    pinned="refuted",
-    says=term("stability result"),
-    consequence="theorem",
-)
 def stability_result(results: Results) -> Evidence:
     """If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally."""
     scalar, radius, longer = results["theorem"]["scalar"], results["theorem"]["radius"], results["longer"]
@@ -260,10 +164,29 @@ def stability_result(results: Results) -> Evidence:
     )
 
 
-# Claims of Sec. V on the motor, its gains and its feedforward
+def inverse_feedforward(results: Results) -> Evidence:
+    """The corrected feedforward against the inverse of the motor, and the printed one."""
+    gaps = results["motor"]["inverse_gap"]
+    method = "largest |P(jσ) ȳ_d/y_d − 1| for 0.5 ≤ σ ≤ 3 rad/s, P the motor"
+    return residual(method, gaps["corrected"], as_printed=residual(method, gaps["printed"]))
 
 
-MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward", reading=NO_READING)
+def hurwitz(which: str, results: Results) -> Evidence:
+    """Growth rate of A + B K or of A − L C."""
+    growth = results["motor"][f"{which}_margin"]
+    return positive(-growth, method="largest real part of the eigenvalues", quantities={"1/s": growth})
+
+
+def lyapunov_matrix(results: Results) -> Evidence:
+    """The smallest eigenvalue of the Lyapunov matrix."""
+    smallest = results["theorem"]["motor"]["smallest"]
+    method = "smallest eigenvalue of P in ÃᵀP + P Ã = −I for the printed data"
+    return positive(smallest, method=method, quantities={"smallest eigenvalue": smallest})
+
+
+def of_motor(gap: str, method: str, results: Results) -> Evidence:
+    """A residual of the experiment on the motor."""
+    return residual(method, results["motor"][gap])
 
 
 @MOTOR.value(
@@ -284,34 +207,6 @@ def torque_constant(results: Results) -> Evidence:
     )
 
 
-@MOTOR.feasible(
-    "motor.coordinates",
-    place="eq. (23) and the matrices below it",
-    uses="motor",
-    says=term("coordinates of the motor", "parameters"),
-)
-def position_coordinates(results: Results) -> Evidence:
-    """The motor equations are those of A, B and C in position, speed and acceleration."""
-    gap = results["motor"]["transfer_gap"]
-    return residual("θ/u_q from (23) and from A, B, C at random points of the complex plane", gap)
-
-
-def hurwitz(which: str, results: Results) -> Evidence:
-    """Growth rate of A + B K or of A − L C."""
-    growth = results["motor"][f"{which}_margin"]
-    return positive(-growth, method="largest real part of the eigenvalues", quantities={"1/s": growth})
-
-
-for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C")):
-    MOTOR.feasible(
-        f"motor.hurwitz-{which}",
-        place="Sec. V, gains, and Sec. IV, below eq. (10)",
-        statement=f"{matrix} is Hurwitz for the printed gains, as Sec. IV supposes.",
-        uses="motor",
-        says=term("Hurwitz", "motor", matrix=which),
-    )(partial(hurwitz, which))
-
-
 @MOTOR.value(
     "motor.slow-period",
     DATA["slow_period"],
@@ -325,18 +220,101 @@ def slow_period(results: Results) -> Evidence:
     return Evidence(method="M T", value=results["motor"]["slow_period"])
 
 
-@MOTOR.feasible(
-    "motor.feedforward",
-    place="Sec. V, ȳ_d",
-    ours=True,
-    uses="motor",
-    reading="inverse-feedforward",
-    erratum="feedforward-orders",
-    pinned="compatible",
-    says=term("feedforward inverts the motor", "motor", orders=[3, 1, 2]),
-)
-def inverse_feedforward(results: Results) -> Evidence:
-    """The feedforward inverts the motor."""
-    gaps = results["motor"]["inverse_gap"]
-    method = "largest |P(jσ) ȳ_d/y_d − 1| for 0.5 ≤ σ ≤ 3 rad/s, P the motor"
-    return residual(method, gaps["corrected"], as_printed=residual(method, gaps["printed"]))
+AFTER = "reproduced after erratum"
+CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mapping[str, Any]]] = (
+    (
+        OBSERVER, "theory.discrete-observer", "eqs. (3) and (7)",
+        "The discrete-time observer gives the estimates of the sampled-data observer at the instants.",
+        lambda results: residual(
+            "responses of the printed example by (7) and by (3) integrated between the instants, with transients",
+            max(results["table"]["agreement"][APO]),
+        ),
+        {"uses": "table", "says": term("equivalent observers")},
+    ),
+    (
+        THEOREM, "theory.error-equations", "eqs. (9) and (10)", "(9) can be written as (10).",
+        partial(of_motor, "equation_gap", "(9) minus (10) at random states, relative"),
+        {"uses": "motor", "says": term("equations (9) and (10)")},
+    ),
+    (
+        THEOREM, "theory.second-case", "Sec. IV, Case 2",
+        "Case 2 is Case 1 with the prediction error zero: (10) without its last term.",
+        partial(
+            of_motor, "case_gap",
+            "(9) with ȳ(t_k) = y(t_k) minus (10) without its last term at random states, relative",
+        ),
+        {"uses": "motor", "says": term("Case 2")},
+    ),
+    (
+        THEOREM, "theory.lyapunov", "Sec. IV, above eq. (11)",
+        "The Lyapunov equation with the printed data has a positive definite solution.",
+        lyapunov_matrix, {"uses": "theorem", "says": term("Lyapunov equation", "motor")},
+    ),
+    (
+        THEOREM, "theory.output-bounds", "eqs. (12) and (13)",
+        "Over a fast period the rate and the change of the output stay within (12) and (13).",
+        partial(step_bounds, ("12", "13")), {"uses": "bounds", "says": term("bounds (12) and (13)")},
+    ),
+    (
+        THEOREM, "theory.estimate-bound", "eq. (14)",
+        "The feedback changes over a fast period by no more than the bound (14).", estimate_bound,
+        {"uses": "bounds", "erratum": "prediction-error-term", "pinned": AFTER, "says": term("bound (14)")},
+    ),
+    (
+        THEOREM, "theory.prediction-rate", "Sec. IV, above eq. (15)",
+        "The rate of the virtual output (6) is C A ζ + C B u.", prediction_rate,
+        {"uses": "theorem", "erratum": "prediction-rate", "pinned": AFTER},
+    ),
+    (
+        THEOREM, "theory.prediction-bound", "eq. (15)",
+        "The error of the virtual measurement is at most α₃ T times the root of the largest V.", prediction_bound,
+        {"uses": "theorem", "reading": "elapsed-period", "pinned": "refuted", "says": term("bound (15)")},
+    ),
+    (
+        THEOREM, "theory.collected-constant", "eqs. (16) and (17)",
+        "The constant α₄ of (17) collects the terms of (16).",
+        partial(step_bounds, ("17",), method="terms of (16) over their bound by α₄, the largest of random loops"),
+        {"uses": "bounds", "says": term("constant (17)")},
+    ),
+    (
+        THEOREM, "theory.contraction", "eq. (22)", "The factor φ is below one whenever (18) holds.",
+        lambda results: residual(
+            "1 − φ minus (1 − E)(1 − c) on a grid, with E = e^{−T/(2 λ_max)} < 1 and c the left side of (18)",
+            results["theorem"]["factor_gap"],
+        ),
+        {"uses": "theorem", "says": term("contraction (22)")},
+    ),
+    (
+        THEOREM, "theory.stability", "Sec. IV, after eq. (22)",
+        "If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally.",
+        stability_result,
+        {
+            "uses": ("theorem", "longer"), "pinned": "refuted", "says": term("stability result"),
+            "consequence": "theorem",
+        },
+    ),
+    (
+        MOTOR, "motor.coordinates", "eq. (23) and the matrices below it",
+        "The motor equations are those of A, B and C in position, speed and acceleration.",
+        partial(of_motor, "transfer_gap", "θ/u_q from (23) and from A, B, C at random points of the complex plane"),
+        {"uses": "motor", "says": term("coordinates of the motor", "parameters")},
+    ),
+    *(
+        (
+            MOTOR, f"motor.hurwitz-{which}", "Sec. V, gains, and Sec. IV, below eq. (10)",
+            f"{matrix} is Hurwitz for the printed gains, as Sec. IV supposes.", partial(hurwitz, which),
+            {"uses": "motor", "says": term("Hurwitz", "motor", matrix=which)},
+        )
+        for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C"))
+    ),
+    (
+        MOTOR, "motor.feedforward", "Sec. V, ȳ_d", "The feedforward inverts the motor.", inverse_feedforward,
+        {
+            "ours": True, "uses": "motor", "reading": "inverse-feedforward", "erratum": "feedforward-orders",
+            "pinned": "compatible", "says": term("feedforward inverts the motor", "motor", orders=[3, 1, 2]),
+        },
+    ),
+)  # fmt: skip
+"""Part, name, place, statement and answer of each, and what else it is declared with."""
+for _part, _name, _place, _statement, _answer, _told in CLAIMS:
+    _part.feasible(_name, place=_place, statement=_statement, **_told)(_answer)

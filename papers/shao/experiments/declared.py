@@ -11,9 +11,6 @@ from papers.shao.experiments.tracking import SEARCH, block, windows
 from papers.shao.printed import COLUMNS, DATA, FREQUENCIES
 from replication.audit.declare import experiment
 
-SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
-"""Fast periods in s at which the stable sets are looked at."""
-
 EXPERIMENTS = (
     experiment("common", common.levels, **INPUTS),
     experiment(
@@ -27,7 +24,6 @@ EXPERIMENTS = (
     ),
     experiment("motor", motor.motor_model, seed=1),
     experiment("eigenvalues", motor.motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
-    experiment("stable-sets", motor.stable_sets, periods=[*SHORT.tolist(), *LONG.tolist()]),
     experiment("table", tracking.table, simulated_periods=60),
     experiment("orderings", tracking.orderings),
     experiment("windows", windows),
@@ -43,5 +39,5 @@ EXPERIMENTS = (
     experiment("divergence", theorem.divergence, ratio=2000, length=8.0, points=200),
     experiment("bounds", theorem.step_bounds, trials=400, seed=3),
     experiment("rates", theorem.slowest_rates, periods=np.geomspace(1e-4, 1.0, 41).tolist()),
-    *(experiment(name, block, structure=index, decoys=40, seed=2022) for index, name in enumerate(SEARCH)),
+    *(experiment(name, block, structure=index) for index, name in enumerate(SEARCH)),
 )  # fmt: skip

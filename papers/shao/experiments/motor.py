@@ -1,4 +1,4 @@
-"""Experiments on the motor: its model, gains and feedforward, and for which periods and ratios its loop is stable."""
+"""Experiments on the motor: its model, gains and feedforward, and the eigenvalues of its loop against the period."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from papers.shao.printed import APO, DESIGN, FAST, MOTOR, PMI, RESTARTED
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.validation import increasing_grid
 
 
 def motor_model(seed: int) -> dict[str, Any]:
@@ -53,40 +52,9 @@ def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
     return {"periods": list(periods), "moduli": moduli}
 
 
-def stable_sets(periods: Sequence[float]) -> dict[str, Any]:
-    """Intervals of T (s) in which DRC-APO keeps the motor stable at the printed M."""
-    return {"intervals": [list(ends) for ends in stable_periods(DESIGN, APO, periods)]}
-
-
 def radius(design: DualRateDesign, observer: str, **changes: Any) -> float:
     """Monodromy radius of a design with one of `OBSERVERS`, at another period (s) or ratio if one is given."""
     return stability_radius(close_loop(replace(design, **changes), OBSERVERS[observer]))
-
-
-def stable_periods(
-    design: DualRateDesign, observer: str, periods: Sequence[float], *, tolerance: float = 1e-9
-) -> list[tuple[float, float]]:
-    """Intervals of T (s) with a stable loop, between the first and the last of the increasing grid `periods`.
-
-    The stable set need not be an interval: sampling folds a fast mode of the plant. Its ends are refined from the grid;
-    two of them closer together than that may be missed. Raises InvalidInputError unless the grid increases from a
-    positive start.
-    """
-    from scipy.optimize import brentq  # slow to load
-
-    grid = increasing_grid("periods", periods)
-
-    def excess(period: float) -> float:
-        return radius(design, observer, period=period) - 1.0
-
-    stable = [excess(period) < 0 for period in grid]
-    ends = [float(grid[0])] if stable[0] else []
-    for k in range(grid.size - 1):
-        if stable[k] != stable[k + 1]:
-            ends.append(float(brentq(excess, grid[k], grid[k + 1], xtol=tolerance)))
-    if stable[-1]:
-        ends.append(float(grid[-1]))
-    return list(zip(ends[::2], ends[1::2], strict=True))
 
 
 def _physical(s: complex) -> complex:

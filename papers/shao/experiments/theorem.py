@@ -11,7 +11,6 @@ import numpy as np
 from papers.shao.experiments.motor import radius
 from papers.shao.method.lyapunov import (
     TheoremConstants,
-    increment_order,
     norm,
     prediction_gap,
     rate_gap,
@@ -38,9 +37,8 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
     """Condition (18) for the motor, both sides of (15) at small T, the counter-example, and the slow rates.
 
     periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap, scalar_gap: (15)
-    at the T of the loop. restarted_gap: (15) with the restarted predictor. increment_order: `increment_order` of (6)
-    and of that predictor, from either start. increment_rate_gap: `rate_gap` at the largest T,
-    from either start, and with the model's state.
+    at the T of the loop. restarted_gap: (15) with the restarted predictor. increment_rate_gap: `rate_gap` at
+    the largest T, and with the model's state.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
 
@@ -61,15 +59,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
         "printed_gap": prediction_gap(DESIGN),
         "scalar_gap": prediction_gap(COUNTEREXAMPLE),
         "restarted_gap": [prediction_gap(replace(DESIGN, period=T), restarted=True) for T in periods],
-        "increment_order": {
-            name: {
-                start: increment_order(DESIGN, (periods[0], periods[-1]), measured=measured, restarted=restarted)
-                for start, measured in (("measurement", True), ("estimate", False))
-            }
-            for name, restarted in ((APO, False), (RESTARTED, True))
-        },
         "increment_rate_gap": {
-            "measurement": rate_gap(replace(DESIGN, period=periods[0]), measured=True),
             "estimate": rate_gap(replace(DESIGN, period=periods[0])),
             "estimate, by the model": rate_gap(replace(DESIGN, period=periods[0]), predicted=True),
         },

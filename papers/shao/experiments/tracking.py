@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, replace
+from functools import cache
 from typing import Any
 
 import msgspec
@@ -19,7 +20,7 @@ from papers.shao.method.motor import (
     transient_energy,
 )
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
-from papers.shao.method.search import BlockResult, Column, decoy_columns, merge, search_block
+from papers.shao.method.search import BlockResult, Column, merge, search_block
 from papers.shao.printed import (
     APO,
     APO_READINGS,
@@ -29,6 +30,9 @@ from papers.shao.printed import (
     FAST,
     FREQUENCIES,
     HELD,
+    INTERPOLATIONS,
+    LITERAL,
+    MEASURES,
     MOTOR,
     PMI,
     PMI_READINGS,
@@ -37,11 +41,11 @@ from papers.shao.printed import (
     SINGLE,
     SRC,
     START,
+    STARTS,
     STATE,
     literal_loop,
     table_1,
 )
-from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import (
     MARGINAL,
@@ -119,11 +123,14 @@ def orderings() -> list[dict[str, Any]]:
 
 def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
     """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
+    ratios = {
+        name: cache(lambda f, name=name: tracking_error_ratio(literal_loop(name, f))) for name in COMPARED
+    }  # a bandwidth is looked for on the same grid
     return {
         "frequencies": list(frequencies),
-        "ratios": {name: _percent(literal_loop(name, f) for f in frequencies) for name in COMPARED},
+        "ratios": {name: [100 * at(f) for f in frequencies] for name, at in ratios.items()},
         "levels": list(levels),
-        "bandwidth": {name: [_bandwidth(name, level, frequencies) for level in levels] for name in COMPARED},
+        "bandwidth": {name: [_bandwidth(at, level, frequencies) for level in levels] for name, at in ratios.items()},
         "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in COMPARED},
     }
 
@@ -241,9 +248,9 @@ def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
     return _percent(loops) if stability_radius(loops[0]) < 1 else None
 
 
-def _bandwidth(name: str, level: float, frequencies: Sequence[float]) -> float | None:
+def _bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
     try:
-        return bandwidth(lambda f: literal_loop(name, f), level, frequencies)
+        return bandwidth(ratio_at, level, frequencies)
     except InfeasibleError:  # the level is not crossed within the sweep
         return None
 
@@ -274,16 +281,13 @@ def _motor_with(parameter: str, factor: float) -> Motor:
     return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
 
 
-# Experiments on the readings of Table I: one block of the search for each structure, so that a run can be resumed
-
-
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
 """Names of the blocks of the search."""
 
 
-def block(structure: int, decoys: int, seed: int) -> dict[str, Any]:
-    """Search all readings of one structure for Table I and for `decoys` random columns like each of its columns."""
-    return asdict(search_block(READINGS, table_columns(decoys, seed), structure))
+def block(structure: int) -> dict[str, Any]:
+    """Search all readings of one structure for Table I."""
+    return asdict(search_block(READINGS, table_columns(), structure))
 
 
 def windows() -> dict[str, Any]:
@@ -292,7 +296,7 @@ def windows() -> dict[str, Any]:
     long: windows of at least half a period of the reference, in which every steady state has its maximum. nearest: of
     these the error nearest to the print, percent. hits: how many of these, and of the shorter ones, give the print.
     """
-    columns = table_columns(0, 0)
+    columns = table_columns()
     return {name: [_over_windows(name, columns[name], row) for row in range(len(FREQUENCIES))] for name in COLUMNS}
 
 
@@ -318,15 +322,14 @@ def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
     }
 
 
-def table_columns(decoys: int, seed: int) -> dict[str, Column]:
-    """The printed columns as ratios, with half a unit of the last printed place, and their decoys."""
-    rng = np.random.default_rng(seed)
+def table_columns() -> dict[str, Column]:
+    """The printed columns as ratios, with half a unit of the last printed place."""
     columns = {}
     for name, observers in (("pmi", PMI_READINGS), ("apo", APO_READINGS)):
         printed = table_1(f"DRC-{name.upper()}")
         values = np.array([float(text) for text in printed]) / 100
         half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in printed]) / 100
-        columns[name] = Column(observers, values, half_widths, decoy_columns(values, decoys, rng))
+        columns[name] = Column(observers, values, half_widths)
     return columns
 
 

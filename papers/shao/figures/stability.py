@@ -1,15 +1,29 @@
-"""Figures on stability: the counter-example in time, its rates, eigenvalues of the motor loop."""
+"""Figures on stability (the counter-example in time, its rates, eigenvalues of the motor loop), and on readings."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any
 
+from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import NAMES, columns_of, look, ours
-from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
+from papers.shao.printed import (
+    APO,
+    APO_READINGS,
+    COLUMNS,
+    COUNTEREXAMPLE,
+    DESIGN,
+    FAST,
+    PMI,
+    PMI_READINGS,
+    RESTARTED,
+    table_1,
+)
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.style import FOREGROUND, GREY, name_axes, name_line, new_axes, out_of_bounds, say
+from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_line, new_axes, out_of_bounds, say
 
 ENDS = 4.0, 15.0
 """What the upper panel of the counter-example shows: until when, in s, and how high."""
@@ -62,13 +76,7 @@ def _grown(drawn: FigureData) -> float:
     return min(zip(drawn.columns["time_s"], drawn.columns[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1]
 
 
-def say_counter_example(drawn: FigureData) -> str:
-    """The message: how far the printed loop has grown."""
-    return f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
-
-
-def describe_counter_example(drawn: FigureData) -> str:
-    """Where each curve ends."""
+def _describe_counter_example(drawn: FigureData) -> str:
     c = drawn.columns
     size = max(map(abs, c[f"longer_{RESTARTED}"]))
     return (
@@ -132,15 +140,13 @@ def _at_short(drawn: FigureData) -> float:
     return max(value for T, value in zip(c["period_s"], c[f"{APO}_1"], strict=True) if T < SHORT)
 
 
-def say_eigenvalues(drawn: FigureData) -> str:
-    """The message: whether the largest modulus touches one at short periods."""
+def _say_eigenvalues(drawn: FigureData) -> str:
     largest = _at_short(drawn)
     told = "stays below one" if largest < 1.0 else "exceeds one"
     return f"DRC-APO's largest modulus {told} at short periods: at most {largest:.4f}"
 
 
-def describe_eigenvalues(drawn: FigureData) -> str:
-    """Range of T shown, and how the radii compare over it."""
+def _describe_eigenvalues(drawn: FigureData) -> str:
     c = drawn.columns
     slower = sum(own > fast for own, fast in zip(c[f"{APO}_1"], c[FAST], strict=True))
     unstable = sum(value > 1.0 for value in c[f"{APO}_1"])
@@ -190,15 +196,13 @@ def plot_rates(drawn: FigureData) -> Any:
     return figure
 
 
-def say_rates(drawn: FigureData) -> str:
-    """The message: the sign of the rate."""
+def _say_rates(drawn: FigureData) -> str:
     least = min(drawn.columns[APO])
     said = "unstable at every T shown" if least > 0 else "not always unstable"
     return f"Under (6) the counter-example's rate is at least {least:.2f} 1/s: {said}"
 
 
-def describe_rates(drawn: FigureData) -> str:
-    """The rates at the smallest period."""
+def _describe_rates(drawn: FigureData) -> str:
     c = drawn.columns
     return (
         f"At T = {c['period_s'][0]:g} s the slowest rate is {c[APO][0]:.4f} 1/s with the virtual measurement (6), "
@@ -207,38 +211,110 @@ def describe_rates(drawn: FigureData) -> str:
     )
 
 
+def reading_scores(results: Results) -> FigureData:
+    """Best distance for each structure and observer."""
+    blocks = [results[name] for name in SEARCH]
+    observers = merged(blocks).by_observer
+    columns: dict[str, list[float]] = {"structure": [float(block["structure"]) for block in blocks]}
+    return columns_of(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
+
+
+def plot_reading_scores(drawn: FigureData) -> Any:
+    """A line for each observer with a mark for each structure, the nearest one filled."""
+    drawing, (axis,) = new_axes(row_height=3.2)
+    observers = _observers(drawn)
+    axis.axvline(1.0, color=FOREGROUND, linewidth=1.0)
+    say(axis, "line: agrees with the print", (1.0, -0.8), side=0, ha="left")
+    for row, distances in enumerate(observers.values()):
+        factors = [math.exp(distance) for distance in distances]
+        axis.plot(factors, [row] * len(factors), "o", color=GREY, markerfacecolor="none", markersize=5)
+        axis.plot(min(factors), row, "D", color=OURS, markersize=6)
+        axis.text(min(factors), row - 0.2, f"×{min(factors):.2f}", color=OURS, ha="left", va="bottom")
+    axis.set(xscale="log", xlim=(0.98, 1.1 * math.exp(max(map(max, observers.values())))))
+    axis.set_ylim(len(observers) - 0.5, -1.1)
+    axis.set_yticks(range(len(observers)), [NAMES[name].replace(", ", ",\n") for name in observers])
+    axis.set_xticks((1, 1.5, 2, 3, 5), ("×1", "×1.5", "×2", "×3", "×5"))
+    axis.minorticks_off()
+    axis.set_xlabel("factor between print and ours,\nworst number of a column")
+    return drawing
+
+
+def _observers(drawn: FigureData) -> dict[str, tuple[float, ...]]:
+    return {name: values for name, values in drawn.columns.items() if name != "structure"}
+
+
+def rounding() -> float:
+    """The largest distance that half a unit of the last printed place makes in either column."""
+    texts = [text for short in COLUMNS for text in table_1(f"DRC-{short.upper()}")]
+    return max(math.log1p(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text)) for text in texts)
+
+
+def _nearest(drawn: FigureData, group: Iterable[str]) -> float:
+    """The factor by which the nearest reading of a column misses its worst number."""
+    return math.exp(min(min(drawn.columns[name]) for name in group))
+
+
+def _describe_reading_scores(drawn: FigureData) -> str:
+    parts = [f"{NAMES[name]}: {math.exp(min(distances)):.2f}" for name, distances in _observers(drawn).items()]
+    pmi, apo = (_nearest(drawn, group) for group in (PMI_READINGS, APO_READINGS))
+    return (
+        f"By observer, the factor by which the nearest of {len(drawn.columns['structure'])} structures misses its "
+        "worst "
+        "number of a column. "
+        f"{'; '.join(parts)}. "
+        f"The nearest setting searched of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
+        f"up to {apo:.2f}, {'more' if min(pmi, apo) > math.exp(rounding()) else 'not more'} than rounding allows."
+    )
+
+
 FIGURES = (
     ours(
         name="counter-example",
         place="Sec. IV",
-        title=say_counter_example,
+        title=lambda drawn: (
+            f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
+        ),
         caption="A = B = C = 1, K = −2, L = 2, T = 1 ms, from x(0) = 1 and ζ(0) = 0. Condition (18) holds in both "
         "panels: it does not contain the measuring period.",
         uses=("divergence",),
         data=counter_example,
         plot=plot_counter_example,
-        alt=describe_counter_example,
+        alt=_describe_counter_example,
     ),
     ours(
         name="motor-eigenvalues",
         place="Sec. V",
-        title=say_eigenvalues,
+        title=_say_eigenvalues,
         caption="The largest modulus of the eigenvalues over one slow period at the printed M, for each loop; the "
         "table has all of DRC-APO. Above one the loop is unstable; sampling folds the fast mode of the motor.",
         uses=("eigenvalues",),
         data=eigenvalues,
         plot=plot_eigenvalues,
-        alt=describe_eigenvalues,
+        alt=_describe_eigenvalues,
     ),
     ours(
         name="rates",
         place="Sec. IV",
-        title=say_rates,
+        title=_say_rates,
         caption="With the virtual measurement as printed the gain acts once in M periods: the rate tends to that of "
         "A − LC/M, which is positive here.",
         uses=("rates",),
         data=rates,
         plot=plot_rates,
-        alt=describe_rates,
+        alt=_describe_rates,
+    ),
+    ours(
+        name="readings",
+        place="Table I",
+        title=lambda drawn: (
+            "The nearest settings miss a number of Table I by factors "
+            f"{_nearest(drawn, PMI_READINGS):.2f} and {_nearest(drawn, APO_READINGS):.2f}"
+        ),
+        caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "
+        "observer. Filled: the nearest one. A setting on the line would reproduce all six numbers of a column.",
+        uses=SEARCH,
+        data=reading_scores,
+        plot=plot_reading_scores,
+        alt=_describe_reading_scores,
     ),
 )

@@ -88,14 +88,7 @@ def late(drawn: FigureData, short: str, key: str = "error") -> float:
     return rms(values[len(values) // 2 :])
 
 
-def say_responses(drawn: FigureData) -> str:
-    """The message: both errors in the second half."""
-    apo, pmi = (late(drawn, short) for short in ("apo", "pmi"))
-    return f"From a zero estimate DRC-APO's late RMS error is {apo:.3f} rad, slow-observer DRC-PMI's {pmi:.3f} rad"
-
-
-def describe_responses(drawn: FigureData) -> str:
-    """Largest errors in the first eighth of the time shown, by start, and in its second half."""
+def _describe_responses(drawn: FigureData) -> str:
     times = len(drawn.columns["error_pmi"])
     early = [
         "{:.3f} and {:.3f} rad".format(
@@ -116,7 +109,10 @@ _RESPONSES = tuple(
     Figure(
         name=f"fig{number}",
         place=f"Fig. {number}",
-        title=say_responses,
+        title=lambda drawn: (
+            f"From a zero estimate DRC-APO's late RMS error is {late(drawn, 'apo'):.3f} rad, slow-observer "
+            f"DRC-PMI's {late(drawn, 'pmi'):.3f} rad"
+        ),
         caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
         "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the "
         "second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
@@ -124,13 +120,10 @@ _RESPONSES = tuple(
         uses=("transients",),
         data=partial(responses, sigma),
         plot=plot_responses,
-        alt=describe_responses,
+        alt=_describe_responses,
     )
     for number, sigma in DATA["frequency"].items()
 )
-
-
-# Figures on the steady state: error against frequency, lag of the estimate, a plant that is not the model
 
 
 SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
@@ -183,14 +176,12 @@ def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
     return min(factors), max(factors)
 
 
-def say_error_curves(drawn: FigureData) -> str:
-    """The message: how far the printed DRC-APO is from ours."""
+def _say_error_curves(drawn: FigureData) -> str:
     low, high = _print_over_ours(drawn, "apo")
     return f"For DRC-APO Table I prints {low:.2f} to {high:.2f} times the errors that we compute"
 
 
-def describe_error_curves(drawn: FigureData) -> str:
-    """Ends of the curves of the two printed controllers, and how far the print is from them."""
+def _describe_error_curves(drawn: FigureData) -> str:
     c = drawn.columns
     told = (f"DRC-{short.upper()} {'{:.2f} to {:.2f}'.format(*_print_over_ours(drawn, short))}" for short in COLUMNS)
     return (
@@ -226,14 +217,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
     return drawing
 
 
-def say_lag_curves(drawn: FigureData) -> str:
-    """The message: the lag of the virtual measurement beside that of the restarted one."""
-    printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
-    return f"At the largest M DRC-APO's estimate is {printed:.3f} s late, the restarted predictor's {restarted:.3f} s"
-
-
-def describe_lag_curves(drawn: FigureData) -> str:
-    """The lags at the largest ratio."""
+def _describe_lag_curves(drawn: FigureData) -> str:
     c = drawn.columns
     return (
         f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[HELD][-1]:.3f} s late with a held measurement, "
@@ -290,14 +274,7 @@ def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
     return max(drawn.columns[f"{parameter}_{loop}"])
 
 
-def say_robustness_curves(drawn: FigureData) -> str:
-    """The message: what the flux does to DRC-APO and to a loop with a fast sensor."""
-    apo, fast = (_largest(drawn, "flux", loop) for loop in (APO, FAST))
-    return f"A wrong flux raises DRC-APO's error to {apo:.0f} %, a fast-sensor loop's to {fast:.0f} %"
-
-
-def describe_robustness_curves(drawn: FigureData) -> str:
-    """Largest error of each loop with a wrong flux, and of DRC-APO with each wrong parameter."""
+def _describe_robustness_curves(drawn: FigureData) -> str:
     largest = [f"{words} {_largest(drawn, parameter):.0f} %" for parameter, words in PARAMETERS.items()]
     loops = [f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED]
     factors = drawn.columns["factor"]
@@ -311,37 +288,43 @@ _TRACKING = (
     ours(
         name="robustness",
         place="Sec. V",
-        title=say_robustness_curves,
+        title=lambda drawn: (
+            f"A wrong flux raises DRC-APO's error to {_largest(drawn, 'flux'):.0f} %, a fast-sensor loop's "
+            f"to {_largest(drawn, 'flux', FAST):.0f} %"
+        ),
         caption="Reference of 1 rad/s, steady state, DRC-PMI with a slow observer. Observer, gains and command keep "
         "the printed parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far "
         "less.",
         uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,
-        alt=describe_robustness_curves,
+        alt=_describe_robustness_curves,
     ),
     ours(
         name="error-frequency",
         place="Table I",
-        title=say_error_curves,
+        title=_say_error_curves,
         caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which "
         "DRC-PMI is meant; three are drawn.",
         uses=("frequencies", "table"),
         data=error_curves,
         plot=plot_error_curves,
-        alt=describe_error_curves,
+        alt=_describe_error_curves,
     ),
     ours(
         name="lag",
         place="eqs. (2) and (6)",
-        title=say_lag_curves,
+        title=lambda drawn: (
+            f"At the largest M DRC-APO's estimate is {drawn.columns[APO][-1]:.3f} s late, the restarted "
+            f"predictor's {drawn.columns[RESTARTED][-1]:.3f} s"
+        ),
         caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
         "late by about half the hold, and so does (6), for references far below the rate of its slowest mode. The "
         "frequencies of Table I lie above that rate: the lag shown here does not tell its columns apart.",
         uses=("lags", "transients"),
         data=lag_curves,
         plot=plot_lag_curves,
-        alt=describe_lag_curves,
+        alt=_describe_lag_curves,
     ),
 )
 

@@ -73,26 +73,12 @@ def prediction_gap(design: DualRateDesign, *, restarted: bool = False) -> tuple[
     return float(worst), float(constants.alpha[2] * design.period)
 
 
-def increment_order(design: DualRateDesign, periods: tuple[float, float], *, measured: bool, restarted: bool) -> float:
-    """Power of T with which the virtual output's change over T departs from the integral of C A ζ + C B u.
+def rate_gap(design: DualRateDesign, *, predicted: bool = False) -> float:
+    """By how much the change of (6) over a period departs from the integral of C A ζ + C B u, over T.
 
-    By its worst departure for unit (ζ(t_{k−1}), u, ȳ(t_{k−1})) at two periods; ζ follows (3). The statement above (15)
-    needs a power above one. measured: the change counts from ȳ(t_{k−1}), else from C ζ(t_{k−1}). restarted: with the
-    predictor that starts at ȳ(t_{k−1}), else with (6).
+    By its worst departure for unit (ζ(t_{k−1}), u, ȳ(t_{k−1})), counted from C ζ(t_{k−1}); ζ follows (3). predicted:
+    with the state ζ_p of (6) in the place of ζ.
     """
-    departures = [_increment_gap(replace(design, period=T), measured, restarted) for T in periods]
-    return float(np.log(departures[0] / departures[1]) / np.log(periods[0] / periods[1]))
-
-
-def rate_gap(design: DualRateDesign, *, measured: bool = False, predicted: bool = False) -> float:
-    """By how much (6) departs from the integral of C A ζ + C B u over a period, over T, counted as above.
-
-    predicted: with the state ζ_p of (6) in the place of ζ.
-    """
-    return _increment_gap(design, measured, False, predicted) / design.period
-
-
-def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool, predicted: bool = False) -> float:
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     (n, m), p, T = B.shape, len(C), design.period
     # Over one period: ζ by (3), the model's ζ_p by (6), and the integral of C A ζ + C B u, from held u and ȳ.
@@ -106,10 +92,7 @@ def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool, pred
     starts[2 * n + p :, n:] = np.eye(m + p)
     # e^{FT} − I by its own series, so that small changes keep their digits.
     change = np.asarray(_expm1(flow * T) @ starts)
-    innovation = np.hstack([-C, np.zeros((p, m)), np.eye(p)])
-    increment = C @ change[n : 2 * n] - (0 if restarted or not measured else 1) * innovation
-    increment = increment + (1 if restarted and not measured else 0) * innovation
-    return norm(increment - change[2 * n : 2 * n + p])
+    return norm(C @ change[n : 2 * n] - change[2 * n : 2 * n + p]) / T
 
 
 def _expm1(matrix: Array) -> Array:

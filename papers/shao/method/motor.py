@@ -18,7 +18,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.observers import Harmonic, check_fit
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, make_plant, row_of_output
-from replication.estimation.dualrate.response import reference, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.response import reference, steady_state
 from replication.estimation.validation import (
     Array,
     ComplexArray,
@@ -117,9 +117,6 @@ def tracking_command(
     return Harmonic(frequency, amplitude * lead, timing is ReferenceTiming.CONTINUOUS)
 
 
-# Numbers of a loop that the paper speaks of: error and lag of the estimate, bandwidth, energy of a transient
-
-
 def estimation_error_ratio(loop: DualRateLoop) -> float:
     """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
     return float(np.max(np.abs(_estimation_errors(loop))))
@@ -136,9 +133,9 @@ def estimation_lag(loop: DualRateLoop) -> float:
 
 
 def bandwidth(
-    loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
+    ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
 ) -> float:
-    """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
+    """The first σ (rad/s) with an error ratio of `level`, searched on an increasing grid, then refined.
 
     Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
     or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
@@ -149,7 +146,7 @@ def bandwidth(
     grid = increasing_grid("frequencies", frequencies)
 
     def excess(frequency: float) -> float:
-        return tracking_error_ratio(loop_at(frequency)) - level
+        return ratio_at(frequency) - level
 
     previous = float(grid[0])
     if excess(previous) >= 0:
@@ -200,12 +197,6 @@ def _held_energy(plant: Plant, time: float) -> Array:
     return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
 
 
-# Brute-force simulation of the printed algorithm, as a second opinion on the lifted form.
-#
-# The plant and the observer's differential equation are integrated by series over sub-steps of T, and the observer acts
-# as the text says, instant by instant. No matrix is shared with `dualrate.loop` or `dualrate.response`.
-
-
 SIMULATED = (
     "single_rate",
     "held_measurement",
@@ -239,8 +230,10 @@ def simulate(
     plant: control.StateSpace | Plant | None = None,
     output: int = 0,
 ) -> Trace:
-    """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others.
+    """Simulate one of `SIMULATED` by brute force, with commands held over T; raises InvalidInputError for others.
 
+    Plant and observer's equation are integrated by series over sub-steps, and the observer acts as the text says,
+    instant by instant: no matrix is shared with `dualrate.loop` or `dualrate.response`.
     plant: the true plant if it differs from the model. output: which of its outputs to return, from 0.
     """
     if observer not in SIMULATED or harmonic.continuous:

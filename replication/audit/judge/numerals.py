@@ -36,11 +36,16 @@ _LONGEST = 15
 
 
 def short(number: float, digits: int = SHOWN) -> str:
-    """`number` to that many significant digits, with a power of ten where it is very large or small."""
+    """`number` to that many significant digits, with a power of ten where it is very large or small.
+
+    Below a million all digits before the point are shown: 12 and not 10¹.
+    """
     if isinstance(number, bool):
         return "yes" if number else "no"
     if isinstance(number, int) and abs(number) < 10**_LONGEST:
         return _typeset(str(number))
+    if 1 <= abs(number) < 10**SHOWN:
+        digits = max(digits, len(str(int(abs(number)))))
     return _typeset(f"{number:.{digits}g}")
 
 

@@ -26,7 +26,8 @@ RULES: Mapping[Policy, str] = {
     "seldom met by chance. A statement without a number that holds under some readings only is undetermined. One that "
     "says the same as a number shares its verdict.",
     Policy.CONSTANT: "A constant that a theorem leaves open, such as a small positive one, is a reading: its limit is "
-    "one, a value of it is another. A value fitted to the print shows that the print can be reached, and no more.",
+    "one. A value fitted to the print alone tests nothing and is no agreement: a print that only such a value meets is "
+    "undetermined, and one that none meets differs.",
     Policy.RULED_OUT: "A reading that the text rules out is none: its outcome is told and does not count.",
     Policy.FACT: "Claims of a paper with the same predicates are one fact: it has one verdict and is counted once.",
     Policy.OWN: "What rests on a plant, a filter or draws of ours is never reproduced: a statement is consistent at "
@@ -145,7 +146,7 @@ def _as_bracket(evidence: Evidence, over: OverInputs) -> Evidence:
 def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple[Policy, ...]]:
     """The verdict where readings disagree, from how many agree, and the policy that decides it if some do.
 
-    numbers: whether a printed number is compared.
+    numbers: whether a printed number is compared. Where none agrees, a constant fitted to the print meets it.
     """
     if not 0 < agreeing < among:
         return Verdict.UNDETERMINED, ()

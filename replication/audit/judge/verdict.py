@@ -44,6 +44,7 @@ SMALLEST_PROBABILITY_REASON = (
 
 AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
 DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
+TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests nothing"
 
 
 @dataclass(frozen=True)
@@ -192,6 +193,8 @@ def _found(case: Case) -> Judgement:
         # Chosen with the print in view, it is a part of the correction.
         return judgement
     verdict, reason = judgement.verdict, f"Under the reading {reading.name}: {judgement.reason}"
+    if reading.policy is Policy.CONSTANT and verdict in AGREES:
+        verdict, reason = Verdict.UNDETERMINED, f"{reason} {TESTS_NOTHING}: {reading.name}."
     if reading.inference and verdict is Verdict.REPRODUCED:
         verdict = Verdict.COMPATIBLE
         reason = f"{reason} The reading is an inference, chosen with printed numbers in view."
@@ -211,16 +214,20 @@ def _family(case: Case) -> Judgement:
         outcome.reading: _compare(replace(case, evidence=_under(evidence, outcome))) for outcome in evidence.outcomes
     }
     ruled_out = [reading.name for reading in readings if reading.policy is Policy.RULED_OUT]
-    verdicts = [judgement.verdict for name, judgement in found.items() if name not in ruled_out]
+    fitted = [reading.name for reading in readings if reading.policy is Policy.CONSTANT]
+    left = [reading for reading in readings if reading.name not in (*ruled_out, *fitted)]
+    verdicts = [found[reading.name].verdict for reading in left]
     if not verdicts:
-        raise AuditError(f"the text rules out every reading of the family, {ruled_out}; one at least must be left")
+        raise AuditError(
+            f"the family has no reading that decides: ruled out are {ruled_out}, and fitted to the print {fitted}"
+        )
     agreeing, numbers = sum(verdict in AGREES for verdict in verdicts), _compares_numbers(case.claim)
+    met = [name for name in fitted if found[name].verdict in AGREES]
     decided: tuple[Policy, ...] = ()
     if agreeing == len(verdicts):
-        left = [reading for reading in readings if reading.name not in ruled_out]
         chosen = numbers and (case.claim.kind is Kind.STATISTICAL or all(reading.inference for reading in left))
         verdict = Verdict.COMPATIBLE if chosen else verdicts[0]
-    elif all(verdict in DISAGREES for verdict in verdicts):
+    elif all(verdict in DISAGREES for verdict in verdicts) and not met:
         verdict = Verdict.DIFFERS if numbers else Verdict.REFUTED
     else:
         verdict, decided = under_some(agreeing, len(verdicts), numbers)
@@ -228,6 +235,8 @@ def _family(case: Case) -> Judgement:
     reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings of the text. {said}."
     if ruled_out:
         reason = f"{reason} The text rules out and the verdict leaves out: {', '.join(ruled_out)}."
+    if met:
+        reason = f"{reason} {TESTS_NOTHING}: {', '.join(met)}."
     shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
     applied = tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies))))

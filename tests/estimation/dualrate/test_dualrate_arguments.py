@@ -146,7 +146,7 @@ def test_counts_and_grids_are_checked() -> None:
         time_response(motor_loop("fast_sensor", 1.0), START, START, slow_periods=2, substeps=0)
     for grid in ([], [1.0], [2.0, 1.0], [0.0, 1.0]):
         with pytest.raises(InvalidInputError, match="frequencies must"):
-            bandwidth(lambda f: motor_loop("fast_sensor", f), 0.1, grid)
+            bandwidth(lambda f: tracking_error_ratio(motor_loop("fast_sensor", f)), 0.1, grid)
 
 
 def test_overflow_over_a_slow_period_is_named() -> None:

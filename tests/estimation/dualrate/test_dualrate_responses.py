@@ -181,12 +181,14 @@ def test_estimation_error_is_that_of_the_time_response() -> None:
 
 
 def test_bandwidth_is_where_the_error_reaches_the_level() -> None:
-    sigma = bandwidth(lambda f: motor_loop("alternating_predictive", f), 0.1, list(np.linspace(0.1, 6, 60)))
+    sigma = bandwidth(
+        lambda f: tracking_error_ratio(motor_loop("alternating_predictive", f)), 0.1, list(np.linspace(0.1, 6, 60))
+    )
     assert tracking_error_ratio(motor_loop("alternating_predictive", sigma)) == pytest.approx(0.1, abs=1e-8)
     with pytest.raises(InfeasibleError, match="stays below"):
-        bandwidth(lambda f: motor_loop("alternating_predictive", f), 0.9, [0.1, 0.2])
+        bandwidth(lambda f: tracking_error_ratio(motor_loop("alternating_predictive", f)), 0.9, [0.1, 0.2])
     with pytest.raises(InfeasibleError, match="start lower"):
-        bandwidth(lambda f: motor_loop("held_measurement", f), 0.1, [2.0, 3.0])
+        bandwidth(lambda f: tracking_error_ratio(motor_loop("held_measurement", f)), 0.1, [2.0, 3.0])
 
 
 def test_bad_starts_and_counts_are_named() -> None:

@@ -15,16 +15,8 @@ from papers.shao.method.readings import (
     current,
     error_ratios,
 )
-from papers.shao.method.search import (
-    Column,
-    chance,
-    decoy_columns,
-    merge,
-    reading_of,
-    search_block,
-)
+from papers.shao.method.search import Column, merge, reading_of, search_block
 from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
-from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.response import Points, time_response, tracking_error_ratio
@@ -45,10 +37,8 @@ def ratio_of(reading: Reading, frequency: float) -> float:
     return float(np.max(np.abs(response.error[first : last : 1 if reading.points is Points.BETWEEN else stride])))
 
 
-def planted(reading: Reading, observers: tuple[str, ...], rng: np.random.Generator) -> Column:
-    values = np.array([ratio_of(reading, f) for f in SPACE.frequencies])
-    rising = np.linspace(0.1, 0.5, len(values))
-    return Column(observers, values, np.full(3, 5e-5), decoy_columns(rising, 5, rng))
+def planted(reading: Reading, *observers: str) -> Column:
+    return Column(observers, np.array([ratio_of(reading, f) for f in SPACE.frequencies]), np.full(3, 5e-5))
 
 
 def test_the_literal_reading_is_the_default_and_the_first_row() -> None:
@@ -77,7 +67,7 @@ def test_a_window_is_the_maximum_of_the_time_response() -> None:
 
 def test_distinct_readings_are_those_that_differ_to_print() -> None:
     """Against a set of the printed strings."""
-    column = planted(Reading(window=(0, 3)), (APO,), np.random.default_rng(4))
+    column = planted(Reading(window=(0, 3)), APO)
     values = error_ratios(SPACE, APO, STRUCTURES[0])
     printed = {tuple(f"{100 * v:.2f}" for v in row) for row in values}
     result = search_block(SPACE, {"apo": column}, 0)
@@ -90,13 +80,12 @@ def test_structures_are_all_different() -> None:
 
 
 def test_planted_columns_are_found_and_hit() -> None:
-    rng = np.random.default_rng(8)
     structure = STRUCTURES[5]
     wanted = {
         "pmi": Reading(observer=PMI, structure=structure, start=Start.TRUE, window=(3, 9)),
         "apo": Reading(observer=APO, structure=structure, start=Start.TRUE, window=(3, 9)),
     }
-    columns = {name: planted(reading, (reading.observer,), rng) for name, reading in wanted.items()}
+    columns = {name: planted(reading, reading.observer) for name, reading in wanted.items()}
     blocks = [search_block(SPACE, columns, index) for index in (4, 5)]
     result = merge(blocks)
     assert result.joint_distance < 1e-9
@@ -108,32 +97,16 @@ def test_planted_columns_are_found_and_hit() -> None:
 
 
 def test_search_is_deterministic_resumable_and_merges_in_any_order() -> None:
-    rng = np.random.default_rng(2)
-    columns = {"apo": planted(Reading(observer=APO, window=(0, 3)), (APO, "running_prediction"), rng)}
+    columns = {"apo": planted(Reading(observer=APO, window=(0, 3)), APO, "running_prediction")}
     whole, resumed = ([search_block(SPACE, columns, i) for i in order] for order in ([0, 1, 2, 3], [2, 3, 0, 1]))
     assert merge(whole) == merge(resumed)
     assert merge(whole).tried["apo"] > 0
 
 
 def test_unstable_readings_are_counted_only_where_they_exist() -> None:
-    rng = np.random.default_rng(2)
-    column = planted(Reading(observer=APO), ("slow_input_interpolation",), rng)
+    column = planted(Reading(observer=APO), "slow_input_interpolation")
     result = search_block(SPACE, {"pmi": column}, 0)
     assert result.tried["pmi"] == SPACE.rows - len(Points)
-
-
-def test_decoys_increase_smoothly_and_need_a_column_that_does() -> None:
-    decoys = decoy_columns(np.array([0.02, 0.1, 0.3]), 50, np.random.default_rng(0))
-    assert decoys.shape == (50, 3)
-    assert np.all(np.diff(decoys, axis=1) > 0)
-    np.testing.assert_array_equal(decoys, decoy_columns(np.array([0.02, 0.1, 0.3]), 50, np.random.default_rng(0)))
-    with pytest.raises(InvalidInputError, match="columns that increase"):
-        decoy_columns(np.array([0.3, 0.1]), 5, np.random.default_rng(0))
-
-
-def test_chance_counts_the_printed_column_itself() -> None:
-    assert chance(0.1, [0.2, 0.3, 0.4]) == 0.25
-    assert chance(0.5, [0.2, 0.3, 0.4]) == 1.0
 
 
 def test_current_form_with_a_discrete_gain_is_the_textbook_current_observer() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from computed import result
 
-from papers.shao.experiments.motor import radius, stable_periods
+from papers.shao.experiments.motor import radius
 from papers.shao.experiments.theorem import longer_ratios
 from papers.shao.experiments.tracking import over_plants
 from papers.shao.method.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
@@ -104,19 +104,6 @@ def test_true_plants_that_differ_are_swept_with_the_command_of_the_model() -> No
     assert other[0] != pytest.approx(same[0], rel=1e-3)
     assert reversed_input[0] > 1
     assert reversed_input[1] is None
-
-
-def test_stable_sets_bound_what_the_radii_say() -> None:
-    grid = list(np.linspace(0.002, 0.3, 150))
-    intervals = stable_periods(DESIGN, APO, grid)
-    assert len(intervals) > 1, "sampling folds the fast mode"
-    for first, last in intervals:
-        assert stability_radius(close_loop(replace(DESIGN, period=(first + last) / 2), OBSERVERS[APO])) < 1
-    inner = [end for interval in intervals for end in interval][1:]
-    np.testing.assert_allclose([radius(DESIGN, APO, period=end) for end in inner], 1.0, atol=1e-5)
-    assert radius(DESIGN, APO, ratio=5) == stability_radius(close_loop(DESIGN, OBSERVERS[APO]))
-    with pytest.raises(InvalidInputError, match="increasing"):
-        stable_periods(DESIGN, APO, [0.2, 0.1])
 
 
 @pytest.mark.parametrize("change", [{"period": 0.0}, {"period": -1e-3}, {"ratio": 0}, {"ratio": 2.5}])

@@ -73,7 +73,12 @@ def _costs(shown: Across) -> Heading:
         return ("What a slow, late or irregular sensor costs",)
     m, cost, other = drawn.shared
     others = f"any other at most ×{at_most(other, 2)}"
-    return f"The {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}, {others}", cost, m, other
+    return (
+        f"By these designs the {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}, {others}",
+        cost,
+        m,
+        other,
+    )
 
 
 def _proved(shown: Proofs) -> Heading:
