@@ -234,7 +234,7 @@ def test_a_fact_is_counted_once_and_a_remark_of_ours_not() -> None:
     more = results_file(first, again, other)
     assert (headline(more).total, headline(more).repeated) == (2, 1)
     page = replace(paper_record(()), key="toy", brief=None)
-    assert "toy: 1 agrees" in results_block(replace(file, papers=(page,)))
+    assert "toy: 1 holds" in results_block(replace(file, papers=(page,)))
     touched = {policy: claims for policy, _, claims in by_policy(file.claims)}
     assert touched[Policy.REMARK] == (ours,) and touched[Policy.FACT] == ()
 

@@ -14,6 +14,7 @@ from flint import acb, fmpq, fmpq_mat
 from tampered import Json, refusal
 from tampered import delayed as certificate
 
+from papers.peet2019.certificates import least
 from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
 from replication.certify.rounding import exact, floats, rational
@@ -130,7 +131,7 @@ def test_the_model_is_that_of_a_second_construction() -> None:
 
 def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
     theorem = own("delay.pade-upper", plant=two_delays(), parameters={"order": 2})
-    upper = {**theorem, **maker.pade_upper(theorem)}
+    upper = {**theorem, **maker.pade_upper(theorem, least)}
     lower = {**theorem, "statement": "delay.pade-lower", **maker.pade_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
     assert high is not None and low is not None

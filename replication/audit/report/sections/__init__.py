@@ -15,7 +15,7 @@ from typing import Any
 
 from replication.audit.inspect.controls import Control, controls
 from replication.audit.judge.agreement import Target
-from replication.audit.judge.numerals import at_most, short
+from replication.audit.judge.numerals import short
 from replication.audit.judge.policies import by_policy
 from replication.audit.report.sections.across import Across, across, chart
 from replication.audit.report.sections.lineage import ClaimRoom, Proofs, allowances, lineages, proofs, rooms
@@ -71,14 +71,8 @@ def _costs(shown: Across) -> Heading:
     drawn = chart(shown)
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
-    m, cost, other = drawn.shared
-    others = f"any other at most ×{at_most(other, 2)}"
-    return (
-        f"By these designs the {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}, {others}",
-        cost,
-        m,
-        other,
-    )
+    m, cost = drawn.shared
+    return f"By these designs the {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
 
 
 def _proved(shown: Proofs) -> Heading:

@@ -63,7 +63,7 @@ class CostCurve:
 class Chart:
     """Columns of one measure in one drawing, the steepest first; left: columns with another measure.
 
-    shared: the largest multiple that all curves have, the largest cost there, and the second largest.
+    shared: the largest multiple that all curves have, and the largest cost there.
     """
 
     words: tuple[str, ...]
@@ -127,7 +127,7 @@ def chart(shown: Across | None) -> Chart | None:
         y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
-        shared=(last, *(shared[id(column)] for column in chosen[:2])),
+        shared=(last, *(shared[id(column)] for column in chosen[:1])),
     )
 
 
