@@ -99,8 +99,8 @@ def steps_of_algorithm(results: Results) -> Proof:
             and runs[CORRECT.name]["end"] == "COVERED"
             for runs in ends.values()
         ),
-        text="With the root of step 4 and U3 as printed, step 4 adds no new period, so the algorithm never ends; a "
-        "set-minus does not change this. With alpha, a set-minus and U3 corrected it covers the range."
+        text="With the root of step 4 and U3 as printed, step 4 adds no new period in either example, so the algorithm "
+        "never ends; a set-minus does not change this. With alpha, a set-minus and U3 corrected it covers the range."
         + (BY_ROOT if by_root else ""),
         quantities={
             f"elements, Example {e}, {name}": float(runs[reading.name]["size"])

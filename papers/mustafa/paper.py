@@ -91,8 +91,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{own[1]} times in Example 2.",
         *(
             (
-                "As printed, step 4 adds no new period, so Algorithm 1 never ends; the set-minus sign missing from our "
-                "copy does not change this.",
+                "As printed, step 4 adds no new period in either example, so Algorithm 1 never ends; a set-minus does "
+                "not change this.",
             )
             if ends == {"STALLED"}
             else ()

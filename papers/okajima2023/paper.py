@@ -86,8 +86,8 @@ def findings(results: Results) -> tuple[str, ...]:
         *_table_1(results),
         "With eq. (41) as in our copy, gains (42) make the error grow, in the long run "
         f"{radius_of(results[PRINTED]['error_poles']):.2f}-fold per six instants.",
-        f"With C of Sec. IV-A, gains (42) stabilise {NONE_OF[len(results['unstable.diagonals']['found'])]} whose A "
-        "differs on the diagonal only. For an A that differs elsewhere they can.",
+        f"With C of Sec. IV-A, gains (42) stabilise {NONE_OF[len(results['unstable.diagonals']['found'])]} that "
+        "has the stated poles and differs from (41) on the diagonal only.",
         *_simulated(all_draws(results)),
         *_periods(results),
         _timing(results["timing-draws"]),

@@ -41,8 +41,8 @@ def ends_covered(e: int, results: Results) -> Evidence:
             "as printed, passes until it stalls": float(literal["rounds"]),
             "as printed with a set-minus, passes until it stalls": float(restored["rounds"]),
         },
-        note="As printed, step 4 adds no new period although step 3 fails, so the algorithm never ends; a set-minus "
-        f"does not change this. Without one the union is cut to the range. {WITH_U3}",
+        note="As printed, step 4 adds no new period here although step 3 fails, so the algorithm never ends; a "
+        f"set-minus does not change this. Without one the union is cut to the range. {WITH_U3}",
     )
 
 

@@ -152,7 +152,7 @@ def stability_follows(results: Results) -> Evidence:
         min(stable_room(e, results) for e in EXAMPLES),
         method="Proof: (6) at one period makes A_f Schur, and exponentials of a Hurwitz A commute. Beside it, both "
         "numbers in both examples.",
-        note="Neither (8) nor the grid is needed.",
+        note="Neither (8) nor the grid is needed. Theorem 3 is taken at its hypothesis (6), which (10) stands for.",
     )
 
 

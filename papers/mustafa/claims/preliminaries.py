@@ -55,7 +55,7 @@ def no_grid(e: int, results: Results) -> Evidence:
         return Evidence(method=method, value=float(ended[0]["size"]))
     return Evidence(
         method=method,
-        not_checkable="Step 4 adds no new period, so the algorithm never ends; a set-minus does not change this.",
+        not_checkable="Here step 4 adds no new period, so the algorithm never ends; a set-minus does not change this.",
     )
 
 

@@ -147,7 +147,7 @@ FORMULATION.feasible(
     says=term("same poles from the next instant", "gains-33", **TIMES),
 )
 def start_of_the_period(results: Results) -> Evidence:
-    """For the gains (33), starting the product for A_e at instant 1, as printed, or at 0 gives poles of one size."""
+    """For the gains (33), starting the product for A_e at instant 1, as printed, or at 0 gives the same poles."""
     orders = results["product-orders"]
     shifted, ascending = (
         max(abs(a - b) for a, b in zip(orders["descending"], orders[other], strict=True))

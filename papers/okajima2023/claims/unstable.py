@@ -138,8 +138,8 @@ def stabilised(results: Results) -> Evidence:
         },
         note=f"The text excepts A and says no more. A = {bracketed(free['rounded'])} has the stated poles and is "
         "stabilised; there A_e has the stated poles too, before A is rounded. It is one of many, found for the "
-        "purpose, and no proposal of what was meant. No A that differs on its diagonal alone is stabilised: proved for "
-        "two diagonals, and so at the points tried of the rounding.",
+        "purpose, and no proposal of what was meant. Of the real diagonals that give A the stated poles "
+        "none is stabilised: proved at one plant near each, and so at the points tried of the rounding.",
     )
 
 
