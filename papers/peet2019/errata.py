@@ -169,7 +169,8 @@ def on_the_whole_space(results: Results) -> Proof:
     residual, jump = found["theorem_4"]["corrected"]["largest"], found["jump"]["constants"]["median"]
     return contrast(
         "Once corrected, the formulas give the inverse of operators that take constants, which lie in X, out of it. "
-        "Theorem 3 does not ask that 𝒫 maps X into X, and its observer has the inverse of that 𝒫.",
+        "Theorem 3 does not ask that 𝒫 maps X into X, and its observer has the inverse of that 𝒫. The conclusion that "
+        "the inverse maps X into X then falls with the hypothesis.",
         {"largest residual of the inverse": residual},
         {"median jump of 𝒫x at s = 0, for constant x": jump},
         wrong=WRONG,

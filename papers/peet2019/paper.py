@@ -107,13 +107,14 @@ def findings(results: Results) -> tuple[str, ...]:
         f"corrections{_at_hand()}.",
         "Once corrected, Theorem 3 passes every test: its identity is proved, and each closed loop tried keeps its "
         "level.",
-        "Theorem 1 asks for a bounded 𝒵, which that of Theorem 3 is only if Z₂ᵢ and Z₅ᵢⱼ vanish: it evaluates "
-        "histories at −τᵢ.",
-        "Theorem 4 asks for 𝒫: X → X, which Theorem 3 does not give; its formulas, once corrected, hold without.",
-        f"Degree three is within {at_most(worst, 1)} of the optimum of each example if it counts in each variable; "
+        "Theorem 1 asks for a bounded 𝒵. That of Theorem 3 evaluates histories at −τᵢ, so it is unbounded unless Z₂ᵢ "
+        "and Z₅ᵢⱼ vanish.",
+        "Theorem 4 asks for 𝒫: X → X, which Theorem 3 does not give; its formulas, once corrected, give an inverse "
+        "without that assumption.",
+        f"Degree three is within the fraction {at_most(worst, 1)} of each optimum if it counts in each variable; "
         f"{missed or 'no'} other rules miss printed digits.",
-        f"None of {len(RULES)} degree rules gives the degree-one levels of Examples 2 and 3; some positive ε gives any "
-        "larger number, and tests nothing.",
+        f"None of {len(RULES)} degree rules gives the degree-one levels of Examples 2 and 3; a suitable ε gives any "
+        "larger number, which proves nothing.",
         f"Lumped alone, with twenty states, the observer follows the plants' unstable motion within {at_most(alone)} % "
         "of z.",
         f"If plant and observer are lumped, H∞ norms move by up to {100 * lumped:.1f} %, by the error of the lumped "

@@ -94,8 +94,8 @@ def findings(results: Results) -> tuple[str, ...]:
     pairs = ordering_counts(printed_forms(results["orderings"]))
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
     return (
-        "The stability result of Sec. IV is false: a scalar loop that meets (18) for every T below "
-        f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s is unstable at each.",
+        "The stability result of Sec. IV is false: a scalar loop that meets (18) is unstable at every T below "
+        f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s.",
         "(18) does not contain M and cannot suffice: the same loop is unstable at each M that we tried, the smallest "
         f"{min(unstable)}, the largest {max(unstable)}.",
         "Nor does (18) suffice with our restarted predictor: the loop is stable at "

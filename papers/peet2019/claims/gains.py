@@ -133,7 +133,8 @@ def _on_the_rule(rules: Results, undetermined: tuple[str, ...]) -> str:
         f"{ONE_RULE_OF_MANY} Agrees under none of {len(rules)} degree rules as ε → 0. Some ε > 0 gives any larger "
         f"number, so that it tests nothing: {', '.join(epsilons) or 'none found'}. Rules under which the printed gains "
         f"of Examples 2 and 3 both lie above the least: {', '.join(attained(rules)) or 'none'}; there a loose "
-        "tolerance could give them too. Where runs differ the least gain is not determined, but bracketed: "
+        "tolerance could give them too. No allowance as for mincx is made: the text uses SOSTOOLS, whose solvers stop "
+        "far closer. Where runs differ the least gain is not determined, but bracketed: "
         f"{', '.join(undetermined) or 'none'}."
     )
 

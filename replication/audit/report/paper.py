@@ -51,7 +51,7 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    numbers: how many entries print one that has a verdict. agree: how many of these agree to the last digit. counts:
+    numbers: how many entries print one that is no run time. agree: how many of these agree to the last digit. counts:
     how many entries have each verdict, as their marks say. timed: how many print a run time of another computer.
     """
 
@@ -67,7 +67,7 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     """The table; claims: those of its paper, by id."""
     rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
     shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
-    judged = [v for v in shown if v.record.claim.printed and v.record.verdict is not Verdict.UNDETERMINED]
+    judged = [view for view in shown if view.record.claim.printed and not view.timed]
     holding = [view for view in judged if view.record.verdict in AGREES]
     # Of a draw no digit agrees: it is only probable enough.
     exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
