@@ -93,11 +93,16 @@ class Tally:
         return f"{listed}{timed}"
 
 
+def _timed(claim: ClaimRecord) -> bool:
+    """Whether it prints a run time of another computer."""
+    return claim.claim.kind is Kind.CITED and claim.claim.unit == "s"
+
+
 def tally(claims: Iterable[ClaimRecord]) -> Tally:
     """How the claims stand; repeats and remarks of ours aside."""
     counted = once(claims)
     found = counts(counted)
-    timed = sum(claim.claim.kind is Kind.CITED and claim.claim.unit == "s" for claim in counted)
+    timed = sum(map(_timed, counted))
     numbers = {word: sum(found[verdict] for verdict in verdicts) for word, verdicts in GROUPS.items()}
     return Tally(numbers=numbers | {"undetermined": numbers["undetermined"] - timed}, timed=timed)
 
@@ -202,8 +207,9 @@ def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
     chosen = [claim for claim in claims if claim.verdict is verdict]
     singular, plural, rest = _WORDS[verdict]
     text = f"{len(chosen)} {plural if len(chosen) != 1 else singular} {rest}"
+    timed = sum(map(_timed, chosen)) if verdict is Verdict.UNDETERMINED else 0
     if verdict not in _SPLIT:
-        return text
+        return f"{text} ({timed} run time{'s' * (timed != 1)} among them)" if timed else text
     found = Counter(map(basis, chosen))
     return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
 
