@@ -181,11 +181,14 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
     records[2] = replace(records[2], judgement=replace(records[2].judgement, policies=(Policy.ERRATUM,)))
     # A draw, of which there is a probability and no digit.
     records[5] = replace(records[5], evidence=Evidence(method="Drawn", probability=0.4))
+    # A run time of another computer, which nothing here can confirm.
+    seconds = replace(records[6].claim, id="case-8", kind=Kind.CITED, unit="s")
+    records.append(replace(records[6], claim=seconds))
     known = {view.record.id: view for view in views(records, targets(records))}
     rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
-    assert (made.numbers, made.agree) == (7, 3)
-    assert made.counts == dict.fromkeys(Verdict, 1) and made.timed == 0, "as the marks of the table say"
+    assert (made.numbers, made.agree) == (8, 3)
+    assert made.counts == dict.fromkeys(Verdict, 1) and made.timed == 1, "as the marks of the table say"
     assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
     assert {row[2].text for row in made.rows} == {"N/A"}
 

@@ -143,7 +143,7 @@ def _at_short(drawn: FigureData) -> float:
 def _say_eigenvalues(drawn: FigureData) -> str:
     largest = _at_short(drawn)
     told = "stays below one" if largest < 1.0 else "exceeds one"
-    return f"DRC-APO's largest modulus {told} below T = {SHORT:g} s: at most {largest:.4f}"
+    return f"DRC-APO's largest modulus {told} up to T = {1000 * SHORT:g} ms: at most {largest:.4f}"
 
 
 def _describe_eigenvalues(drawn: FigureData) -> str:
