@@ -93,16 +93,11 @@ class Tally:
         return f"{listed}{timed}"
 
 
-def _timed(claim: ClaimRecord) -> bool:
-    """Whether it prints a run time of another computer."""
-    return claim.claim.kind is Kind.CITED and claim.claim.unit == "s"
-
-
 def tally(claims: Iterable[ClaimRecord]) -> Tally:
     """How the claims stand; repeats and remarks of ours aside."""
     counted = once(claims)
     found = counts(counted)
-    timed = sum(map(_timed, counted))
+    timed = sum(claim.timed for claim in counted)
     numbers = {word: sum(found[verdict] for verdict in verdicts) for word, verdicts in GROUPS.items()}
     return Tally(numbers=numbers | {"undetermined": numbers["undetermined"] - timed}, timed=timed)
 
@@ -207,7 +202,7 @@ def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
     chosen = [claim for claim in claims if claim.verdict is verdict]
     singular, plural, rest = _WORDS[verdict]
     text = f"{len(chosen)} {plural if len(chosen) != 1 else singular} {rest}"
-    timed = sum(map(_timed, chosen)) if verdict is Verdict.UNDETERMINED else 0
+    timed = sum(claim.timed for claim in chosen) if verdict is Verdict.UNDETERMINED else 0
     if verdict not in _SPLIT:
         return f"{text} ({timed} run time{'s' * (timed != 1)} among them)" if timed else text
     found = Counter(map(basis, chosen))

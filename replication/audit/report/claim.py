@@ -161,11 +161,6 @@ class ClaimView:
     elsewhere: tuple[str, str] | None
 
     @property
-    def timed(self) -> bool:
-        """Whether it prints seconds that another computer took."""
-        return self.record.claim.kind is Kind.CITED and self.record.claim.unit == "s"
-
-    @property
     def settled(self) -> str:
         """Why the claim may stand folded: it holds, or the text does not settle it; empty if it may not."""
         if self.record.unexpected:
@@ -248,7 +243,7 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         # The verdict of a claim whose numbers do not fit is `error`, and its reason says what does not.
         with contextlib.suppress(AuditError, OverflowError, ValueError):
             entries, strip = side_by_side(target, evidence)
-    if record.claim.kind is Kind.CITED and record.claim.unit == "s":
+    if record.timed:
         entries = tuple(map(_timed, entries))
     return ClaimView(
         record=record,

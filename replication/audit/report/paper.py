@@ -67,7 +67,7 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     """The table; claims: those of its paper, by id."""
     rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
     shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
-    judged = [view for view in shown if view.record.claim.printed and not view.timed]
+    judged = [view for view in shown if view.record.claim.printed and not view.record.timed]
     holding = [view for view in judged if view.record.verdict in AGREES]
     # Of a draw no digit agrees: it is only probable enough.
     exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
@@ -76,8 +76,8 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
         rows=rows,
         numbers=len(judged),
         agree=len(exact),
-        counts={verdict: sum(v.record.verdict is verdict and not v.timed for v in shown) for verdict in Verdict},
-        timed=sum(view.timed for view in shown),
+        counts={verdict: sum(v.record.verdict is verdict and not v.record.timed for v in shown) for verdict in Verdict},
+        timed=sum(view.record.timed for view in shown),
     )
 
 

@@ -88,6 +88,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return not (self.claim.repeats or self.claim.ours)
 
     @property
+    def timed(self) -> bool:
+        """Whether it prints seconds that another computer took."""
+        return self.claim.kind is Kind.CITED and self.claim.unit == "s"
+
+    @property
     def answers(self) -> tuple[Evidence, ...]:
         """The evidence, and that for the text as printed where there is an erratum."""
         printed = self.evidence.as_printed

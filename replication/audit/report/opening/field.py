@@ -137,7 +137,7 @@ def count(number: int) -> str:
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
     listed = [view for view in paper.claims if view.consequence is kind]
     own = [view for view in listed if view.record.counted]
-    timed = [view for view in own if view.timed]
+    timed = [view for view in own if view.record.timed]
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
     failing = Counter((_named(view), view.record.verdict) for view in marks if view.record.verdict in FAILS)
     return Cell(

@@ -73,7 +73,7 @@ class Chart:
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
     most: int
-    shared: tuple[float, ...]
+    shared: tuple[int, float]
 
 
 NAME_HEIGHT = 105
@@ -95,8 +95,7 @@ def chart(shown: Across | None) -> Chart | None:
     costs = [1.0, *(cost.most for column in chosen for cost in column.costs.values())]
     x, y = scale_of([float(m) for m in multiples], False, 0), scale_of(costs, False, 0)
     last = min(max(column.costs) for column in chosen)
-    shared = {id(column): column.costs[last].most if last in column.costs else math.nan for column in chosen}
-    chosen.sort(key=lambda column: -shared[id(column)] if last in column.costs else 0.0)
+    chosen.sort(key=lambda column: -column.costs[last].most if last in column.costs else 0.0)
     whole = [column for column in chosen if max(column.costs) == multiples[-1]]
     ends = [FRAME - y(column.costs[multiples[-1]].most) for column in whole]
     heights = dict(zip(map(id, whole), spread(ends, [NAME_HEIGHT] * len(whole)), strict=True))
@@ -127,7 +126,7 @@ def chart(shown: Across | None) -> Chart | None:
         y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
-        shared=(last, *(shared[id(column)] for column in chosen[:1])),
+        shared=(last, chosen[0].costs[last].most if last in chosen[0].costs else math.nan),
     )
 
 
