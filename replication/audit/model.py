@@ -54,7 +54,7 @@ class Policy(StrEnum):
 
     SOLVER = "level that a solver found"
     SOME = "agreement under some readings"
-    CONSTANT = "constant that a theorem leaves open"
+    CONSTANT = "constant that the text leaves open"
     RULED_OUT = "reading that the text rules out"
     FACT = "one fact, one count"
     OWN = "own plants and own draws"
