@@ -120,7 +120,7 @@ def any_reading(results: Results) -> Evidence:
     "table.any-window", PRINTED, place="Table I", uses="windows", reading="window", pinned="differs", ours=True
 )
 def any_window(results: Results) -> Evidence:
-    """Each number of Table I, DRC-PMI and DRC-APO, percent, is the largest error over a window of whole slow periods."""
+    """Each number of Table I, DRC-PMI and DRC-APO, percent, is the largest error over some whole slow periods."""
     found = results["windows"]
     cells = [cell for column in COLUMNS for cell in found[column]]
     hit = {length: sum(cell["hits"][length] > 0 for cell in cells) for length in ("long", "short")}
@@ -141,8 +141,8 @@ def any_window(results: Results) -> Evidence:
             "printed numbers met over a shorter window": float(hit["short"]),
         },
         note=(
-            "Half a period of the reference holds the largest modulus of a sinusoid; a shorter window may miss it. Where "
-            "the window starts at a time fitted to each number by itself, at any instant, see the cells."
+            "Half a period of the reference holds the largest modulus of a sinusoid; a shorter window may miss it. For "
+            "windows that start at any time, fitted to each number by itself, see the cells."
         ),
     )
 
@@ -218,8 +218,8 @@ def cell(column: str, index: int, results: Results) -> Evidence:
         quantities={"lifted against simulated, rad": table["agreement"][observer][index]},
         note=(
             "The manuscript leaves the simulation open, the time window too. The number by itself is met under "
-            f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of whole slow periods, "
-            f"half a period of the reference or more, and under {searched['hits']['short']} with a shorter one, which "
+            f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of whole slow periods "
+            f"of half a reference period or more, and under {searched['hits']['short']} with a shorter one, which "
             "may miss the maximum that the text asks for, and so is no reading. From a time t₀ on, the largest error "
             "falls without a jump to that of the steady state as t₀ grows: where the print lies above the latter, some "
             "t₀ gives it. Whether all twelve are met under one setting is a remark of ours."
