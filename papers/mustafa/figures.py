@@ -156,9 +156,7 @@ def plot_worst(figure: FigureData) -> Any:
 def say_worst(figure: FigureData) -> str:
     """The message: what the sequence does to the gain."""
     reached = figure.columns["gain"][0]
-    return (
-        f"One sequence drives our filter's gain to {down(reached)}, {times(reached, GAMMA[1])} times the level"
-    )
+    return f"One sequence drives our filter's gain to {down(reached)}, {times(reached, GAMMA[1])} times the level"
 
 
 def _long(figure: FigureData) -> int:

@@ -200,8 +200,8 @@ _OPTIMUM = (
         name="convergence",
         place="Example 2",
         title=lambda figure: (
-            f"Theorem 3, corrected, at degree {figure.columns['degree'][-1]:g} is nearer the optimum than both models "
-            f"of order {_order(figure):g}"
+            f"Theorem 3 at degree {figure.columns['degree'][-1]:g} is nearer the optimum than models of "
+            f"order {_order(figure):g}"
         ),
         caption=(
             "Example 2, Theorem 3 as corrected, the degree counted in each variable. Distance of γ from the optimum; "

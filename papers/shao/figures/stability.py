@@ -142,7 +142,7 @@ def _at_short(drawn: FigureData) -> float:
 
 def _say_eigenvalues(drawn: FigureData) -> str:
     ranges = sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in drawn.columns[f"{APO}_1"]))
-    return f"DRC-APO is stable for T in {ranges} separate ranges, as sampling folds the fast mode of the motor"
+    return f"DRC-APO is stable for T in {ranges} separate ranges, and diverges between them"
 
 
 def _describe_eigenvalues(drawn: FigureData) -> str:
@@ -199,7 +199,7 @@ def _say_rates(drawn: FigureData) -> str:
     least = min(drawn.columns[APO])
     if least <= 0:
         return "With (6) the counter-example is not unstable at every T shown"
-    return f"With (6) the counter-example grows at every T shown, at a rate of {least:.2f} 1/s or more"
+    return f"The counter-example grows at every T shown, by {least:.2f} 1/s or more"
 
 
 def _describe_rates(drawn: FigureData) -> str:
@@ -272,8 +272,7 @@ FIGURES = (
         name="counter-example",
         place="Sec. IV",
         title=lambda drawn: (
-            f"As printed the output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s; with a slower sensor the restarted "
-            "predictor diverges too"
+            f"As printed x grows to {_grown(drawn):.1f} in {ENDS[0]:g} s; restarted, it diverges at longer periods"
         ),
         caption="A = B = C = 1, K = −2, L = 2, T = 1 ms, from x(0) = 1 and ζ(0) = 0. Condition (18) holds in both "
         "panels: it does not contain the measuring period.",
@@ -308,7 +307,7 @@ FIGURES = (
         name="readings",
         place="Table I",
         title=lambda drawn: (
-            "No setting gives a column of Table I: the nearest miss a number by factors "
+            "No setting gives a column of Table I: the nearest miss by factors "
             f"{_nearest(drawn, PMI_READINGS):.2f} and {_nearest(drawn, APO_READINGS):.2f}"
         ),
         caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "
