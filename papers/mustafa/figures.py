@@ -169,7 +169,8 @@ def describe_worst(figure: FigureData) -> str:
     c = figure.columns
     return (
         f"{_long(figure)} of the last {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
-        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}."
+        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}. "
+        f"The gain along the sequence is {down(c['gain'][0])}, {times(c['gain'][0], GAMMA[1])} times the printed level."
     )
 
 

@@ -140,9 +140,13 @@ def _at_short(drawn: FigureData) -> float:
     return max(value for T, value in zip(c["period_s"], c[f"{APO}_1"], strict=True) if T < SHORT)
 
 
+def _ranges(drawn: FigureData) -> int:
+    """How many ranges of periods there are, on the grid, in which DRC-APO is stable."""
+    return sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in drawn.columns[f"{APO}_1"]))
+
+
 def _say_eigenvalues(drawn: FigureData) -> str:
-    ranges = sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in drawn.columns[f"{APO}_1"]))
-    return f"DRC-APO is stable for T in {ranges} separate ranges, and diverges between them"
+    return f"DRC-APO is stable for T in {_ranges(drawn)} separate ranges, and diverges between them"
 
 
 def _describe_eigenvalues(drawn: FigureData) -> str:
@@ -152,7 +156,8 @@ def _describe_eigenvalues(drawn: FigureData) -> str:
     return (
         f"Moduli of the eigenvalues of the motor loop over one slow period, {len(c[FAST])} periods T from "
         f"{c['period_s'][0]:g} to {c['period_s'][-1]:g} s. The largest under DRC-APO is at most {_at_short(drawn):.4f} "
-        f"up to {1000 * SHORT:g} ms, and exceeds one at {unstable} periods. It exceeds that with a true fast sensor at "
+        f"up to {1000 * SHORT:g} ms, and exceeds one at {unstable} periods, between "
+        f"{_ranges(drawn)} ranges in which it does not. It exceeds that with a true fast sensor at "
         f"{slower} periods; nearest to the printed T they are {_at_print(drawn, f'{APO}_1'):.2f} and "
         f"{_at_print(drawn, FAST):.2f}."
     )
@@ -307,7 +312,7 @@ FIGURES = (
         name="readings",
         place="Table I",
         title=lambda drawn: (
-            "No setting gives a column of Table I: the nearest miss by factors "
+            "No setting gives a column of Table I; factors of the nearest: "
             f"{_nearest(drawn, PMI_READINGS):.2f} and {_nearest(drawn, APO_READINGS):.2f}"
         ),
         caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "

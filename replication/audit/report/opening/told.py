@@ -222,8 +222,8 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
             raise AuditError(f"the brief of {key} says that {record.claim.printed} is not {instead}; correct it")
         return f"{instead}, not {record.claim.printed}", float(instead)
     if how == "rounded":
-        rounded = numerals.exact(rounds_to(record.claim.printed, value)[1])
-        return rounded, float(rounded)
+        shown = numerals.exact(rounds_to(record.claim.printed, value)[1])
+        return shown, float(shown)
     if not isinstance(lower, int | float):
         raise refused
     if how == "over":
