@@ -123,7 +123,7 @@ def describe_brackets(figure: FigureData) -> str:
 
 def worst(results: Results) -> FigureData:
     """The last samples of the worst sequence of Example 1, its disturbance and error, scaled to a disturbance of
-    one."""
+    one; the gain that the whole sequence reaches."""
     r = results["bracket.1"]
     size = max(map(abs, r["w"][-SHOWN:]))
     return FigureData(
@@ -132,6 +132,7 @@ def worst(results: Results) -> FigureData:
             "h": tuple(r["periods"][-SHOWN:]),
             "w": tuple(value / size for value in r["w"][-SHOWN:]),
             "e": tuple(value / size for value in r["e"][1:][-SHOWN:]),
+            "gain": (r["lower"],),
         }
     )
 
@@ -153,8 +154,9 @@ def plot_worst(figure: FigureData) -> Any:
 
 
 def say_worst(figure: FigureData) -> str:
-    """The message: how few of the periods are long."""
-    return f"A bad sequence: {_long(figure)} of its last {len(figure.columns['h'])} periods are long, the others short"
+    """The message: what the sequence does to the gain."""
+    reached = figure.columns["gain"][0]
+    return f"One sequence drives our filter's gain to {down(reached)}, {times(reached, GAMMA[1])} times the level"
 
 
 def _long(figure: FigureData) -> int:
@@ -167,7 +169,8 @@ def describe_worst(figure: FigureData) -> str:
     c = figure.columns
     return (
         f"{_long(figure)} of the last {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
-        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}."
+        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}. "
+        f"The gain along the sequence is {down(c['gain'][0])}, {times(c['gain'][0], GAMMA[1])} times the printed level."
     )
 
 
@@ -246,7 +249,7 @@ def plot_intervals(figure: FigureData) -> Any:
     counts.hist(h, bins=10, orientation="horizontal", facecolor=SOFT, edgecolor=OURS, linewidth=0.7)
     axis.set_ylim(-0.02, 0.12)
     name_axes(axis, "period h (s)", f"sample k, first {FIRST}")
-    name_axes(counts, "", f"of {len(h)}")
+    name_axes(counts, "", f"count, of {len(h)}")
     return drawing
 
 

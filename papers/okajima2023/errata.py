@@ -20,11 +20,12 @@ def denominator(results: Results) -> Proof:
         holds=possible == [ALL_NOISE]
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
-            "d in (34) is probably d⁎ of (17), whose star our copy may have lost: with it the ratio is the one that γ "
-            f"bounds. With d alone each of the four values lies below all {found['seeds']} draws. Of {len(READING_OF)} "
-            "readings only d⁎, which has both sensor noises whether a sensor is used or not, makes each of the four "
-            "possible. Cases A to C run with gains of ours; none are printed. The text calls the ratio an estimate of "
-            "the norm from d to e, without a star too."
+            "d in (34) probably stacks all noises, as d⁎ of (17) does; our copy may have lost a star, or Sec. IV-A may "
+            "name them all d: it has d_u, d_y1 and d_y2 zero after k = 500, and below (34) says so of d. Then the "
+            "ratio is the one that γ bounds. With the process noise alone each of the four values lies below all "
+            f"{found['seeds']} draws. Of {len(READING_OF)} readings "
+            "only d⁎, which has both sensor noises whether a sensor is used or not, makes each of the four "
+            "possible. Cases A to C run with gains of ours; none are printed."
         ),
         quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
     )
@@ -41,7 +42,8 @@ def diagonal(results: Results) -> Proof:
             "In our copy eq. (41) repeats the A of Sec. IV-A, whose poles are inside the unit circle; the conversion "
             f"may have repeated it. Of {state['tried']} "
             f"diagonals in steps of {state['step']} from {DIAGONAL_RANGE[0]} to {DIAGONAL_RANGE[1]}, other entries as "
-            f"printed, one has the stated poles to their digits: {tuple(state['fits'][0])}. Off the grid another real "
+            f"printed, one has the stated poles to their digits: {tuple(state['fits'][0])}; but with it and the C of "
+            "Sec. IV-A gains (42) do not stabilise. Off the grid another real "
             f"diagonal has them: about ({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no "
             f"integer C with entries of size up to {results[ALL_DIAGONALS]['bound']} explains the poles of A_e. An A "
             "with other entries off its diagonal can have the stated poles too, and keep the C of Sec. IV-A."

@@ -266,7 +266,7 @@ def describe_sizes(figure: FigureData) -> str:
 def say_sizes(figure: FigureData) -> str:
     """The message: the errors of the observer that reads both sensors at their own periods, and of the next."""
     proposed, *others = figure.columns["all"][: len(CASES)]
-    return f"RMS errors of one draw: {proposed:.3f} for the proposed observer, at least {min(others):.3f} for others"
+    return f"RMS errors of one draw: proposed {proposed:.3f}, Cases A to C at least {min(others):.3f}"
 
 
 def say_cases(figure: FigureData) -> str:

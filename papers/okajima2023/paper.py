@@ -124,12 +124,12 @@ def _simulated(found: Mapping[str, Any]) -> Iterator[str]:
         case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in found["cases"].items()
     )
     yield (
-        f"With eq. (34) as in our copy, d alone, {'all' if below else 'not all'} {found['seeds']} draws exceed "
+        f"If d in eq. (34) is the process noise alone, {'all' if below else 'not all'} {found['seeds']} draws exceed "
         "each published ratio, in Cases A to C with our gains."
     )
     yield (
-        "With d⁎ of (17) for d, eq. (34) is the ratio that γ bounds; each published ratio is possible. Our copy may "
-        "lack the star."
+        "If it stacks all noises, as d⁎ of (17) does, eq. (34) is the ratio that γ bounds; each published ratio is "
+        "possible."
     )
 
 

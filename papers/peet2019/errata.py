@@ -17,8 +17,6 @@ DIGITS = 7
 WRONG = 1.0
 """A residual at least this large, with data of size one, is no rounding."""
 CONVERSION = "The slip may be of our copy, not of the paper."
-ALIKE = "Our copy loses signs and symbols elsewhere; here it would have had to lose them in every place."
-"""Of slips that a conversion can make, but hardly as often."""
 SMALL = 0.01
 """The same for Γ, which is drawn smaller than the other data, so that the operator is coercive."""
 ERRATA = Errata()
@@ -47,7 +45,11 @@ def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof
 )
 def signs(results: Results) -> Proof:
     """The identity needs the corrected signs, and with the printed ones no ε > 0 is met."""
-    found = terms(("d-sign", "f-sign"), results, note=f" Theorem and proof print them alike. {ALIKE} {UNMET}")
+    found = terms(
+        ("d-sign", "f-sign"),
+        results,
+        note=f" Theorem and proof print them alike. {UNMET}",
+    )
     return msgspec.structs.replace(found, holds=found.holds and not unmet(results).holds)
 
 
@@ -98,13 +100,13 @@ for _name, _place, _printed, _meant, _misprint, _note in (
         "in Φ_ji",
         "T_0i, as Δ_j in the proof; blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with "
         "Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
-        ("e-transposes", "d-transposes"), f" {ALIKE}",
+        ("e-transposes", "d-transposes"), " The proof (Δ_j, E_1i, E_2i, E_3i) prints them right.",
     ),
     (
         "eq-10-factor", "Eq. (10)",
-        "z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
-        "The second row is τ_K times the printed one, and G_2ij carries τ_K as in Theorem 3",
-        ("eq10-factor", "g2-factor"), "",
+        "z_i(s) without a factor; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
+        "The second row is τ_K z_i(s), and G_2ij carries τ_K as in Theorem 3",
+        ("eq10-factor", "g2-factor"), f" Our copy shows no second row of (10). {CONVERSION}",
     ),
     (
         "theorem-3-names", "Theorem 3, T_00; proof, D_4", "Z_1 in T_00, C_0 and C_i in D_4",
@@ -141,8 +143,8 @@ FACTORS = (
 for _name, _place, _printed, _meant, _tried, _note in (
     (
         "theorem-4-factors", "Theorem 4, Ĥ and Γ̂", "Γ in Ĥ and Γ̂",
-        "Γ/τ_K; Lemma 5 then holds with the corrected (10)", ("theorem_4", "square alone", "median", SMALL),
-        f"{FACTORS} {ALIKE}",
+        "Γ/τ_K; or, the same, R_ij = τ_K ZᵀΓ_ij Z in the hypothesis; Lemma 5 then holds with the corrected (10)",
+        ("theorem_4", "square alone", "median", SMALL), f"{FACTORS} {CONVERSION}",
     ),
     (
         "theorem-4-square", "Theorem 4, the inverse", "Ŝ/τ_K in {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K}", "Ŝ/τ_K²",
@@ -162,7 +164,13 @@ for _name, _place, _printed, _meant, _tried, _note in (
     )
 
 
-@ERRATA.misprint("theorem-4-domain", "Theorem 4", "𝒫: X → X", "𝒫 on Z, as in Theorems 1 and 3", "inversion")
+@ERRATA.misprint(
+    "theorem-4-domain",
+    "Theorem 4",
+    "𝒫: X → X",
+    "𝒫 on Z, as in Theorems 1 and 3: the formulas need no more, and Theorem 3 supplies no more",
+    "inversion",
+)
 def on_the_whole_space(results: Results) -> Proof:
     """Theorem 4 for operators that do not map X into X."""
     found = results["inversion"]

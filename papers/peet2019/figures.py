@@ -16,7 +16,6 @@ from replication.drawing.style import (
     FOREGROUND,
     GREY,
     OURS,
-    RAISED,
     line,
     name_axes,
     name_line,
@@ -50,7 +49,7 @@ def plot_fig_1(figure: FigureData) -> Any:
         beside = side == 0
         name_line(axis, curve, _SIGNALS[name], peak / (1 + beside), side=side, ha="right" if beside else "left")
     axis.set_ylim(1.25 * min(c["e_1"]), 1.25 * max(c["w"]))
-    axis.set_xlim(-0.15 * t[-1], t[-1])
+    axis.set_xlim(-0.2 * t[-1], t[-1])
     axis.set_xticks([share * t[-1] for share in (0, 0.25, 0.5, 0.75, 1)])
     name_axes(axis, "disturbance and errors", "time (s)")
     return drawing
@@ -150,10 +149,10 @@ BOTTOM = 1e-11
 
 
 def _order(figure: FigureData) -> float:
-    """The least order at which both models are as near as Theorem 3 at its last degree."""
+    """The largest order at which both models are farther than Theorem 3 at its last degree."""
     c = figure.columns
     models = zip(c["order"], c["pade"], c["chebyshev"], strict=True)
-    return next(order for order, *away in models if max(away) <= c["sos"][-1])
+    return max(order for order, *away in models if min(away) > c["sos"][-1])
 
 
 def _describe_convergence(figure: FigureData) -> str:
@@ -164,7 +163,7 @@ def _describe_convergence(figure: FigureData) -> str:
         for name in ("pade", "chebyshev")
     ]
     degrees = ", ".join(f"{short(e, 2)} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
-    told = f"{'; '.join(parts)}. Theorem 3: {degrees}, which both models reach at order {_order(figure):g}."
+    told = f"{'; '.join(parts)}. Theorem 3: {degrees}, nearer than both models of order {_order(figure):g}."
     floor = f"Half the bracket is {short(c['floor'][0], 2)}"
     return f"Relative distance from the optimum of Example 2, the middle of its bracket. {told} {floor}."
 
@@ -201,7 +200,7 @@ _OPTIMUM = (
         name="convergence",
         place="Example 2",
         title=lambda figure: (
-            f"Theorem 3 at degree {figure.columns['degree'][-1]:g} is as near the optimum as models of "
+            f"Theorem 3 at degree {figure.columns['degree'][-1]:g} is nearer the optimum than models of "
             f"order {_order(figure):g}"
         ),
         caption=(
@@ -305,8 +304,8 @@ def _plot_cloud(axis: Any, name: str, products: Sequence[float], costs: Sequence
 
 
 def _power(slope: float) -> str:
-    """(nK) with a raised exponent."""
-    return f"(nK){f'{slope:.1f}'.translate(RAISED).replace('.', '·')}"
+    """The exponent of a cloud, in words."""
+    return f"power {slope:.1f}"
 
 
 def growth(figure: FigureData, x: str, y: str) -> float:

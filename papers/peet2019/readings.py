@@ -115,7 +115,9 @@ READINGS = (
         for name, factor in SAME.items()
     ),
     _reading(
-        DESKTOP, "Sec. I", f"A desktop computer has {MEMORY:g} GB of memory, and a run may take one day.",
-        f"a desktop computer with {MEMORY:g} GB",
+        DESKTOP, "Sec. I",
+        f"Our program of Theorem 3 as corrected, on a machine of ours: a desktop computer has {MEMORY:g} GB of memory, "
+        "and a run may take one day.",
+        f"our program on a desktop computer with {MEMORY:g} GB", policy=Policy.OWN,
     ),
 )  # fmt: skip

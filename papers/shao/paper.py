@@ -50,11 +50,10 @@ def _virtual(x: float) -> float:
 
 
 BRIEF = TOLD.brief(
-    card="The observer is corrected only when a sample arrives, as if its gain L were "
-    f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}: too little for this unstable plant. "
-    "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. "
-    "[None](-table.any-reading) of the hundreds of thousands of distinct results of our simulation settings is a whole "
-    "column of Table I.",
+    card="Only true samples correct the observer: in effect its gain is "
+    f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for this unstable plant. "
+    "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. We "
+    "tried hundreds of thousands of simulation settings: [none](-table.any-reading) gives a whole column of Table I.",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,
@@ -94,7 +93,7 @@ def findings(results: Results) -> tuple[str, ...]:
     pairs = ordering_counts(printed_forms(results["orderings"]))
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
     return (
-        "The stability result of Sec. IV is false: a scalar loop that meets (18) is unstable at every T below "
+        "The stability result of Sec. IV is false: a scalar loop is unstable at every T that (18) admits, up to "
         f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s.",
         "(18) does not contain M and cannot suffice: the same loop is unstable at each M that we tried, the smallest "
         f"{min(unstable)}, the largest {max(unstable)}.",

@@ -52,6 +52,8 @@ COLUMNS = {"pmi": PMI, "apo": APO}
 HELD, SINGLE, SLOW_INPUT = "held_measurement", "single_correction", "slow_input_interpolation"
 """Other readings of DRC-PMI: (2) read at every T with y held; (7) corrected once in M T; (2) with u frozen over M T."""
 PMI_READINGS = (PMI, HELD, SINGLE, SLOW_INPUT)
+PMI_OPEN = (PMI, SINGLE)
+"""Of these, what the text allows: Sec. V has the observer updated once in M T, and u at every T."""
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 

@@ -54,7 +54,7 @@ class Policy(StrEnum):
 
     SOLVER = "level that a solver found"
     SOME = "agreement under some readings"
-    CONSTANT = "constant that a theorem leaves open"
+    CONSTANT = "constant that the text leaves open"
     RULED_OUT = "reading that the text rules out"
     FACT = "one fact, one count"
     OWN = "own plants and own draws"
@@ -81,7 +81,7 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     name: by which claims refer to it. place: where the text leaves the choice. text: the assumption in plain words.
     short: the same in a few words that follow "assuming"; the name if empty.
     inference: whether it was chosen with the printed numbers in view. policy: why it is one, where a policy says what
-    follows: a plant, filter or draw of ours, a constant that a theorem leaves open, a level where a solver stopped, or
+    follows: a plant, filter or draw of ours, a constant that the text leaves open, a level where a solver stopped, or
     a reading that the text rules out, which is told and not counted. accuracy: of such a solver, relative, of the
     square of the level, which is what the inequalities are linear in.
     """

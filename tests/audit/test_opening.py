@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -17,6 +16,7 @@ from sample import KEY, bracketed, brief, claim, claims, paper_record, results
 
 from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
 from replication.audit.inspect.headline import tally
+from replication.audit.judge.agreement import rounds_to
 from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Verdict
 from replication.audit.parts import CommonLevel
@@ -145,8 +145,8 @@ def stands(
         ([stands(sound=False, failing=1)], "In the paper we refute no theorem; one result differs."),
         (
             [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
-            "One of four papers gives a false guarantee. In the other three we refute no theorem once misprints are "
-            "corrected; three results differ.",
+            "One of four papers gives a false guarantee. In the other three we refute no theorem, once corrected; "
+            "three results differ.",
         ),
         ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
         (
@@ -277,14 +277,12 @@ def test_a_card_may_be_longer_than_a_sentence_and_none_of_its_sentences_may(made
         briefs(with_brief(made, card=f"{short}. {short} {short}."))
 
 
-def test_a_miss_is_told_in_per_cent_of_our_number(made: ResultsFile) -> None:
+def test_a_number_is_told_rounded_as_its_print(made: ResultsFile) -> None:
     (record,) = [one for one in made.claims if one.id == f"{KEY}.column-5-7"]
-    ((low, high),) = (tuple(map(float, map(Fraction, ends))) for ends in record.judgement.intervals)
-    value = cast(float, record.evidence.value)
-    miss = 100 * max(low - value, value - high) / value
-    assert miss > 0
-    told = with_brief(made, correct="The [level](column-5-7) misses by {column-5-7:miss} %.")
-    assert briefs(told)[KEY].lines[1][1].text == f"The level misses by {miss:.1g} %."
+    printed, rounded = rounds_to(record.claim.printed, cast(float, record.evidence.value))
+    assert rounded != printed
+    told = with_brief(made, correct="The [level](column-5-7) rounds to {column-5-7:rounded}.")
+    assert briefs(told)[KEY].lines[1][1].text == f"The level rounds to {float(rounded):g}."
 
 
 def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:

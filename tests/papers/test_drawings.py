@@ -104,8 +104,8 @@ def test_messages_follow_the_data() -> None:
     assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
-    assert "unstable at every T" in stability._say_rates(rates)
-    assert "not always unstable" in stability._say_rates(stable)
+    assert "grows at every T shown" in stability._say_rates(rates)
+    assert "not unstable at every T shown" in stability._say_rates(stable)
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:

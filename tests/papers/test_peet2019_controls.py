@@ -191,7 +191,7 @@ def alterations() -> list[tuple[str, Alteration]]:
 
 ALTERATIONS = alterations()
 CLAIMS = {claim.id.removeprefix(f"{PAPER.key}."): claim for claim in PAPER.claims}
-OURS = {"examples.one-disturbance"}
+OURS = {"examples.one-disturbance", "scaling.desktop"}
 """What rests on plants of ours: compatible at best."""
 NOT_SETTLED = {"ex4.unstable"}
 """Claims that are no citations and that the text does not settle: their outcomes must turn, not their verdict."""

@@ -205,7 +205,7 @@ def performance_by_12(results: Results) -> Evidence:
         },
         as_printed=corrected.as_printed,
         note="Read as a gain over every sequence, and not as the norm of a transfer matrix, (12) is the conclusion "
-        "itself and enough. The same word is read in the same two ways of (8) (claim small-gain.required).",
+        "itself and enough.",
     )
 
 

@@ -147,6 +147,7 @@ def output_matrix(results: Results) -> Evidence:
     uses="nominal.2",
     reading="filter as an observer",
     erratum=MISNAMED,
+    ours=True,
     pinned="compatible",
     says=term("column of the observer", "printed-filter", column=1),
 )
@@ -163,6 +164,7 @@ def second_column(results: Results) -> Evidence:
     uses="nominal.2",
     reading="filter as an observer",
     erratum=MISNAMED,
+    ours=True,
     pinned="compatible",
     tolerance="0.0001",
     tolerance_reason="B_f is printed to half a unit as well, and enters the difference.",

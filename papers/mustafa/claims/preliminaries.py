@@ -174,9 +174,8 @@ def finite_grid_is_not_enough(results: Results) -> Evidence:
 LEMMAS.cited(
     "cited.7",
     place="Sec. III, before Lemma 2",
-    statement="Reference [7] constructs a grid such that its inequality holds at all periods if it holds at those of "
-    "the grid.",
-    reason="It reports another paper, which is not at hand. Of the (6) of this text see claim grid-for-6.",
+    statement="Reference [7] constructs a grid such that (6) holds at all periods if it holds at those of the grid.",
+    reason="It reports another paper, which is not at hand. What (6) does here: claim grid-for-6.",
 )
 
 

@@ -265,8 +265,8 @@ def feasible(results: Results) -> Evidence:
     ],
 )
 def theorem_3(results: Results) -> Evidence:
-    """Where the corrected conditions of Theorem 3 hold, the error obeys ‖z_e‖ ≤ γ‖w‖, along solutions with d⟨e, 𝒫e⟩/dt
-    = 2⟨e, 𝒫ė⟩.
+    """Where both forms of Theorem 3, corrected, have the signs that its inclusions are to give them, the error obeys
+    ‖z_e‖ ≤ γ‖w‖, along solutions with d⟨e, 𝒫e⟩/dt = 2⟨e, 𝒫ė⟩.
     """
     kept, room = loops_that_meet(results)
     residual = results["identities"]["theorem_3"]["none"]["largest"]
@@ -330,7 +330,6 @@ for _part, _place, _statement in (
         f"theory.{_part}",
         place=_place,
         statement=_statement,
-        pinned=CORRECTED,
         uses="inversion",
         erratum="theorem-4-factors",
         says=term("operator identity", part=_part),

@@ -8,8 +8,8 @@ from functools import partial
 
 from papers.shao.claims.table import (
     TIED,
-    against_one_correction,
     by_margin,
+    none_gives_the_table,
     printed_forms,
     radius_of,
     stable,
@@ -26,7 +26,7 @@ from papers.shao.printed import (
     LABELS,
     LITERAL,
     PMI,
-    PMI_READINGS,
+    PMI_OPEN,
     REFERENCES,
     RESTARTED,
     SINGLE,
@@ -102,8 +102,8 @@ def better_estimate(sigma: float, results: Results) -> Evidence:
         quantities={f"{LABELS[name]}, percent": errors[name][at] for name in (APO, *ESTIMATES.values())},
         note=(
             "Judged in the steady state, and of the state the position alone, as in the caption of Fig. 2; how much "
-            "better is not judged. With one correction per slow instant DRC-PMI estimates better; but "
-            f"{against_one_correction(results)}"
+            "better is not judged. With one correction per slow instant DRC-PMI estimates better. "
+            f"{none_gives_the_table(results)}"
         ),
     )
 
@@ -180,7 +180,7 @@ def settling(results: Results) -> tuple[float, list[float]]:
     Over the observers that DRC-PMI may be, with L in continuous time; command and timing change no rate.
     """
     constants = {
-        name: entry["time_constants"][name] for entry in printed_forms(results["orderings"]) for name in PMI_READINGS
+        name: entry["time_constants"][name] for entry in printed_forms(results["orderings"]) for name in PMI_OPEN
     }
     return results["transients"]["time_constants"][APO], sorted(c for c in constants.values() if c is not None)
 
@@ -275,7 +275,7 @@ def higher_bandwidth(results: Results) -> Evidence:
             "The text defines no bandwidth; the three levels are ours. The outcome depends on the reading of DRC-PMI: "
             "with one correction per slow instant and then the model alone DRC-PMI has the higher bandwidth at "
             f"{sum(p > a for a, p in zip(bandwidth[APO], bandwidth[SINGLE], strict=True))} of them. "
-            f"{against_one_correction(results)} Other timings of the reference are not compared."
+            f"{none_gives_the_table(results)} Other timings of the reference are not compared."
         ),
     )
 

@@ -13,10 +13,10 @@ from papers.shao.claims.table import (
     SIMULATED,
     STEADY,
     TIED,
-    against_one_correction,
     by_margin,
     error_under,
     family,
+    none_gives_the_table,
     printed_forms,
 )
 from papers.shao.experiments.tracking import LOW_FREQUENCY
@@ -30,6 +30,7 @@ from papers.shao.printed import (
     LABELS,
     LITERAL,
     PMI,
+    PMI_OPEN,
     PMI_READINGS,
 )
 from replication.audit.declare import Part
@@ -80,7 +81,7 @@ def smaller_error(results: Results) -> Evidence:
         },
         note=(
             "It depends on DRC-PMI, which the text leaves open. "
-            f"{where_larger(printed_forms(results['orderings']))}{against_one_correction(results)} The outcomes "
+            f"{where_larger(printed_forms(results['orderings']))}{none_gives_the_table(results)} The outcomes "
             "listed are with the printed feedforward. The steady state is our choice of window: from the printed "
             "start a maximum over the whole time is half the amplitude at least. This is also the better static "
             "tracking of Sec. V; how much better is not judged. The pairs counted take each feedforward, with "
@@ -100,7 +101,7 @@ def in_order(column: str) -> list[Predicate]:
 
 def growing(column: str, results: Results) -> Evidence:
     """Whether each row of a column exceeds the one before it."""
-    may_be_meant, searched = ((APO,), APO_READINGS) if COLUMNS[column] == APO else (PMI_READINGS, PMI_READINGS)
+    may_be_meant, searched = ((APO,), APO_READINGS) if COLUMNS[column] == APO else (PMI_OPEN, PMI_READINGS)
     printed = printed_forms(results["orderings"])
     open_loops = stable_columns(printed, may_be_meant)
     every = stable_columns(results["orderings"], searched)
@@ -155,7 +156,7 @@ def ordering_counts(structures: Sequence[Mapping[str, Any]]) -> Counter[str]:
     """Pairs of stable loops, DRC-APO with (6), by whether it is below DRC-PMI in every row: holds, fails, or tied."""
     counts = Counter[str](holds=0, fails=0, tied=0)
     for entry in structures:
-        for pmi, apo in product(stable_columns([entry], PMI_READINGS), stable_columns([entry], (APO,))):
+        for pmi, apo in product(stable_columns([entry], PMI_OPEN), stable_columns([entry], (APO,))):
             excess = max(y / x - 1 for x, y in zip(pmi, apo, strict=True))
             counts["tied" if abs(excess) <= TIED else "fails" if excess > 0 else "holds"] += 1
     return counts
@@ -165,7 +166,7 @@ def where_larger(structures: Sequence[Mapping[str, Any]]) -> str:
     """With which DRC-PMI the error of DRC-APO is the larger, at every frequency or some."""
     told: dict[str, list[str]] = {"every frequency": [], "some frequencies": []}
     for entry in structures:
-        for name, apo in product(PMI_READINGS, stable_columns([entry], (APO,))):
+        for name, apo in product(PMI_OPEN, stable_columns([entry], (APO,))):
             for pmi in stable_columns([entry], (name,)):
                 larger = [own / other - 1 > TIED for other, own in zip(pmi, apo, strict=True)]
                 case = LABELS[name]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any
 
 from papers.shao.experiments.tracking import SEARCH, merged
@@ -65,7 +65,7 @@ def plot_counter_example(drawn: FigureData) -> Any:
 WORDS_ABOVE = {
     APO: ("DRC-APO as printed", 3.0, 1, "right"),
     RESTARTED: ("", 0.0, 0, "left"),
-    FAST: ("restarted predictor, and fast sensor", 1.4, 1, "left"),
+    FAST: ("restarted predictor, and fast sensor", 3.9, 1, "right"),
 }
 WORDS_BELOW = {RESTARTED: ("restarted predictor", 6.4, 1, "right"), FAST: ("fast sensor", 5.0, -1, "left")}
 """By panel: the name of each curve, at which time it stands, on which side, and which end of the words is there."""
@@ -140,10 +140,13 @@ def _at_short(drawn: FigureData) -> float:
     return max(value for T, value in zip(c["period_s"], c[f"{APO}_1"], strict=True) if T < SHORT)
 
 
+def _ranges(drawn: FigureData) -> int:
+    """How many ranges of periods there are, on the grid, in which DRC-APO is stable."""
+    return sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in drawn.columns[f"{APO}_1"]))
+
+
 def _say_eigenvalues(drawn: FigureData) -> str:
-    largest = _at_short(drawn)
-    told = "stays below one" if largest < 1.0 else "exceeds one"
-    return f"DRC-APO's largest modulus {told} up to T = {1000 * SHORT:g} ms: at most {largest:.4f}"
+    return f"DRC-APO is stable for T in {_ranges(drawn)} separate ranges, and diverges between them"
 
 
 def _describe_eigenvalues(drawn: FigureData) -> str:
@@ -153,7 +156,8 @@ def _describe_eigenvalues(drawn: FigureData) -> str:
     return (
         f"Moduli of the eigenvalues of the motor loop over one slow period, {len(c[FAST])} periods T from "
         f"{c['period_s'][0]:g} to {c['period_s'][-1]:g} s. The largest under DRC-APO is at most {_at_short(drawn):.4f} "
-        f"up to {1000 * SHORT:g} ms, and exceeds one at {unstable} periods. It exceeds that with a true fast sensor at "
+        f"up to {1000 * SHORT:g} ms, and exceeds one at {unstable} periods, between "
+        f"{_ranges(drawn)} ranges in which it does not. It exceeds that with a true fast sensor at "
         f"{slower} periods; nearest to the printed T they are {_at_print(drawn, f'{APO}_1'):.2f} and "
         f"{_at_print(drawn, FAST):.2f}."
     )
@@ -192,14 +196,15 @@ def plot_rates(drawn: FigureData) -> Any:
         axis.axhline(c[key][0], color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
         say(axis, text, (c["period_s"][0], c[key][0]), side=side, ha="left", color=GREY)
     axis.set_ylim(1.35 * c["full_gain"][0], top)
-    name_axes(axis, "slowest rate (1/s)", "fast period T (s)")
+    name_axes(axis, "rate of the dominant mode (1/s)", "fast period T (s)")
     return figure
 
 
 def _say_rates(drawn: FigureData) -> str:
     least = min(drawn.columns[APO])
-    said = "unstable at every T shown" if least > 0 else "not always unstable"
-    return f"Under (6) the counter-example's rate is at least {least:.2f} 1/s: {said}"
+    if least <= 0:
+        return "With (6) the counter-example is not unstable at every T shown"
+    return f"The counter-example grows at every T shown, by {least:.2f} 1/s or more"
 
 
 def _describe_rates(drawn: FigureData) -> str:
@@ -272,7 +277,7 @@ FIGURES = (
         name="counter-example",
         place="Sec. IV",
         title=lambda drawn: (
-            f"The output grows to {_grown(drawn):.1f} in {ENDS[0]:g} s as printed; a fast sensor stabilises it"
+            f"As printed x grows to {_grown(drawn):.1f} in {ENDS[0]:g} s; restarted, it diverges at longer periods"
         ),
         caption="A = B = C = 1, K = −2, L = 2, T = 1 ms, from x(0) = 1 and ζ(0) = 0. Condition (18) holds in both "
         "panels: it does not contain the measuring period.",
@@ -307,7 +312,7 @@ FIGURES = (
         name="readings",
         place="Table I",
         title=lambda drawn: (
-            "The nearest settings miss a number of Table I by factors "
+            "No setting gives a column of Table I; factors of the nearest: "
             f"{_nearest(drawn, PMI_READINGS):.2f} and {_nearest(drawn, APO_READINGS):.2f}"
         ),
         caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "

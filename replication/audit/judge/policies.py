@@ -25,8 +25,9 @@ RULES: Mapping[Policy, str] = {
     Policy.SOME: "A printed number that some readings of the text give and others do not is compatible: digits are "
     "seldom met by chance. A statement without a number that holds under some readings only is undetermined. One that "
     "says the same as a number shares its verdict.",
-    Policy.CONSTANT: "A constant that a theorem leaves open, such as a small positive one, is a reading: its limit is "
-    "one. A value fitted to the print alone tests nothing and is no agreement: a print that only such a value meets is "
+    Policy.CONSTANT: "A constant that the text leaves open, such as a small positive one of a theorem or the start of "
+    "the time over which a maximum is taken, is a reading: its limit is one. A "
+    "value fitted to the print alone tests nothing and is no agreement: a print that only such a value meets is "
     "undetermined, and one that none meets differs.",
     Policy.RULED_OUT: "A reading that the text rules out is none: its outcome is told and does not count.",
     Policy.FACT: "Claims of a paper with the same predicates are one fact: it has one verdict and is counted once.",

@@ -342,14 +342,14 @@ def test_the_note_names_where_the_error_of_the_alternating_controller_is_the_lar
     entries = [
         {
             "structure": [feedforward, timing, False, False],
-            "ratios": dict.fromkeys(PMI_READINGS) | {PMI: high, "held_measurement": own, APO: [1.2, 2.2]},
+            "ratios": dict.fromkeys(PMI_READINGS) | {PMI: high, "single_correction": own, APO: [1.2, 2.2]},
         }
         for feedforward in ("printed", "corrected")
         for timing, own in (("held", low), ("previewed", [1.0, 2.3]))
     ]
     assert where_larger(entries) == (
-        "DRC-APO has the larger error at every frequency of Table I against DRC-PMI, y held. "
-        "DRC-APO has the larger error at some frequencies of Table I against DRC-PMI, y held. "
+        "DRC-APO has the larger error at every frequency of Table I against DRC-PMI, one correction and model. "
+        "DRC-APO has the larger error at some frequencies of Table I against DRC-PMI, one correction and model. "
     )
     assert where_larger([{"structure": ["printed", "held"], "ratios": {**dict.fromkeys(PMI_READINGS), APO: low}}]) == ""
 

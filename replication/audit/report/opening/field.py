@@ -86,7 +86,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
-        answer=answer([lane.standing for lane in lanes], tally(own)),
+        answer=answer([lane.standing for lane in lanes], tally(own), _only_failing(lanes)),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -94,10 +94,22 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
 
 
-def answer(papers: Sequence[Standing], found: Tally) -> str:
+def _only_failing(lanes: Sequence[Lane]) -> str:
+    """The one result that fails in the papers of which no theorem does, and whose it is; empty if there are more."""
+    named = [
+        (words, lane.paper.record.cited.replace(" (undated)", ""), number)
+        for lane in lanes
+        if not lane.standing.broken
+        for cell in lane.cells
+        for words, number, _ in cell.failing
+    ]
+    return f"{named[0][0]} of {named[0][1]}" if len(named) == 1 and named[0][2] == 1 else ""
+
+
+def answer(papers: Sequence[Standing], found: Tally, only: str = "") -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-    Where there is no theorem to speak of, how many results hold.
+    Where there is no theorem to speak of, how many results hold. only: the one result that differs in the others.
     """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
@@ -110,22 +122,23 @@ def answer(papers: Sequence[Standing], found: Tally) -> str:
     whole = len(judged)
     if not false:
         where = "In the paper" if whole == 1 else f"In {'both' if whole == 2 else f'all {count(whole)}'} papers"
-        return f"{where} {_of_others(others)}."
+        return f"{where} {_of_others(others, only)}."
     thing = "a false guarantee" if all(paper.refuted for paper in false) else "a guarantee that fails"
     who = f"{count(len(false)).capitalize()} of {count(whole)} papers give{'s' if len(false) == 1 else ''}"
     if not others:
         who = "The paper gives" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers give"
         return f"{who} {thing}."
     where = "the other" if len(others) == 1 else f"the other {count(len(others))}"
-    return f"{who} {thing}. In {where} {_of_others(others)}."
+    return f"{who} {thing}. In {where} {_of_others(others, only)}."
 
 
-def _of_others(papers: Sequence[Standing]) -> str:
+def _of_others(papers: Sequence[Standing], only: str) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    once = " once misprints are corrected" if any(paper.corrected for paper in papers) else ""
-    off = f"; {count(failing)} {'result differs' if failing == 1 else 'results differ'}" if failing else ""
+    once = ", once corrected" if any(paper.corrected for paper in papers) else ""
+    differ = f"the {only} differs" if only else f"{count(failing)} result{' differs' if failing == 1 else 's differ'}"
+    off = f"; {differ}" if failing else ""
     return f"{'every theorem passes our tests' if sound else 'we refute no theorem'}{once}{off}"
 
 

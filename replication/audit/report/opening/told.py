@@ -1,7 +1,7 @@
 """The sentences of a brief, each link of which leads to a claim that says the same; and its sketch as SVG.
 
-Numbers in them are filled in from the run, as `Brief` describes, and `{name:miss}` is by how many per cent the computed
-number misses the nearest one that rounds to the print. A card has several sentences, each as short as any other.
+Numbers in them are filled in from the run, as `Brief` describes, and `{name:rounded}` is the computed
+number rounded as the print is. A card has several sentences, each as short as any other.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 
 from markupsafe import Markup, escape
 
@@ -222,9 +221,9 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
         if rounded == printed:
             raise AuditError(f"the brief of {key} says that {record.claim.printed} is not {instead}; correct it")
         return f"{instead}, not {record.claim.printed}", float(instead)
-    if how == "miss":
-        miss = _miss(record, value)
-        return numerals.short(miss, 1), float(numerals.short(miss, 1))
+    if how == "rounded":
+        shown = numerals.exact(rounds_to(record.claim.printed, value)[1])
+        return shown, float(shown)
     if not isinstance(lower, int | float):
         raise refused
     if how == "over":
@@ -232,9 +231,3 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
         lower /= float(rounds_to(under.claim.printed, 0)[0]) if under is not None else math.nan
     shown = numerals.at_least(lower, LOWER_DIGITS)
     return shown, float(shown)
-
-
-def _miss(record: ClaimRecord, value: float) -> float:
-    """By how many per cent the computed number misses the nearest one that rounds to the print; 0 if it does not."""
-    ((low, high),) = ((Fraction(low), Fraction(high)) for low, high in record.judgement.intervals)
-    return float(100 * max(low - Fraction(value), Fraction(value) - high, Fraction(0)) / abs(Fraction(value)))
