@@ -16,7 +16,7 @@ from replication.audit.inspect.headline import Tally, counts, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Reading, Verdict
+from replication.audit.model import Kind, Reading, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import MEANING, ClaimView, views
 from replication.audit.report.evidence import Ladder, ladders
@@ -51,13 +51,15 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    numbers: how many entries print one that is no run time. agree: how many of these agree to the last digit. counts:
-    how many entries have each verdict, as their marks say. timed: how many print a run time of another computer.
+    numbers: how many entries print one that is neither a run time nor a draw. drawn: how many print a draw. agree: how
+    many numbers agree to the last digit. counts: how many entries have each verdict, as their marks say. timed: how
+    many print a run time of another computer.
     """
 
     record: Table
     rows: tuple[tuple[CellView, ...], ...]
     numbers: int
+    drawn: int
     agree: int
     counts: Mapping[Verdict, int]
     timed: int
@@ -67,14 +69,16 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     """The table; claims: those of its paper, by id."""
     rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
     shown = [cell.claim for row in rows for cell in row if cell.claim is not None]
-    judged = [view for view in shown if view.record.claim.printed and not view.record.timed]
+    printed = [view for view in shown if view.record.claim.printed and not view.record.timed]
+    # Of a draw no digit can agree: it is only probable enough.
+    judged = [view for view in printed if view.record.claim.kind is not Kind.STATISTICAL]
     holding = [view for view in judged if view.record.verdict in AGREES]
-    # Of a draw no digit agrees: it is only probable enough.
     exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
     return TableView(
         record=table,
         rows=rows,
         numbers=len(judged),
+        drawn=len(printed) - len(judged),
         agree=len(exact),
         counts={verdict: sum(v.record.verdict is verdict and not v.record.timed for v in shown) for verdict in Verdict},
         timed=sum(view.record.timed for view in shown),
@@ -140,7 +144,7 @@ class PaperView:
     @property
     def headings(self) -> dict[str, str]:
         """The heading of each part: its result, where it has one."""
-        numbers, agreeing = sum(t.numbers for t in self.tables), sum(t.agree for t in self.tables)
+        numbers, agreeing, draws = (sum(getattr(t, of) for t in self.tables) for of in ("numbers", "agree", "drawn"))
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
         number, slips = len(self.errata), sum(erratum.scan for erratum in self.errata)
         parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
@@ -151,6 +155,7 @@ class PaperView:
         checked = sum(bool(item.claims) for item in self.record.scope)
         told = {
             "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
+            f"{f'; {draws} are random draws' if draws else ''}"
             if numbers
             else "Tables as printed, and ours",
             "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
