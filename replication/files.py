@@ -6,11 +6,13 @@ import hashlib
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from replication.errors import AuditError
 
+APART = ("__pycache__", "notebooks", "build", "dist")
+"""Folders with what Python, the tutorials and the packaging make of the sources."""
 _SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
 
 
@@ -89,3 +91,16 @@ def unwritable(directory: Path) -> str:
     except OSError as error:
         return str(error.strerror)
     return ""
+
+
+def visible(place: Path, apart: Collection[str] = APART) -> Iterator[Path]:
+    """A file, or the files of a folder and of those in it, hidden ones and folders of the names `apart` left out."""
+    if place.is_file():
+        yield place
+    for folder, inner, names in os.walk(place):
+        if "pyvenv.cfg" in names:  # an environment, which the versions of its packages stand for
+            inner.clear()
+            continue
+        inner[:] = [name for name in inner if not name.startswith(".") and name not in apart]
+        paths = (Path(folder, name) for name in names if not name.startswith("."))
+        yield from (path for path in paths if path.is_file())

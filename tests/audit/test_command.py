@@ -125,6 +125,16 @@ def test_a_command_that_writes_outside_of_its_folder_is_found(tmp_path: Path, wh
         answer(tmp_path, line, reads=["data/"])
 
 
+def test_a_file_anywhere_below_the_project_that_a_computed_path_names_is_found(tmp_path: Path) -> None:
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    line = sh(f"d={tmp_path.parent}; d=$d/{tmp_path.name}/a; echo 2 > $d/b/out.csv; echo 1")
+    with pytest.raises(AuditError, match=r"it writes outside of its folder: \S*/a/b/out\.csv"):
+        answer(tmp_path, line)
+    with traced(tmp_path) as trace:  # what is left of the first time is written again
+        assert answer(tmp_path, line) == 1
+    assert "a/b/out.csv changed while it ran" in trace.untraced
+
+
 @pytest.mark.parametrize(
     ("line", "more", "words"),
     [

@@ -165,6 +165,8 @@ FIT = "echo '{\"mean\": 0.751}'"
         ("figures.py", "    return f\"{len", "    return 3\n    return f\"{len", 3, "its alternative text is 3; return a string"),
         ("figures.py", "on a straight", "mean 99.9, on a straight", 3, "the alternative text .* says 99.9, which"),
         ("figures.py", "g}-fold", "g}-fold, not 99.5", 3, "the title .* says 99.5, which the paper does not print"),
+        ("claims.py", "In integers {in_integers}", "By hand 1240", 0,
+         "note: toy.powers.last: the check by a second method says 1240, which is not what was computed"),
         ("figures.py", '("powers",)', '"powers"', 0, "1 reproduced, 1 consistent"),
         ("printed.toml", "# What", "\ufeff# What", 0, "1 reproduced, 1 consistent"),
         ("experiments.py", '    return {"power"', '    import random\n    random.random()\n    return {"power"', 0,
@@ -253,6 +255,29 @@ def test_what_does_not_come_out_again_is_told(lab: Lab) -> None:
     assert "twice: 1 of 5 results differ: toy2020.square" in done.stdout
     assert done.returncode == 1
     assert "not derived" not in lab.cli("check").stdout  # the cache keeps the run that was written
+
+
+def test_what_an_experiment_leaves_in_a_module_is_told_and_reaches_no_other(lab: Lab) -> None:
+    lab.edit(
+        "toy2020/squares.py",
+        "\n\ndef square",
+        "\nimport numpy\nLEFT, SEEN, COUNT = [], numpy.zeros(1), 0\n\ndef square",
+    )
+    lab.edit(
+        "toy2020/squares.py",
+        "    solver = ",
+        "    global COUNT\n    COUNT += 1\n    LEFT.append(1)\n    SEEN[0] = 1\n    solver = ",
+    )
+    lab.edit("other2021.py", "\n\ndef half", "\nfrom .toy2020 import squares\n\ndef half")
+    lab.edit("other2021.py", "value / 2", "value / 2 + len(squares.LEFT) + squares.SEEN[0] + squares.COUNT")
+    lab.edit("other2021.py", "other2021", "z2021")
+    lab.path("other2021.py").rename(lab.path("z2021.py"))
+    file = lab.audit("toy2020", "z2021")
+    assert file["values"]["z2021.half"] == 1.5
+    untraced = {one["name"]: one["untraced"] for one in file["file"]["experiments"] if one["untraced"]}
+    assert untraced == {
+        "toy2020.square": [f"changes {name} of papers.toy2020.squares" for name in ("COUNT", "LEFT", "SEEN")]
+    }
 
 
 def test_data_that_is_read_counts(lab: Lab) -> None:

@@ -16,6 +16,7 @@ from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import has_uncertainty
 from replication.audit.judge.proofs import NUMERIC, flat
+from replication.audit.judge.typed import numbers_in
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -228,6 +229,10 @@ FACTORS = {
 """By which a number is off whose sign was lost, or that is in another unit."""
 
 
+NEAR = 0.01
+"""How far the number of a second method may lie from the computed one, relatively."""
+
+
 def notes(
     papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path, folder: Path
 ) -> Iterator[str]:
@@ -263,6 +268,8 @@ def notes(
     if unchecked:
         yield f"neither a check by a second method nor a proof: {listed(unchecked)}"
     for claim in results.claims:
+        if said := contradiction(claim):
+            yield f"{claim.id}: the check by a second method says {said}, which is not what was computed; look at both"
         if claim.verdict is Verdict.DIFFERS and (words := factor(claim)):
             cause = "a sign lost" if words == SIGN else "another unit, or a decimal comma"
             yield f"{claim.id}: the computed number is {words} times the print; {cause}?"
@@ -280,6 +287,19 @@ def _uncovered(folder: Path, paper: Paper) -> Iterator[str]:
     if (folder / "coverage.toml").is_file() and (found := faults(folder, paper)):
         count = f"{len(found)} fault{'s' if len(found) > 1 else ''}"
         yield f"coverage.toml of {paper.key} has {count}, see `replication coverage {paper.key}`; the first: {found[0]}"
+
+
+def contradiction(claim: ClaimRecord) -> str:
+    """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it.
+
+    A unit of the last printed place is near as well; others may count samples, or say how far the two are apart.
+    """
+    computed = [] if claim.evidence.value is None else [abs(number) for number in flat(claim.evidence.value) if number]
+    unit = max((float(Fraction(high) - Fraction(low)) for low, high in claim.judgement.intervals), default=0.0)
+    said = [float(number.replace(",", "")) for number in numbers_in(claim.evidence.cross_check)]
+    alike = [one for one in said if any(0.1 < one / number < 10 for number in computed)]
+    agree = any(abs(one - number) <= max(unit, NEAR * number) for one in alike for number in computed)
+    return "" if agree else " and ".join(f"{one:g}" for one in alike)
 
 
 def factor(claim: ClaimRecord) -> str:

@@ -1,4 +1,4 @@
-"""What makes a result another one each time: random numbers without a seed, the clock, the name of the machine.
+"""What makes a result another one each time: random numbers without a seed, the clock, what other experiments left.
 
 None of these is read from a file, so they are noted where Python asks for them. Generators with a seed of their own are
 let alone; those that all modules share count as without one unless the computation itself seeds them.
@@ -11,6 +11,7 @@ import functools
 import importlib
 import inspect
 import os
+import pickle
 import random
 import sys
 import time
@@ -120,6 +121,40 @@ def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
 def _states(numpy: Any) -> tuple[Any, ...]:
     shared = numpy.get_state() if numpy is not None else ()
     return (random.getstate(), *(part.tobytes() if hasattr(part, "tobytes") else part for part in shared))
+
+
+@contextlib.contextmanager
+def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> Iterator[None]:
+    """Tell of lists, dictionaries, sets, arrays and numbers of modules that change meanwhile, and put them back.
+
+    Another experiment in this process then finds them as in a fresh one. ours: whether the module of a file counts.
+    """
+    kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
+    modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
+    found = [(module, name, value) for module in modules for name, value in vars(module).items()]
+    before = [(*one, _pickled(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
+    try:
+        yield
+    finally:
+        for module, name, value, content in before:
+            if not content or content == _pickled(vars(module).get(name)):
+                continue
+            told(f"changes {name} of {module.__name__}")
+            fresh = pickle.loads(content)
+            if isinstance(value, dict | set):
+                value.clear()
+                value.update(fresh)
+            elif not isinstance(value, int | float):
+                value[... if hasattr(value, "shape") else slice(None)] = fresh
+            setattr(module, name, value)
+
+
+def _pickled(value: Any) -> bytes:
+    """What a value holds, as bytes; none for what cannot be written so."""
+    try:
+        return pickle.dumps(value)
+    except Exception:  # noqa: BLE001 - an entry may be anything
+        return b""
 
 
 def draws(frame: FrameType) -> FrameType | None:

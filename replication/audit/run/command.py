@@ -19,13 +19,13 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from replication.audit.run.tracing import ABSENT, FIXED, loose, note, said
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import visible, write_atomically
 
 HANDED_ON = ("PATH", "HOME")
 OUTPUT = "-"
@@ -69,8 +69,7 @@ def execute(
         for name in writes:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
         before = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
-        around = {folder.parent, project, *((project / name).parent for name in names)}
-        there = _listed(around)
+        there = _around(folder, project)
         if version and said(tuple(version)) == ABSENT:
             raise AuditError(f"`{' '.join(version)}` says no version; give the command that prints it, or none")
         note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
@@ -78,8 +77,11 @@ def execute(
             loose("files in a folder that all programs share")
         output = _run(command, folder, variables)
         _require_kept(before, folder, project, names)
-        if outside := sorted(_listed(around) - there):
+        now = _around(folder, project)
+        if outside := sorted(now.keys() - there.keys()):
             raise AuditError(f"it writes outside of its folder: {', '.join(outside[:4])}; let it write where it starts")
+        for path in sorted(path for path in there if there[path] != now.get(path)):
+            loose(f"{path.removeprefix(f'{project}/')} changed while it ran")
         _require_declared(_checksums(folder).keys() - before.keys(), writes)
         note(files={name: _keep(folder / name, Path(store), command) for name in writes})
         if answer == OUTPUT:
@@ -182,10 +184,11 @@ def _keep(path: Path, store: Path, command: Sequence[str]) -> str:
     return sha256
 
 
-def _listed(folders: Iterable[Path]) -> set[str]:
-    """What lies in these folders, without what is hidden or made of Python's modules."""
-    found = (entry for folder in folders for entry in os.scandir(folder))
-    return {entry.path for entry in found if not entry.name.startswith((".", "__"))}
+def _around(folder: Path, project: Path) -> dict[str, tuple[int, int]]:
+    """Size and time of the files of the project that are not hidden, and of those beside the folder of a command."""
+    beside = (path for path in folder.parent.iterdir() if path.is_file())
+    found = ((path, path.stat()) for path in (*visible(project, apart=("__pycache__",)), *beside))
+    return {str(path): (state.st_size, state.st_mtime_ns) for path, state in found}
 
 
 def _checksums(folder: Path) -> dict[str, str]:

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.chance import CLOCK, dates, shared_generators
+from replication.audit.run.chance import CLOCK, dates, shared_generators, shared_state
 from replication.audit.run.tracing import labels, loose, others, ours, traced, untraced
 from replication.audit.store.cache import Dependencies, encode
 from replication.audit.store.provenance import THREADS
@@ -95,7 +95,12 @@ def compute(task: Task) -> Answer:
             function = _find(task.dependencies.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(loose):
+            with (
+                shared_state(loose, ours),
+                threadpoolctl.threadpool_limits(THREADS),
+                limited(task.timeout),
+                shared_generators(loose),
+            ):
                 text = _encoded(task.name, function(**json.loads(task.arguments)))
             if dates(function, ours):
                 loose(CLOCK)
