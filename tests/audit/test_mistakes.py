@@ -167,6 +167,8 @@ FIT = "echo '{\"mean\": 0.751}'"
         ("figures.py", "g}-fold", "g}-fold, not 99.5", 3, "the title .* says 99.5, which the paper does not print"),
         ("claims.py", "In integers {in_integers}", "By hand 1240", 0,
          "note: toy.powers.last: the check by a second method says 1240, which is not what was computed"),
+        ("paper.py", '(DATA["exponent"], "claim:powers.last")', '(DATA["exponent"],)', 2, "'Table 1': the row .* has not as many cells as"),
+        ("paper.py", "b^k", "\\\\frac{b", 2, "a brace is missing"),
         ("figures.py", '("powers",)', '"powers"', 0, "1 reproduced, 1 consistent"),
         ("printed.toml", "# What", "\ufeff# What", 0, "1 reproduced, 1 consistent"),
         ("experiments.py", '    return {"power"', '    import random\n    random.random()\n    return {"power"', 0,
@@ -257,27 +259,35 @@ def test_what_does_not_come_out_again_is_told(lab: Lab) -> None:
     assert "not derived" not in lab.cli("check").stdout  # the cache keeps the run that was written
 
 
-def test_what_an_experiment_leaves_in_a_module_is_told_and_reaches_no_other(lab: Lab) -> None:
-    lab.edit(
-        "toy2020/squares.py",
-        "\n\ndef square",
-        "\nimport numpy\nLEFT, SEEN, COUNT = [], numpy.zeros(1), 0\n\ndef square",
+def test_what_an_experiment_leaves_behind_is_told_and_reaches_no_other(lab: Lab) -> None:
+    made = "import decimal, numpy, os\nLEFT, SEEN, COUNT = [], numpy.zeros(1), 0\n"
+    leaves = """    global COUNT
+    COUNT, SEEN[0], decimal.getcontext().prec, os.environ["LEFT"] = 1, 1, 3, "1"
+    LEFT.append(1)
+    os.chdir("/")
+    solver = """
+    finds = (
+        "len(squares.LEFT) + squares.SEEN[0] + squares.COUNT + float(1 / decimal.Decimal(3)) + ('LEFT' in os.environ)"
     )
-    lab.edit(
-        "toy2020/squares.py",
-        "    solver = ",
-        "    global COUNT\n    COUNT += 1\n    LEFT.append(1)\n    SEEN[0] = 1\n    solver = ",
-    )
-    lab.edit("other2021.py", "\n\ndef half", "\nfrom .toy2020 import squares\n\ndef half")
-    lab.edit("other2021.py", "value / 2", "value / 2 + len(squares.LEFT) + squares.SEEN[0] + squares.COUNT")
+    lab.edit("toy2020/squares.py", "\n\ndef square", f"\n{made}\n\ndef square")
+    lab.edit("toy2020/squares.py", "    solver = ", leaves)
+    lab.edit("other2021.py", "\n\ndef half", "\nimport decimal, os\nfrom .toy2020 import squares\n\ndef half")
+    lab.edit("other2021.py", "value / 2", f"value / 2 + {finds} + (os.getcwd() == '/')")
     lab.edit("other2021.py", "other2021", "z2021")
     lab.path("other2021.py").rename(lab.path("z2021.py"))
-    file = lab.audit("toy2020", "z2021")
-    assert file["values"]["z2021.half"] == 1.5
-    untraced = {one["name"]: one["untraced"] for one in file["file"]["experiments"] if one["untraced"]}
+    told = lab.audit("toy2020", "z2021")
+    assert told["values"]["z2021.half"] == 1.5 + 1 / 3
+    untraced = {one["name"]: one["untraced"] for one in told["file"]["experiments"] if one["untraced"]}
     assert untraced == {
         "toy2020.square": [f"changes {name} of papers.toy2020.squares" for name in ("COUNT", "LEFT", "SEEN")]
     }
+
+
+def test_what_a_claim_does_to_a_result_reaches_no_other(lab: Lab) -> None:
+    lab.edit(
+        CLAIMS, 'value=results["toy2020.square"]["squares"][1]', 'value=results["toy2020.square"]["squares"].pop(1)'
+    )
+    assert lab.cli("run").returncode == 0
 
 
 def test_data_that_is_read_counts(lab: Lab) -> None:

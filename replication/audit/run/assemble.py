@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -48,7 +49,10 @@ class Computed:
 
 
 class Available(dict[str, Any]):
-    """Results by experiment name; asking for one that is missing says why it is. read: the names asked for."""
+    """Results by experiment name, a copy of each; asking for one that is missing says why. read: the names asked for.
+
+    What a function changes of its copy reaches no other claim.
+    """
 
     def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
         super().__init__(results)
@@ -56,6 +60,8 @@ class Available(dict[str, Any]):
         self.read: set[str] = set()
 
     def __getitem__(self, name: str) -> Any:
+        if name in self and name not in self.read:
+            self[name] = pickle.loads(pickle.dumps(super().__getitem__(name)))
         self.read.add(name)
         return super().__getitem__(name)
 

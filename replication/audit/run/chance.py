@@ -7,15 +7,18 @@ let alone; those that all modules share count as without one unless the computat
 from __future__ import annotations
 
 import contextlib
+import decimal
 import functools
 import importlib
 import inspect
+import multiprocessing.process
 import os
 import pickle
 import random
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
 
@@ -127,15 +130,24 @@ def _states(numpy: Any) -> tuple[Any, ...]:
 def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> Iterator[None]:
     """Tell of lists, dictionaries, sets, arrays and numbers of modules that change meanwhile, and put them back.
 
-    Another experiment in this process then finds them as in a fresh one. ours: whether the module of a file counts.
+    So are working folder, environment and decimal context. Another experiment in this process then finds all as in a
+    fresh one. Told are processes begun meanwhile, too. ours: whether the module of a file counts.
     """
+    folder, variables, begun = Path.cwd(), dict(os.environ), _processes()
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
     modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
     found = [(module, name, value) for module in modules for name, value in vars(module).items()]
     before = [(*one, _pickled(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
     try:
-        yield
+        with decimal.localcontext():
+            yield
     finally:
+        os.chdir(folder)
+        if dict(os.environ) != variables:
+            os.environ.clear()
+            os.environ.update(variables)
+        if _processes() != begun:
+            told("processes that it begins")
         for module, name, value, content in before:
             if not content or content == _pickled(vars(module).get(name)):
                 continue
@@ -147,6 +159,11 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
             elif not isinstance(value, int | float):
                 value[... if hasattr(value, "shape") else slice(None)] = fresh
             setattr(module, name, value)
+
+
+def _processes() -> str:
+    """How many processes Python has begun by `multiprocessing`; what they read is not followed."""
+    return repr(multiprocessing.process._process_counter)  # type: ignore[attr-defined]
 
 
 def _pickled(value: Any) -> bytes:
