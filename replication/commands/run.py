@@ -26,7 +26,7 @@ from replication.commands.shared import (
 from replication.errors import AuditError
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Executor, Silent, Step
+    from replication.audit.run.pool import Executor, Step
     from replication.audit.run.runner import Outcome
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
@@ -103,7 +103,7 @@ def audit(chosen: argparse.Namespace) -> int:
     require_writable(drawings, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     limit = chosen.timeout or TIMEOUT
-    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
+    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_told, timeout=limit)
     with traced(root) as drawing:
         drawn = draw_figures(papers, outcome.results_by_experiment, drawings, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), target / "results.json")
@@ -121,10 +121,14 @@ def audit(chosen: argparse.Namespace) -> int:
     if not chosen.twice:
         return code
     unread = replace(cache, read=False, write=False)
-    again = run(papers, cache=unread, root=root, executor=executor, progress=_progress(), timeout=limit)
+    again = run(papers, cache=unread, root=root, executor=executor, progress=_told, timeout=limit)
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
+
+
+def _told(line: str) -> None:
+    say([line])
 
 
 def _reused(log: Sequence[Step]) -> list[Step]:
@@ -195,13 +199,3 @@ def _executor(chosen: argparse.Namespace) -> Executor:
     from replication.audit.run.cluster import Cluster
 
     return Cluster(chosen.scheduler)
-
-
-def _progress() -> Silent:
-    from replication.audit.run.pool import Bar, Plain
-
-    if not sys.stdout.isatty():
-        return Plain(sys.stdout)
-    from rich.console import Console
-
-    return Bar(Console())

@@ -310,7 +310,7 @@ def test_processes_end_where_nothing_lists_their_children(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(pool.shutil, "which", lambda name: None)
     monkeypatch.setattr(pool.importlib.util, "find_spec", lambda name: None)
-    executor = pool._single_process()
+    executor = pool._executor(1)
     executor.submit(time.sleep, 2 * PATIENCE)
     (process,) = executor._processes.values()
     pool._end(executor)

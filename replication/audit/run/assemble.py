@@ -19,8 +19,9 @@ from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict
 from replication.audit.parts import Paper
+from replication.audit.run.pool import Step
 from replication.audit.run.worker import describe
-from replication.audit.store.cache import Dependencies, Entry, encode
+from replication.audit.store.cache import encode
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
@@ -36,16 +37,6 @@ from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, meant
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Computed:
-    """What came of an experiment: the entry with its result, or the error; and what it depended on."""
-
-    dependencies: Dependencies
-    entry: Entry | None
-    error: str
-    seconds: float
 
 
 class Available(dict[str, Any]):
@@ -72,7 +63,7 @@ class Available(dict[str, Any]):
 
 @dataclass(frozen=True)
 class _Run:
-    computed: Mapping[str, Computed]
+    computed: Mapping[str, Step]
     sources: SourceTree
     certificates: Sequence[CertificateRecord]
     unproved: Mapping[str, str]
@@ -108,7 +99,7 @@ def _of_results(failure: Exception, results: Available) -> str:
 
 def assemble(
     papers: Sequence[Paper],
-    computed: Mapping[str, Computed],
+    computed: Mapping[str, Step],
     run: RunRecord,
     sources: SourceTree,
     certificates: Sequence[CertificateRecord],
@@ -278,7 +269,7 @@ def _flat(value: object) -> list[float]:
     return [float(value)] if isinstance(value, int | float) else []
 
 
-def _untraced(done: Computed) -> tuple[str, ...]:
+def _untraced(done: Step) -> tuple[str, ...]:
     return done.entry.untraced if done.entry is not None else ()
 
 
