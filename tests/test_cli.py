@@ -1,6 +1,5 @@
 import json
 import os
-import pty
 import re
 import shutil
 import signal
@@ -13,8 +12,8 @@ from pathlib import Path
 import pytest
 from lab import Inside, Lab, hear_interruptions, make_inside
 
-from replication import commands
 from replication.cli import main
+from replication.commands import all_commands
 from tests.patience import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
@@ -66,34 +65,13 @@ def test_results_that_come_out_again_keep_their_date(ran: Lab) -> None:
     assert json.loads(report.read_bytes())["run"]["date"] == "1970-01-02T00:00:00Z"
 
 
-def test_progress_is_plain_lines_when_nobody_watches(finished: tuple[Lab, subprocess.CompletedProcess[str]]) -> None:
+def test_progress_is_a_line_for_each_experiment(finished: tuple[Lab, subprocess.CompletedProcess[str]]) -> None:
     _, done = finished
     steps = [line for line in done.stdout.splitlines() if line.startswith("[")]
     assert len(steps) == 5
     for number, line in enumerate(steps, start=1):
         assert re.fullmatch(rf"\[{number}/5\] computed \S+ in \d+\.\d s \(never ran\)", line)
     assert "\x1b" not in done.stdout
-
-
-def test_progress_is_a_bar_on_a_terminal(lab: Lab) -> None:
-    ours, theirs = pty.openpty()
-    environment = lab.environment(TERM="xterm")
-    command = [sys.executable, "-m", "replication", "run"]
-    process = subprocess.Popen(command, cwd=lab.root, env=environment, stdout=theirs, stderr=subprocess.PIPE)
-    os.close(theirs)
-    shown = b""
-    while True:
-        try:
-            piece = os.read(ours, 4096)
-        except OSError:  # how Linux reports that the other end is closed
-            break
-        if not piece:
-            break
-        shown += piece
-    os.close(ours)
-    assert process.wait(timeout=PATIENCE) == 0
-    assert "━".encode() in shown and b"5/5" in shown and b"computed toy2020.square" in shown
-    assert b"\x1b[?25h" in shown
 
 
 def test_warm_run_gives_the_same_bytes(ran: Lab) -> None:
@@ -378,7 +356,7 @@ def test_help_is_complete_and_light(lab: Lab) -> None:
         "        replication.cli.main([*name, '--help'])\n    print(json.dumps(told.getvalue()))\n"
         f"print([name for name in {HEAVY!r} if name in sys.modules])\n"
     )
-    names = [[], *([name] for name in commands.NAMES)]
+    names = [[], *([name] for name in all_commands())]
     *told, loaded = lab.python("-c", program, json.dumps(names)).stdout.splitlines()
     assert loaded == "[]" and len(told) == len(names)
     for text in map(json.loads, told):
