@@ -285,9 +285,7 @@ class _Nobody:
 def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
     """What the results in the cache give for these papers; raises as `run` does for mistakes in the papers."""
     outcome = run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
-    drawn = dict(
-        kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
-    )
+    drawn = kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
     figures = tuple(entry[0] for entry in drawn.values() if entry is not None)
     absent = {step.name for step in outcome.log if step.action is Action.FAILED}
     absent |= {name for name, entry in drawn.items() if entry is None}
