@@ -48,13 +48,7 @@ def _seconds(text: str) -> float:
     option("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)"),
     option("--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"),
     option("--no-cache", action="store_true", help="compute everything again; results are stored all the same"),
-    option(
-        "--backend",
-        choices=("processes", "dask"),
-        default="processes",
-        help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
-    ),
-    option("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786"),
+    option("--scheduler", metavar="ADDRESS", help="compute on this Dask cluster, for example tcp://10.0.0.1:8786"),
     option(
         "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
     ),
@@ -187,15 +181,11 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 def _executor(chosen: argparse.Namespace) -> Executor:
     from replication.audit.run.pool import Processes
-    from replication.errors import InvalidInputError
 
-    on_cluster = chosen.backend == "dask"
-    if on_cluster != (chosen.scheduler is not None):
-        raise InvalidInputError("--backend dask and --scheduler ADDRESS go together; give both or neither")
-    if on_cluster and chosen.jobs is not None:
-        raise InvalidInputError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    if not on_cluster:
+    if chosen.scheduler is None:
         return Processes(chosen.jobs)
+    if chosen.jobs is not None:
+        raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
     from replication.audit.run.cluster import Cluster
 
     return Cluster(chosen.scheduler)

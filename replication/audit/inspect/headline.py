@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -210,10 +208,6 @@ def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
     return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
 
 
-LIKENESS = 0.75
-"""Of two words, from which one may be the other with a slip; `Tabel` and `Table` have 0.8."""
-
-
 def _both_ways(number: float) -> tuple[tuple[str, float], tuple[str, float]]:
     """Minutes, hours or calories, and back."""
     return (f"{number:g}", number), (f"1/{number:g}", 1 / number)
@@ -236,7 +230,7 @@ NEAR = 0.01
 def notes(
     papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path, folder: Path
 ) -> Iterator[str]:
-    """Experiments that nothing uses, claims without a second method, places with a slip, figures that are left over,
+    """Experiments that nothing uses, claims without a second method, figures that are left over,
     lists of what a text prints that do not fit it.
 
     unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
@@ -274,7 +268,6 @@ def notes(
             cause = "a sign lost" if words == SIGN else "another unit, or a decimal comma"
             yield f"{claim.id}: the computed number is {words} times the print; {cause}?"
     for paper in papers:
-        yield from (f"{where}: {slip}" for where, slip in slips(paper))
         drawn = {figure.name for figure in paper.figures}
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
@@ -314,22 +307,3 @@ def factor(claim: ClaimRecord) -> str:
         if all(low <= number / times <= high for number, (low, high) in zip(numbers, ends, strict=True)):
             return words
     return ""
-
-
-def slips(paper: Paper) -> Iterator[tuple[str, str]]:
-    """Words that stand in one place only of a paper and resemble one that stands in several, such as `Tabel 1`."""
-    places = {claim.id: claim.place for claim in paper.claims} | {item.id: item.place for item in paper.errata}
-    words = {name: set(re.findall(r"[^\W\d_]{4,}", place)) for name, place in places.items()}
-    known = Counter(word for found in words.values() for word in found)
-    known.update(word for item in paper.scope for word in set(re.findall(r"[^\W\d_]{4,}", item.part)))
-    often = [word for word, times in known.items() if times > 1]
-    for name, found in words.items():
-        for word in sorted(found):
-            near = difflib.get_close_matches(word, often, n=1, cutoff=LIKENESS) if known[word] == 1 else []
-            if near and not _same_stem(word, near[0]):
-                yield name, f"the place {places[name]!r} has {word!r}; is {near[0]!r} meant?"
-
-
-def _same_stem(first: str, second: str) -> bool:
-    """Whether the words differ by a capital or in number only."""
-    return first.lower().rstrip("s") == second.lower().rstrip("s")
