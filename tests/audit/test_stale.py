@@ -19,8 +19,6 @@ from pathlib import Path
 import pytest
 from lab import Lab, make_lab
 
-from replication.cli import main
-
 pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
 
@@ -292,10 +290,3 @@ def test_an_experiment_that_hangs_is_ended(tmp_path: Path) -> None:
     assert done.returncode == 3
     for number, _ in enumerate(codes):
         assert f"error: experiment roe{number}.made: it took longer than 0.5 s" in done.stdout
-
-
-@pytest.mark.parametrize("text", ["0", "-1", "inf", "nan", "x"])
-def test_a_time_out_is_a_positive_number(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["run", f"--timeout={text}"])
-    assert f"{text!r} is no positive number of seconds" in capsys.readouterr().err
