@@ -207,7 +207,7 @@ def test_show_gives_the_evidence(ran: Lab) -> None:
         (("rum",), "invalid choice: 'rum'"),
         ((), "the following arguments are required: COMMAND"),
         *((("run", "--jobs", text), f"{text!r} is not a whole number of at least 1") for text in ("0", "two")),
-        *((("run", f"--timeout={text}"), f"{text!r} is no positive number of seconds")
+        *((("run", f"--timeout={text}"), f"{text!r} is not a positive number")
           for text in ("0", "-1", "inf", "nan", "x")),
     ],
 )  # fmt: skip

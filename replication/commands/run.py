@@ -24,22 +24,13 @@ from replication.commands.shared import (
     tutorials,
 )
 from replication.errors import AuditError
+from replication.ownplant.fields import positive
 
 if TYPE_CHECKING:
     from replication.audit.run.pool import Executor, Step
     from replication.audit.run.runner import Outcome
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
-
-
-def _seconds(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
-    return number
 
 
 @command(
@@ -52,7 +43,7 @@ def _seconds(text: str) -> float:
     option(
         "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
     ),
-    option("--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"),
+    option("--timeout", type=positive, metavar="SECONDS", help="of an experiment that names none (default: 3600)"),
     output("where results.json and index.html go"),
     figures("where the SVG and CSV files go"),
     notes="""\

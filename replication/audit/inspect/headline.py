@@ -123,7 +123,6 @@ class Headline:
     repeated: int
     counts: Mapping[Verdict, int]
     proved: int
-    supported: int
     caveats: tuple[Caveat, ...]
     unexpected: tuple[ClaimRecord, ...]
     counted: tuple[int, ...]
@@ -140,7 +139,6 @@ def headline(results: ResultsFile) -> Headline:
         repeated=sum(bool(claim.claim.repeats) for claim in results.claims),
         counts=counts(claims),
         proved=sum(claim.judgement.proved for claim in claims),
-        supported=sum(bool(claim.judgement.supported) for claim in claims),
         caveats=caveats(claims, results.errata),
         unexpected=unexpected,
         counted=(len(claims), len(unexpected), *by_basis.values()),

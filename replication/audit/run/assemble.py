@@ -163,15 +163,12 @@ def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRe
         solvers=done.entry.solvers if done.entry is not None else (),
         error=done.error,
         read=tuple(done.entry.data) if done.entry is not None else (),
-        untraced=_untraced(done),
+        untraced=done.untraced,
     )
 
 
 def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Proof | None]:
-    def prove(results: Any) -> Proof:
-        return _checked(erratum.prove(results))
-
-    proof, error = state.attempt(erratum.uses, prove)
+    proof, error = state.attempt(erratum.uses, lambda results: _checked(erratum.prove(results)))
     record = ErratumRecord(
         **shared(ErratumRecord, erratum),
         paper=paper,
@@ -205,7 +202,7 @@ def _claim(
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
         certificates=certificates,
-        untraced=sorted({words for name in claim.uses for words in _untraced(state.computed[name])}),
+        untraced=sorted({words for name in claim.uses for words in state.computed[name].untraced}),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
 
@@ -267,10 +264,6 @@ def _flat(value: object) -> list[float]:
     if isinstance(value, tuple | list):
         return [number for entry in value for number in _flat(entry)]
     return [float(value)] if isinstance(value, int | float) else []
-
-
-def _untraced(done: Step) -> tuple[str, ...]:
-    return done.entry.untraced if done.entry is not None else ()
 
 
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:

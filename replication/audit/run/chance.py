@@ -133,19 +133,16 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
     So are working folder, environment and decimal context. Another experiment in this process then finds all as in a
     fresh one. Told are processes begun meanwhile, too. ours: whether the module of a file counts.
     """
-    folder, variables, begun = Path.cwd(), dict(os.environ), _processes()
+    folder, begun = Path.cwd(), _processes()
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
     modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
     found = [(module, name, value) for module in modules for name, value in vars(module).items()]
     before = [(*one, _pickled(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
     try:
-        with decimal.localcontext():
+        with decimal.localcontext(), kept_environment():
             yield
     finally:
         os.chdir(folder)
-        if dict(os.environ) != variables:
-            os.environ.clear()
-            os.environ.update(variables)
         if _processes() != begun:
             told("processes that it begins")
         for module, name, value, content in before:
@@ -159,6 +156,18 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
             elif not isinstance(value, int | float):
                 value[... if hasattr(value, "shape") else slice(None)] = fresh
             setattr(module, name, value)
+
+
+@contextlib.contextmanager
+def kept_environment() -> Iterator[None]:
+    """Put the variables of the environment back as they were."""
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        if dict(os.environ) != before:
+            os.environ.clear()
+            os.environ.update(before)
 
 
 def _processes() -> str:

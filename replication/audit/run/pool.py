@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Protocol
 
+from replication.audit.run.chance import kept_environment
 from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.cache import Dependencies, Entry
@@ -107,17 +108,11 @@ def _deaf_children() -> Iterator[None]:
     says a line.
     """
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    settings = {**FIXED, "PYTHONFAULTHANDLER": ""}
-    before = {name: os.environ.get(name) for name in settings}
-    os.environ.update(settings)
     try:
-        yield
+        with kept_environment():
+            os.environ.update({**FIXED, "PYTHONFAULTHANDLER": ""})
+            yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
         signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
 
@@ -154,6 +149,11 @@ class Step:
     dependencies: Dependencies
     entry: Entry | None = None
     error: str = ""
+
+    @property
+    def untraced(self) -> tuple[str, ...]:
+        """What it did that cannot be followed."""
+        return self.entry.untraced if self.entry is not None else ()
 
     def __str__(self) -> str:
         text = f"{self.action} {self.name}"
