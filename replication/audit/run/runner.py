@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.proofs import Wanted, record, wanted
+from replication.audit.judge.proofs import record, wanted
 from replication.audit.judge.validate import require_typed, validate_claims, validate_theorems
 from replication.audit.model import Experiment
 from replication.audit.parts import Paper
@@ -91,11 +91,14 @@ def run(
     plans: dict[str, Plan] = {}
     done: dict[str, Step] = {}
     lookup = partial(cache.lookup, now=now)
-    for index, wave in enumerate(_waves(list(_all(papers)), sources)):
+    proving = [
+        Experiment(name=one.task, function=prove, inputs={"path": one.path, "subject": dict(one.subject)})
+        for one in certificates
+    ]
+    for wave in _waves([*_all(papers), *proving], sources):
         done |= {step.name: step for experiment in wave if (step := _blocked(experiment, done)) is not None}
         ready = [experiment for experiment in wave if experiment.name not in done]
-        proofs_too = certificates if index == 0 else ()
-        planned = _plan(ready, done, proofs_too, (root, cache.files), environment, lookup, sources, timeout)
+        planned = _plan(ready, done, (root, cache.files), environment, lookup, sources, timeout)
         for name, (_, known) in planned.items():
             if (entry := known.entry) is not None:
                 done[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
@@ -140,13 +143,13 @@ def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[l
                 raise AuditError(f"experiment {experiment.name!r} needs {name!r}; {meant(name, known)}{where}")
     done: set[str] = set()
     waiting = list(experiments)
-    while waiting or not done:
+    while waiting:
         wave = [experiment for experiment in waiting if done.issuperset(experiment.needs)]
-        if waiting and not wave:
+        if not wave:
             names = ", ".join(experiment.name for experiment in waiting)
             raise AuditError(f"experiments need each other in a circle: {names}; take one `needs` away")
         yield wave
-        done |= {experiment.name for experiment in wave} or {""}
+        done |= {experiment.name for experiment in wave}
         waiting = [experiment for experiment in waiting if experiment.name not in done]
 
 
@@ -164,40 +167,34 @@ def _blocked(experiment: Experiment, done: Mapping[str, Step]) -> Step | None:
 def _plan(
     experiments: Sequence[Experiment],
     done: Mapping[str, Step],
-    certificates: Sequence[Wanted],
     places: tuple[Path, Path],
     environment: Environment,
     lookup: Callable[[str, Dependencies], Lookup],
     sources: SourceTree,
     timeout: float,
 ) -> dict[str, Plan]:
-    """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
-    verifier = f"{prove.__module__}:{prove.__name__}"
+    """One task for each experiment; its key holds checksums, not where the project lies."""
     root, store = map(str, places)
-    stored = [f"{function.__module__}:{function.__name__}" for function in (execute, held)]
-    asked: list[tuple[str, str, dict[str, Any], dict[str, Any], dict[str, str], float | None]] = []
-    for experiment in experiments:
-        function = function_name(experiment)
-        files_of = [entry.files for name in experiment.needs if (entry := done[name].entry) is not None]
-        needed = {name: sha256 for files in files_of for name, sha256 in files.items()}
-        place = {"root": root, "store": store, "needed": needed} if function in stored else {}
-        asked.append((experiment.name, function, dict(experiment.inputs), place, needed, experiment.timeout))
-    for one in certificates:
-        asked.append((one.task, verifier, {"path": one.path, "subject": dict(one.subject)}, {"root": root}, {}, None))
     plans: dict[str, Plan] = {}
     folders = {name: str(folder) for name, folder in sources.packages.items()}
     packages = functools.cache(lambda module: loaded(sources.installed_of(module)))
-    for name, function, inputs, place, needed, limit in asked:
+    for experiment in experiments:
+        name, function, inputs = experiment.name, function_name(experiment), dict(experiment.inputs)
+        files_of = [entry.files for other in experiment.needs if (entry := done[other].entry) is not None]
+        needed = {file: sha256 for files in files_of for file, sha256 in files.items()}
+        place = {"root": root} if experiment.function is prove else {"root": root, "store": store, "needed": needed}
+        own = experiment.function in (prove, execute, held)
         module = function.partition(":")[0]
         text = encode(f"the inputs of {name}", inputs, sort=True)
-        files, exact, dynamic = sources.files_of(module), function == verifier, sources.is_dynamic(module)
+        files, dynamic = sources.files_of(module), sources.is_dynamic(module)
         if dynamic:  # it may import by a computed name whatever its package imports, too
             files |= {label: sha for parent in parents(module) for label, sha in sources.files_of(parent).items()}
+        exact = experiment.function is prove
         dependencies = Dependencies.on(
             environment, files, function, text, loaded=packages(module), needed=needed, exact=exact
         )
-        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if place else text
-        task = Task(name, dependencies, arguments, folders, dynamic, limit or timeout)
+        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if own else text
+        task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, lookup(name, dependencies)
     return plans
 
