@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pickle
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict
 from replication.audit.parts import Paper
+from replication.audit.run.chance import copied
 from replication.audit.run.pool import Step
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import encode
@@ -52,7 +52,7 @@ class Available(dict[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         if name in self and name not in self.read:
-            self[name] = pickle.loads(pickle.dumps(super().__getitem__(name)))
+            self[name] = copied(super().__getitem__(name))
         self.read.add(name)
         return super().__getitem__(name)
 

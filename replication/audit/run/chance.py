@@ -13,7 +13,6 @@ import importlib
 import inspect
 import multiprocessing.process
 import os
-import pickle
 import random
 import sys
 import time
@@ -137,7 +136,7 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
     modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
     found = [(module, name, value) for module in modules for name, value in vars(module).items()]
-    before = [(*one, _pickled(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
+    before = [(*one, _kept(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
     try:
         with decimal.localcontext(), kept_environment():
             yield
@@ -145,17 +144,41 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
         os.chdir(folder)
         if _processes() != begun:
             told("processes that it begins")
-        for module, name, value, content in before:
-            if not content or content == _pickled(vars(module).get(name)):
+        for module, name, value, old in before:
+            if old is None or _same(old, vars(module).get(name)):
                 continue
             told(f"changes {name} of {module.__name__}")
-            fresh = pickle.loads(content)
             if isinstance(value, dict | set):
                 value.clear()
-                value.update(fresh)
+                value.update(old)
             elif not isinstance(value, int | float):
-                value[... if hasattr(value, "shape") else slice(None)] = fresh
+                value[... if hasattr(value, "shape") else slice(None)] = old
             setattr(module, name, value)
+
+
+def _kept(value: Any) -> Any:
+    """A copy of an array or of plain data; None of what holds something else."""
+    with contextlib.suppress(TypeError):
+        return value.copy() if hasattr(value, "shape") else copied(value)
+    return None
+
+
+def _same(old: Any, now: Any) -> bool:
+    with contextlib.suppress(AttributeError, ValueError):
+        return bool(old.tobytes() == now.tobytes() if hasattr(old, "shape") else old == now)
+    return False
+
+
+def copied(value: Any) -> Any:
+    """A copy of plain data, at any depth; raises TypeError where it holds something else."""
+    if value is None or isinstance(value, str | int | float):
+        return value
+    if isinstance(value, dict):
+        return {key: copied(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple | set):
+        # Rows of numbers are most of what there is.
+        return type(value)(value if set(map(type, value)) == {float} else map(copied, value))
+    raise TypeError
 
 
 @contextlib.contextmanager
@@ -173,14 +196,6 @@ def kept_environment() -> Iterator[None]:
 def _processes() -> str:
     """How many processes Python has begun by `multiprocessing`; what they read is not followed."""
     return repr(multiprocessing.process._process_counter)  # type: ignore[attr-defined]
-
-
-def _pickled(value: Any) -> bytes:
-    """What a value holds, as bytes; none for what cannot be written so."""
-    try:
-        return pickle.dumps(value)
-    except Exception:  # noqa: BLE001 - an entry may be anything
-        return b""
 
 
 def draws(frame: FrameType) -> FrameType | None:

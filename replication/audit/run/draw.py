@@ -10,7 +10,6 @@ import functools
 import hashlib
 import io
 import math
-import pickle
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import zip_longest
@@ -23,6 +22,7 @@ from replication.audit.judge.numerals import require_title
 from replication.audit.judge.typed import require_found
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
+from replication.audit.run.chance import copied
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry, encode
@@ -185,7 +185,7 @@ def write_figure(
 
 def _data(figure: Figure, results: Mapping[str, Any], path: Path) -> FigureData:
     """What a figure draws, `path` being where its CSV lies; AuditError for anything else than columns of numbers."""
-    data = figure.data(pickle.loads(pickle.dumps({name: results[name] for name in figure.uses})))
+    data = figure.data({name: copied(results[name]) for name in figure.uses})
     if not isinstance(data, FigureData):
         raise AuditError(f"its function gave {data!r:.80}; give FigureData(columns={{name: numbers}})")
     to_csv(data)  # what cannot be written must not be compared either
