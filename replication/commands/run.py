@@ -27,7 +27,7 @@ from replication.errors import AuditError
 from replication.ownplant.fields import positive
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Executor, Step
+    from replication.audit.run.pool import Executor
     from replication.audit.run.runner import Outcome
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
@@ -75,6 +75,7 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
+    from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
     from replication.audit.store.sources import SourceTree, default_packages
     from replication.files import require_writable
@@ -88,7 +89,7 @@ def audit(chosen: argparse.Namespace) -> int:
     require_writable(drawings, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     limit = chosen.timeout or TIMEOUT
-    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_told, timeout=limit)
+    outcome = run(papers, cache=cache, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
     with traced(root) as drawing:
         drawn = draw_figures(papers, outcome.results_by_experiment, drawings, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), target / "results.json")
@@ -99,28 +100,19 @@ def audit(chosen: argparse.Namespace) -> int:
     tree = SourceTree(default_packages(root))
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
     if cache.write and code != FAILED and whole:
-        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {target / 'index.html'}")
+        # What a run says that finds all of this done.
+        log = [replace(step, action=Action.REUSED) for step in outcome.log]
+        lines = (*run_lines(results, log, ()), *remarks, f"report: {target / 'index.html'}")
         said = Said(lines=lines, tutorials=tutorials(results), code=code)
         loose = [*outcome.untraced, *untraced(drawing, tree, ())]
         last.keep(said, loading, [*outcome.traced, *labels(drawing, tree, ())], loose)
     if not chosen.twice:
         return code
     unread = replace(cache, read=False, write=False)
-    again = run(papers, cache=unread, root=root, executor=executor, progress=_told, timeout=limit)
+    again = run(papers, cache=unread, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
-
-
-def _told(line: str) -> None:
-    say([line])
-
-
-def _reused(log: Sequence[Step]) -> list[Step]:
-    """What a run does that finds all of this done."""
-    from replication.audit.run.pool import Action
-
-    return [replace(step, action=Action.REUSED) for step in log]
 
 
 def _dated(results: ResultsFile, path: Path) -> ResultsFile:

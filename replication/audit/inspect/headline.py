@@ -206,17 +206,13 @@ def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
     return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
 
 
-def _both_ways(number: float) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Minutes, hours or calories, and back."""
-    return (f"{number:g}", number), (f"1/{number:g}", 1 / number)
-
-
 SIGN = "−1"
 FACTORS = {
     SIGN: -1.0,
     **{f"10^{power}": 10.0**power for power in (*range(-9, 0), *range(1, 10))},
     **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180},
-    **{name: times for number in (60.0, 3600.0, 4.184) for name, times in _both_ways(number)},
+    **{f"{number:g}": number for number in (60.0, 3600.0, 4.184)},  # minutes, hours, calories
+    **{f"1/{number:g}": 1 / number for number in (60.0, 3600.0, 4.184)},
 }
 """By which a number is off whose sign was lost, or that is in another unit."""
 
@@ -270,14 +266,11 @@ def notes(
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
             yield f"no figure is called {listed([path.name for path in files])}; remove what is left in {figures}"
-        yield from _uncovered(folder / paper.key, paper)
-
-
-def _uncovered(folder: Path, paper: Paper) -> Iterator[str]:
-    """That the list of what the text prints does not fit the paper, as the first fault says."""
-    if (folder / "coverage.toml").is_file() and (found := faults(folder, paper)):
-        count = f"{len(found)} fault{'s' if len(found) > 1 else ''}"
-        yield f"coverage.toml of {paper.key} has {count}, see `replication coverage {paper.key}`; the first: {found[0]}"
+        listed_there = (folder / paper.key / "coverage.toml").is_file()
+        if wrong := faults(folder / paper.key, paper) if listed_there else []:
+            count = f"{len(wrong)} fault{'s' if len(wrong) > 1 else ''}"
+            more = f"see `replication coverage {paper.key}`; the first: {wrong[0]}"
+            yield f"coverage.toml of {paper.key} has {count}, {more}"
 
 
 def contradiction(claim: ClaimRecord) -> str:

@@ -239,25 +239,20 @@ def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence |
         )
     if not watch.met or evidence is None:
         return evidence, error
-    moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
+    moved = re.sub(
+        r"\d(?=\D|$)(?!\.\d)", lambda one: str(int(one[0]) + (-1) ** (one[0] == "9")), claim.printed, count=1
+    )
     with watched(claim.printed, claim.place, moved):
         again, _ = state.attempt(claim.uses, claim.answer)
-    if again is None or not _follows(evidence, again, float(last_place(claim.printed))):
+    half = float(last_place(claim.printed)) / 2
+    pairs = [] if again is None else [(getattr(evidence, x), getattr(again, x)) for x in ("value", "lower", "upper")]
+    if not any(abs(a - b) >= half for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False)):
         return evidence, ""
+    assert again is not None
     return None, (
         f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "
         f"{again.value}, not {evidence.value}; compute it from what its experiments give"
     )
-
-
-def _moved_by_one(digit: re.Match[str]) -> str:
-    return str(int(digit[0]) + (1 if digit[0] < "9" else -1))
-
-
-def _follows(evidence: Evidence, again: Evidence, unit: float) -> bool:
-    """Whether a value or an end of the bracket has moved by half a unit of the last printed place."""
-    pairs = [(getattr(evidence, name), getattr(again, name)) for name in ("value", "lower", "upper")]
-    return any(abs(a - b) >= unit / 2 for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False))
 
 
 def _flat(value: object) -> list[float]:

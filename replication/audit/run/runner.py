@@ -6,7 +6,7 @@ import functools
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -108,7 +108,10 @@ def run(
         for number, answer in enumerate(answers, 1):
             done[answer.name] = _finish(answer, plans[answer.name], cache, sources)
             progress(f"[{number}/{len(tasks)}] {done[answer.name]}")
-    environment = _with_loaded(environment, [task for task, _ in plans.values()])
+    declared = set(map(canonical, environment.packages))
+    versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
+    imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
+    environment = replace(environment, loaded=imported)
     order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
     values = {name: entry.result for name in order if (entry := done[name].entry) is not None}
     proofs = [record(one, values.pop(one.task, None), done[one.task].error) for one in certificates]
@@ -124,13 +127,6 @@ def run(
     return Outcome(
         values, results, tuple(done[name] for name in order), failures, unused, environment, read, tuple(sorted(loose))
     )
-
-
-def _with_loaded(environment: Environment, tasks: Iterable[Task]) -> Environment:
-    """With the distributions that the experiments import beside those that the project declares."""
-    declared = set(map(canonical, environment.packages))
-    found = {name: version for task in tasks for name, version in task.dependencies.packages.items()}
-    return replace(environment, loaded={k: v for k, v in plain(found).items() if canonical(k) not in declared})
 
 
 def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[list[Experiment]]:
