@@ -252,36 +252,6 @@ def test_what_a_claim_does_to_a_result_reaches_no_other(lab: Lab) -> None:
     assert lab.cli("run").returncode == 0
 
 
-def test_data_that_is_read_counts(lab: Lab) -> None:
-    data = lab.path("toy2020/data")
-    data.mkdir()
-    (data / "n.csv").write_text("2\n", encoding="utf-8")
-    (data / "early.csv").write_text("0\n", encoding="utf-8")
-    (lab.root / "outside.txt").write_text("0\n", encoding="utf-8")
-    reading = """    from pathlib import Path
-    names = [Path(__file__).parent / "data" / ("n" + ".csv"), Path("outside.txt")]
-    values = [*values[:1], sum(float(name.read_text()) for name in names), EARLY]
-    solver = """
-    lab.edit("toy2020/squares.py", "    solver = ", reading)
-    lab.edit("toy2020/squares.py", "\n\ndef square", EARLY + "\n\ndef square")
-    assert lab.cli("run").returncode == 0
-    for file in (data / "n.csv", data / "early.csv", lab.root / "outside.txt"):
-        file.write_text(f"{file.read_text(encoding='utf-8')} \n", encoding="utf-8")
-    done = lab.cli("run")
-    changed = "papers/toy2020/data/early.csv, ./outside.txt, papers/toy2020/data/n.csv"
-    assert re.search(rf"computed toy2020.square in .* s \(changed: {re.escape(changed)}\)", done.stdout), done.stdout
-    assert "1 computed, 4 reused" in done.stdout
-    assert "0 computed, 5 reused" in lab.cli("run").stdout
-    (data / "n.csv").write_text("2\n\n", encoding="utf-8")
-    assert "toy2020.square: not derived: sources, inputs or data are others now" in lab.cli("check").stdout
-
-
-EARLY = """
-from pathlib import Path as _Path
-EARLY = float((_Path(__file__).parent / "data/early.csv").read_text())
-"""
-
-
 @pytest.mark.parametrize("kind", ["file", "link"])
 def test_a_cache_that_cannot_be_written_is_told_before_the_start_and_ends_nothing(lab: Lab, kind: str) -> None:
     cache = lab.root / ".cache"
