@@ -1,9 +1,4 @@
-"""The command line: `python -m replication` or `replication`, with the commands of `replication.commands`.
-
-Exit codes: 0 all is well · 1 a verdict is not the pinned one, a certificate is not proved, or `check`, `coverage` or
-`diff` found something · 2 bad usage or input · 3 an experiment, claim, erratum or figure ended in an error, or no
-design was found · 70 a fault of this program · 130 interrupted.
-"""
+"""The command line: `python -m replication` or `replication`, with the commands of `replication.commands`."""
 
 from __future__ import annotations
 
@@ -16,7 +11,7 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from replication import commands
+from replication.commands import all_commands
 from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
 from replication.errors import InvalidInputError, ReplicationError
 from replication.extras import DISTRIBUTION, missing, told
@@ -111,8 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name in commands.NAMES:
-        command = commands.load(name)
+    for name, command in all_commands().items():
         added = subparsers.add_parser(
             name,
             help=command.text,

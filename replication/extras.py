@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from importlib import metadata
 from pathlib import Path
 
@@ -40,13 +41,9 @@ def told(error: BaseException) -> str:
 
 def _wanted(error: BaseException, top: str) -> str:
     """What to install: all of the extra where this program itself asks for the module, else the package alone."""
-    last = error.__traceback__
-    own = False
-    while last is not None:
-        place = Path(last.tb_frame.f_code.co_filename)
-        if "importlib" not in str(place):
-            own = place.is_relative_to(Path(__file__).parent)
-        last = last.tb_next
+    places = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
+    asking = [Path(place) for place in places if "importlib" not in place][-1:]
+    own = any(place.is_relative_to(Path(__file__).parent) for place in asking)
     if own and top in EXTRAS:
         try:
             lines = metadata.requires(DISTRIBUTION) or []

@@ -6,11 +6,13 @@ import hashlib
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
-from replication.errors import AuditError
+from replication.errors import AuditError, InvalidInputError
 
+APART = ("__pycache__", "notebooks", "build", "dist")
+"""Folders with what Python, the tutorials and the packaging make of the sources."""
 _SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
 
 
@@ -26,6 +28,18 @@ def write_atomically(path: Path, content: bytes) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def read_text(path: Path) -> str:
+    """The text of a file that somebody gives; raises InvalidInputError if it cannot be read, or is none in UTF-8."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidInputError(
+            f"{path} is no text in UTF-8: {error.reason} at byte {error.start}; convert it"
+        ) from None
+    except OSError as error:
+        raise InvalidInputError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def sum_of(paths: Iterable[Path]) -> str:
@@ -89,3 +103,16 @@ def unwritable(directory: Path) -> str:
     except OSError as error:
         return str(error.strerror)
     return ""
+
+
+def visible(place: Path, apart: Collection[str] = APART) -> Iterator[Path]:
+    """A file, or the files of a folder and of those in it, hidden ones and folders of the names `apart` left out."""
+    if place.is_file():
+        yield place
+    for folder, inner, names in os.walk(place):
+        if "pyvenv.cfg" in names:  # an environment, which the versions of its packages stand for
+            inner.clear()
+            continue
+        inner[:] = [name for name in inner if not name.startswith(".") and name not in apart]
+        paths = (Path(folder, name) for name in names if not name.startswith("."))
+        yield from (path for path in paths if path.is_file())

@@ -5,6 +5,7 @@ What reaches the disk is a `msgspec.Struct`; what holds a function is a dataclas
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +16,7 @@ from replication.audit.brief import Brief
 from replication.audit.model import Claim, Erratum, Experiment, Reading
 from replication.audit.model import Results as Results
 from replication.audit.people import Reply
+from replication.errors import AuditError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,12 +81,21 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
+    def __post_init__(self) -> None:
+        if odd := next((row for row in self.rows if len(row) != len(self.header)), None):
+            raise AuditError(f"table {self.place!r}: the row {odd!r:.80} has not as many cells as the header")
+
 
 class Formula(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A formula that the report shows: `latex` is rendered as MathML, `text` says what it is."""
 
     text: str
     latex: str
+
+    def __post_init__(self) -> None:
+        braces = re.findall(r"(?<!\\)[{}]", self.latex)
+        if braces.count("{") != braces.count("}"):
+            raise AuditError(f"formula {self.text!r}: in {self.latex!r} a brace is missing")
 
 
 class Sensitivity(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,4 +1,4 @@
-"""The commands of the command line, in the order in which `--help` lists them.
+"""The commands of the command line.
 
 To add one: write a function with the decorator `command` in a module of this package, and name the module in `MODULES`.
 Nothing but the standard library is imported at the top of these modules, so that `--help` answers at once.
@@ -12,29 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-MODULES = {
-    "run": "run",
-    "list": "results",
-    "show": "results",
-    "check": "results",
-    "coverage": "papers",
-    "report": "publish",
-    "diff": "results",
-    "new": "papers",
-    "guide": "papers",
-    "notebooks": "publish",
-    "certify": "proofs",
-    "verify": "proofs",
-    "coq": "proofs",
-    "export": "publish",
-    "artifact": "publish",
-    "register": "publish",
-    "design": "design",
-}
-"""The module of each command."""
-
-NAMES = tuple(MODULES)
-
+MODULES = ("run", "results", "papers", "publish", "proofs", "design")
+"""In the order in which `--help` lists their commands."""
 
 Run = Callable[[argparse.Namespace], int]
 Option = Callable[[argparse.ArgumentParser], object]
@@ -57,6 +36,13 @@ class Command:
 
 
 _commands: dict[str, Command] = {}
+
+
+def all_commands() -> dict[str, Command]:
+    """Every command by its name."""
+    for module in MODULES:
+        importlib.import_module(f"{__name__}.{module}")
+    return _commands
 
 
 def command(name: str, text: str, *options: Option, notes: str = "") -> Callable[[Run], Run]:
@@ -83,9 +69,3 @@ def either(*options: Option) -> Option:
             one(group)
 
     return add
-
-
-def load(name: str) -> Command:
-    """The command of that name."""
-    importlib.import_module(f"{__name__}.{MODULES[name]}")
-    return _commands[name]

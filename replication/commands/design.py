@@ -7,16 +7,12 @@ import shlex
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from replication.commands import command
 from replication.commands.shared import FAILED, FINE, say
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.ownplant.methods import METHODS
-
-if TYPE_CHECKING:
-    from replication.estimation.api.results import GainResult
-    from replication.ownplant.reading import PlantFile
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,7 +72,13 @@ def design(chosen: argparse.Namespace) -> int:
             # What overflows on the way is found where the finished design is evaluated.
             warnings.simplefilter("ignore", RuntimeWarning)
             result = method.design(plant.values, **given).named(**plant.names, units=plant.units)
-        proof, proved = _proof(plant, result, certificate) if chosen.certificate else ({}, [])
+        proof, proved = {}, []
+        if chosen.certificate:
+            from replication.audit.run.certify import to_json
+            from replication.certify.own import certified
+
+            content, sentence = certified(result, plant.name, as_written=True)
+            proof, proved = {certificate: to_json(content)}, [f"proved: {sentence}"]
     except InvalidInputError as error:
         raise InvalidInputError(f"{chosen.plant}: {error}") from None
     except (InfeasibleError, SolverError) as error:
@@ -91,15 +93,6 @@ def design(chosen: argparse.Namespace) -> int:
         forget(timings)
     say([*str(result).splitlines(), *proved, f"written: {directory}"])
     return FINE
-
-
-def _proof(plant: PlantFile, result: GainResult, file: str) -> tuple[dict[str, bytes], list[str]]:
-    """The file of the certificate, and the line that says what it proves; raises as `certified` does."""
-    from replication.audit.run.certify import to_json
-    from replication.certify.own import certified
-
-    certificate, sentence = certified(result, plant.name, as_written=True)
-    return {file: to_json(certificate)}, [f"proved: {sentence}"]
 
 
 def _call(chosen: argparse.Namespace, given: dict[str, Any]) -> str:

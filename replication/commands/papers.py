@@ -137,8 +137,7 @@ def _draft(path: Path, key: str) -> int:
     folder = project.folder / key
     if not folder.is_dir():
         raise InvalidInputError(f"{folder} does not exist; begin the paper with `replication new {key}`")
-    written = write_draft(path, folder)
-    say([f"draft: {there}" for there in written])
+    say(f"draft: {written}" for written in write_draft(path, folder))
     say(["next: read each entry against the text, and move what holds into printed.toml and coverage.toml"])
     return FINE
 
@@ -146,17 +145,12 @@ def _draft(path: Path, key: str) -> int:
 def _compare(path: Path, key: str, name: str) -> int:
     from replication.audit.inspect.coverage import differences, read_coverage
     from replication.errors import one_of
+    from replication.files import read_text
 
     project = here()
     (paper,) = project.load([key])
     texts = read_coverage(project.folder / paper.key / "coverage.toml")
     text = texts[one_of("text of the list", name or next(iter(texts), ""), texts)]
-    try:
-        found = list(differences(text, path.read_text(encoding="utf-8")))
-    except UnicodeDecodeError as error:
-        raise InvalidInputError(
-            f"{path} is no text in UTF-8: {error.reason} at byte {error.start}; convert it"
-        ) from None
-    say(found)
-    say([f"{len(found)} numerals differ between {path} and the list of {paper.key}"])
+    found = list(differences(text, read_text(path)))
+    say([*found, f"{len(found)} numerals differ between {path} and the list of {paper.key}"])
     return DIFFERENT if found else FINE

@@ -48,12 +48,10 @@ def certify(chosen: argparse.Namespace) -> int:
     """Print one line for each certificate made, or the reason why it was not."""
     from replication.audit.run import certify as makers
 
-    made = makers.certify(project_root(), chosen.names, again=chosen.again, jobs=chosen.jobs)
     failed = 0
-    for certificate in made:
-        failed += bool(certificate.error)
-        words = f"NOT MADE: {certificate.error}" if certificate.error else "proved"
-        say([f"{certificate.paper}/{certificate.name} {certificate.seconds:.1f} s: {words}"])
+    for made in makers.certify(project_root(), chosen.names, again=chosen.again, jobs=chosen.jobs):
+        failed += bool(made.error)
+        say([f"{made.name} {made.seconds:.1f} s: {f'NOT MADE: {made.error}' if made.error else 'proved'}"])
     return DIFFERENT if failed else FINE
 
 

@@ -24,22 +24,13 @@ from replication.commands.shared import (
     tutorials,
 )
 from replication.errors import AuditError
+from replication.ownplant.fields import positive
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Executor, Silent, Step
+    from replication.audit.run.pool import Executor
     from replication.audit.run.runner import Outcome
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
-
-
-def _seconds(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
-    return number
 
 
 @command(
@@ -48,17 +39,11 @@ def _seconds(text: str) -> float:
     option("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)"),
     option("--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"),
     option("--no-cache", action="store_true", help="compute everything again; results are stored all the same"),
-    option(
-        "--backend",
-        choices=("processes", "dask"),
-        default="processes",
-        help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
-    ),
-    option("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786"),
+    option("--scheduler", metavar="ADDRESS", help="compute on this Dask cluster, for example tcp://10.0.0.1:8786"),
     option(
         "--twice", action="store_true", help="then compute everything once more; a result that differs is a failure"
     ),
-    option("--timeout", type=_seconds, metavar="SECONDS", help="of an experiment that names none (default: 3600)"),
+    option("--timeout", type=positive, metavar="SECONDS", help="of an experiment that names none (default: 3600)"),
     output("where results.json and index.html go"),
     figures("where the SVG and CSV files go"),
     notes="""\
@@ -90,6 +75,7 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
+    from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
     from replication.audit.store.sources import SourceTree, default_packages
     from replication.files import require_writable
@@ -103,7 +89,7 @@ def audit(chosen: argparse.Namespace) -> int:
     require_writable(drawings, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     limit = chosen.timeout or TIMEOUT
-    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress(), timeout=limit)
+    outcome = run(papers, cache=cache, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
     with traced(root) as drawing:
         drawn = draw_figures(papers, outcome.results_by_experiment, drawings, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), target / "results.json")
@@ -114,24 +100,19 @@ def audit(chosen: argparse.Namespace) -> int:
     tree = SourceTree(default_packages(root))
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
     if cache.write and code != FAILED and whole:
-        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {target / 'index.html'}")
+        # What a run says that finds all of this done.
+        log = [replace(step, action=Action.REUSED) for step in outcome.log]
+        lines = (*run_lines(results, log, ()), *remarks, f"report: {target / 'index.html'}")
         said = Said(lines=lines, tutorials=tutorials(results), code=code)
         loose = [*outcome.untraced, *untraced(drawing, tree, ())]
         last.keep(said, loading, [*outcome.traced, *labels(drawing, tree, ())], loose)
     if not chosen.twice:
         return code
     unread = replace(cache, read=False, write=False)
-    again = run(papers, cache=unread, root=root, executor=executor, progress=_progress(), timeout=limit)
+    again = run(papers, cache=unread, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
-
-
-def _reused(log: Sequence[Step]) -> list[Step]:
-    """What a run does that finds all of this done."""
-    from replication.audit.run.pool import Action
-
-    return [replace(step, action=Action.REUSED) for step in log]
 
 
 def _dated(results: ResultsFile, path: Path) -> ResultsFile:
@@ -183,25 +164,11 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 def _executor(chosen: argparse.Namespace) -> Executor:
     from replication.audit.run.pool import Processes
-    from replication.errors import InvalidInputError
 
-    on_cluster = chosen.backend == "dask"
-    if on_cluster != (chosen.scheduler is not None):
-        raise InvalidInputError("--backend dask and --scheduler ADDRESS go together; give both or neither")
-    if on_cluster and chosen.jobs is not None:
-        raise InvalidInputError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    if not on_cluster:
+    if chosen.scheduler is None:
         return Processes(chosen.jobs)
+    if chosen.jobs is not None:
+        raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
     from replication.audit.run.cluster import Cluster
 
     return Cluster(chosen.scheduler)
-
-
-def _progress() -> Silent:
-    from replication.audit.run.pool import Bar, Plain
-
-    if not sys.stdout.isatty():
-        return Plain(sys.stdout)
-    from rich.console import Console
-
-    return Bar(Console())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -37,11 +38,12 @@ def results_path(chosen: argparse.Namespace) -> Path:
 
 
 def say(lines: Iterable[str]) -> None:
-    """Print lines to the standard output; a reader that has left is no error."""
-    from replication.audit.run.pool import say
-
+    """Print lines, each at once. A reader who has left (`head`, a pager) ends no run: what follows goes nowhere."""
     for line in lines:
-        say(line, sys.stdout)
+        try:
+            print(line, flush=True)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def say_report(results: ResultsFile, figures: Path, output: Path) -> None:

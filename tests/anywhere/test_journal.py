@@ -1,4 +1,7 @@
-"""A paper of another field, as a journal takes it: outputs and errors speak of it alone, and it rebuilds itself."""
+"""The wheel alone audits a paper of another field in an empty folder, as a journal takes it.
+
+Outputs and errors speak of that paper alone, and the archive rebuilds itself.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,15 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 import yaml
 
 from replication.audit.publish.rebuild import INSTALL, RUN
+from replication.extras import EXTRAS
 from tests.anywhere.conftest import Stranger, environment
 from tests.patience import PATIENCE
 
@@ -54,13 +60,21 @@ by = "A. Author"
 date = "2031-05-04"
 text = "Two digits were exchanged in proof."
 """
+STABLE = {
+    "format": "replication-certificate/1", "paper": None, "name": "stable", "claims": [],
+    "statement": "dualrate.stable", "parameters": {"observer": "fast_sensor"}, "bound": {},
+    "witness": {"radius": "1023/1024"},
+    "plant": {"name": "scalar", "K": [["-2"]], "L": [["2"]], "T": "1/1000", "M": "5"} | {key: [["1"]] for key in "ABC"},
+}  # fmt: skip
+"""A certificate of a plant of one's own."""
 
 
 @pytest.fixture(scope="module")
 def project(stranger: Stranger) -> Stranger:
     """The project of the stranger under git, run, exported and packed."""
     begun = stranger.run("replication", "new", "epidemic", "--ci")
-    assert begun.returncode == 0, begun.stderr
+    as_it_is = stranger.run("replication", "run")
+    assert begun.returncode == as_it_is.returncode == 0, begun.stderr + as_it_is.stderr + as_it_is.stdout
     for path in EPIDEMIC.iterdir():
         shutil.copy(path, stranger.home / "papers" / "epidemic" / path.name)
     for name, text in (
@@ -77,6 +91,79 @@ def project(stranger: Stranger) -> Stranger:
         assert done.returncode == 0, done.stdout + done.stderr
         assert not OURS.search(done.stdout + done.stderr)
     return stranger
+
+
+@contextmanager
+def edited(project: Stranger, name: str, old: str, new: str) -> Iterator[None]:
+    """A file of the paper with something else in it for a while."""
+    path = project.home / "papers" / "epidemic" / name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    yield
+    path.write_text(text, encoding="utf-8")
+
+
+def test_what_an_extra_installs_is_not_there_and_a_project_is_asked_for(stranger: Stranger) -> None:
+    code = f"import importlib.util as u; print([name for name in {list(EXTRAS)} if u.find_spec(name)])"
+    assert stranger.run("python", "-c", code).stdout.strip() == "[]"
+    empty = stranger.home.with_name("empty")
+    empty.mkdir()
+    elsewhere = Stranger(empty, stranger.environment)
+    assert "No module named 'papers'" in elsewhere.run("python", "-c", "import papers").stderr
+    done = elsewhere.run("replication", "run")
+    assert done.returncode == 2
+    assert "there is no replication.toml" in done.stderr and "`replication new KEY`" in done.stderr
+
+
+def test_a_paper_of_another_field_has_its_verdicts_report_and_place_in_a_register(project: Stranger) -> None:
+    assert verdicts(project.home) == {
+        "epidemic.growth": "reproduced",
+        "epidemic.doubling": "reproduced",
+        "epidemic.final": "reproduced after erratum",
+    }
+    packages = json.loads((project.home / "report" / "results.json").read_bytes())["run"]["packages"]
+    assert not set(EXTRAS) & set(packages) and "numpy" in packages
+    page = (project.home / "report" / "index.html").read_text(encoding="utf-8")
+    assert all(words in page for words in ("the growth of epidemics", "Epidemics, replicated", "B. Reader"))
+    assert "irregular" not in page and (project.home / "figures" / "epidemic-course.svg").is_file()
+    done = project.run("replication", "register", "report", "--to", "out/register.html")
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = (project.home / "out" / "register.html").read_text(encoding="utf-8")
+    assert "Epidemics, replicated" in page and 'href="../report/index.html#' in page
+
+
+@pytest.mark.parametrize(
+    ("print_", "said"),
+    [
+        ("1,85", ""),
+        ("1.85(2)", ""),
+        ("1.85 ± 0.02", ""),
+        ("1.58", "changed verdict: epidemic.doubling is differs"),
+        ("185 %", "epidemic.doubling: the computed number is 10^-2 times the print; another unit"),
+    ],
+)
+def test_a_print_as_other_fields_write_it(project: Stranger, print_: str, said: str) -> None:
+    with edited(project, "printed.toml", '"1.85"', f'"{print_}"'):
+        done = project.run("replication", "run", "--output", "../other")
+    assert done.returncode == (1 if said else 0) and said in done.stdout, done.stdout + done.stderr
+
+
+def test_reasons_ask_for_no_certificate_and_a_theorem_is_verified_without_its_extra(project: Stranger) -> None:
+    names = ["growth", "doubling", "final"]
+    entry = {"claims": [f"epidemic.{name}" for name in names], "reason": "Computed in floating point."}
+    listed = project.home / "papers" / "epidemic" / "theorems.json"
+    listed.write_text(json.dumps([entry]), encoding="utf-8")
+    assert project.run("replication", "run", "--output", "../other").returncode == 0
+    done = project.run("replication", "verify")
+    listed.unlink()
+    assert (done.returncode, done.stdout, done.stderr) == (1, "0 of 0 certificates proved\n", "")
+    radius = {"radius": "511/1024"}  # below what it is
+    for changed, begins in (({}, "proved stable.json: own plant: "), ({"witness": radius}, "NOT PROVED stable.json: ")):
+        (project.home / "stable.json").write_text(json.dumps({**STABLE, **changed}), encoding="utf-8")
+        done = project.run("replication", "verify", "stable.json")
+        assert done.returncode == bool(changed) and done.stdout.startswith(begins)
+    (project.home / "stable.json").unlink()
 
 
 @pytest.fixture(scope="module")
@@ -130,11 +217,8 @@ def test_no_help_and_no_error_speaks_of_another_project(
     ],
 )
 def test_a_package_that_is_missing_is_told_with_its_own_name(project: Stranger, line: str, cure: str) -> None:
-    experiments = project.home / "papers" / "epidemic" / "experiments.py"
-    text = experiments.read_text(encoding="utf-8")
-    experiments.write_text(f"{line}\n{text}", encoding="utf-8")
-    done = project.run("replication", "run")
-    experiments.write_text(text, encoding="utf-8")
+    with edited(project, "experiments.py", "", f"{line}\n"):
+        done = project.run("replication", "run")
     assert done.returncode == 2 and cure in done.stderr and "[papers/epidemic/experiments.py:1]" in done.stderr
     assert not OURS.search(done.stderr) and ("pip" in done.stderr) is ("pip" in cure)
 
@@ -157,10 +241,8 @@ def test_the_reply_of_the_authors_stands_with_the_claim(project: Stranger) -> No
 
 
 def test_a_reply_to_no_claim_is_told(project: Stranger) -> None:
-    paper = project.home / "papers" / "epidemic" / "paper.toml"
-    paper.write_text(PAPER.replace('"final"', '"finale"'), encoding="utf-8")
-    done = project.run("replication", "run")
-    paper.write_text(PAPER, encoding="utf-8")
+    with edited(project, "paper.toml", '"final"', '"finale"'):
+        done = project.run("replication", "run")
     assert done.returncode == 2 and "replies to 'finale', which is no claim" in done.stderr and "final" in done.stderr
 
 

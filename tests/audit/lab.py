@@ -39,12 +39,11 @@ import papers
 from lab import told
 from replication.audit.store.cache import Cache
 from replication.audit.run.pool import Processes
-from replication.audit.run.pool import Plain
 from replication.audit.run.runner import run
 options = json.loads(sys.argv[1])
 root = Path.cwd()
 outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / ".cache", read=options["read"]),
-              root=root, executor=Processes(options["jobs"]), progress=Plain(sys.stderr))
+              root=root, executor=Processes(options["jobs"]), progress=lambda line: print(line, file=sys.stderr))
 print(json.dumps(told(outcome)))
 """
 

@@ -67,7 +67,7 @@ def results(lab: Lab) -> Any:
 
 
 def on(cluster: Any) -> tuple[str, ...]:
-    return "run", "--no-cache", "--backend", "dask", "--scheduler", cluster.scheduler_address
+    return "run", "--no-cache", "--scheduler", cluster.scheduler_address
 
 
 def test_two_workers_give_what_one_process_gives(shared: tuple[Lab, Any]) -> None:
@@ -133,11 +133,9 @@ raise SystemExit(main(sys.argv[1:]))
 @pytest.mark.parametrize(
     ("arguments", "advice"),
     [
-        (("--backend", "dask"), "--backend dask and --scheduler ADDRESS go together"),
-        (("--scheduler", "tcp://127.0.0.1:1"), "--backend dask and --scheduler ADDRESS go together"),
-        (("--backend", "dask", "--scheduler", "x://y", "--jobs", "2"), "--jobs is for processes of this machine"),
-        (("--backend", "dask", "--scheduler", "x://y:1"), "no scheduler answers at 'x://y:1'"),
-        (("--backend", "dask", "--scheduler", "tcp://127.0.0.1:1"), "start one with `dask scheduler`"),
+        (("--scheduler", "x://y", "--jobs", "2"), "--jobs is for processes of this machine"),
+        (("--scheduler", "x://y:1"), "no scheduler answers at 'x://y:1'"),
+        (("--scheduler", "tcp://127.0.0.1:1"), "start one with `dask scheduler`"),
     ],
 )
 def test_wrong_options_say_what_to_do(lab: Lab, arguments: tuple[str, ...], advice: str) -> None:

@@ -24,7 +24,8 @@ from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms
-from replication.audit.run.assemble import Computed, assemble
+from replication.audit.run.assemble import assemble
+from replication.audit.run.pool import Action, Step
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree
@@ -259,7 +260,8 @@ def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, value: float
     back = experiment("back", float, x=[{"of": print_}])
     whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(back,), **about)
     dependencies = Dependencies(function="", inputs="{}")
-    done = Computed(dependencies, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=value), "", 0.0)
+    entry = Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=value)
+    done = Step("toy.back", Action.COMPUTED, "", 0.0, dependencies, entry)
     file, _, _ = assemble([whole], {"toy.back": done}, results_file().run, SourceTree({}), (), {})
     assert (file.claims[0].verdict is Verdict.ERROR) is told
     assert told is ("toy.back is given 0.75 and its value is exactly that" in file.claims[0].judgement.reason)

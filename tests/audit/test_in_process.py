@@ -31,9 +31,9 @@ from replication.audit.publish.linked_data import without_empty
 from replication.audit.report.claim import views
 from replication.audit.report.opening.told import _targets
 from replication.audit.run import certify, worker
-from replication.audit.run.assemble import Computed, assemble
+from replication.audit.run.assemble import assemble
 from replication.audit.run.draw import checksums as figure_checksums
-from replication.audit.run.pool import Processes
+from replication.audit.run.pool import Action, Processes, Step
 from replication.audit.run.runner import _longest_first
 from replication.audit.run.tracing import traced
 from replication.audit.store.cache import Dependencies, Entry
@@ -49,7 +49,7 @@ def assembled(made: Paper, *certificates: CertificateRecord) -> ResultsFile:
     """The results of a paper whose experiments gave nothing."""
     needed = Dependencies(function="m:f", inputs="{}")
     entry = Entry(dependencies=needed, seconds=0.5, solvers=(), result=None)
-    computed = {one.name: Computed(needed, entry, "", 0.5) for one in made.experiments}
+    computed = {one.name: Step(one.name, Action.COMPUTED, "", 0.5, needed, entry) for one in made.experiments}
     return assemble([made], computed, RUN, SOURCES, certificates, {})[0]
 
 

@@ -19,8 +19,6 @@ from pathlib import Path
 import pytest
 from lab import Lab, make_lab
 
-from replication.cli import main
-
 pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
 
@@ -159,6 +157,9 @@ WAYS = [
         named="the clock"),
     Way("file left for other programs", "from pathlib import Path\ndef make(): return Path('/tmp/replication-roe').write_text('1')",
         named="writes /tmp/replication-roe"),
+    Way("process of its own", "from multiprocessing import Pool\ndef make():\n    with Pool(1) as pool:\n        return pool.map(abs, [-1])",
+        named="processes that it begins"),
+    Way("dictionary of a module", "SEEN = {}\ndef make():\n    SEEN['a'] = 1\n    return SEEN", named="changes SEEN of papers.roe.experiments"),
     Way("machine", "import socket\ndef make(): return socket.gethostname()", named="the name of the machine"),
     Way("a file that is written", READS + "(ROOT / 'out.csv').write_text('1')", named="writes out.csv"),
     Way("a seed of the shared generator", "import random\ndef make():\n    random.seed(1)\n    return random.random()"),
@@ -289,10 +290,3 @@ def test_an_experiment_that_hangs_is_ended(tmp_path: Path) -> None:
     assert done.returncode == 3
     for number, _ in enumerate(codes):
         assert f"error: experiment roe{number}.made: it took longer than 0.5 s" in done.stdout
-
-
-@pytest.mark.parametrize("text", ["0", "-1", "inf", "nan", "x"])
-def test_a_time_out_is_a_positive_number(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["run", f"--timeout={text}"])
-    assert f"{text!r} is no positive number of seconds" in capsys.readouterr().err

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from papers.peet2019.experiments.declared import DEFAULT_CELLS
 from papers.shao.experiments.tracking import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
-from replication.audit.run.pool import Action, Processes, Silent, Step
+from replication.audit.run.pool import Action, Processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 from replication.audit.store.sources import default_packages
@@ -55,7 +56,7 @@ def cut(sweep: str) -> Paper:
     )  # fmt: skip
 
 
-def resume(sweep: str, root: Path, progress: Silent | None = None) -> Outcome:
+def resume(sweep: str, root: Path, progress: Callable[[str], None] = lambda line: None) -> Outcome:
     """Run the parts in a project at `root` with no certificates, whose results lie there too."""
     cache = Cache(root / "results")
     return run(
@@ -63,17 +64,11 @@ def resume(sweep: str, root: Path, progress: Silent | None = None) -> Outcome:
     )
 
 
-class Killed(Silent):
-    """Kills this process, and not kindly, as soon as enough parts are stored."""
-
-    def __init__(self) -> None:
-        self._left = FINISHED
-
-    def step(self, step: Step) -> None:
-        assert step.action is Action.COMPUTED, step
-        self._left -= 1
-        if not self._left:
-            os.kill(os.getpid(), signal.SIGKILL)
+def kill(line: str) -> None:
+    """End this process, and not kindly, as soon as enough parts are stored."""
+    assert " computed " in line
+    if line.startswith(f"[{FINISHED}/"):
+        os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.slow
@@ -82,7 +77,7 @@ def test_a_killed_sweep_goes_on_with_what_is_left(sweep: str, tmp_path: Path) ->
     child = os.fork()
     if child == 0:
         try:
-            resume(sweep, tmp_path, Killed())
+            resume(sweep, tmp_path, kill)
         finally:
             os._exit(1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL

@@ -58,11 +58,8 @@ Name = tuple[str, str]
 Fault = tuple[str, str]
 """Where, and what is wrong with a proof."""
 
-Found = tuple[str, Cause, str]
-"""The fields of a `Problem`."""
 
-
-class Problem(msgspec.Struct, frozen=True, kw_only=True):
+class Problem(msgspec.Struct, frozen=True):
     """One thing wrong with a results file. where: the id of the claim, erratum, experiment or figure; message: what."""
 
     where: str
@@ -85,22 +82,18 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     The numbers themselves, the words on how they came about, and the environment are taken as the run left them: what
     they are is known only by computing them again and comparing the files (`compare.compare`).
     """
-    found = [
-        *_problems(results),
-        *_proofs(results, root),
-        *(_against_code(results, papers) if papers is not None else ()),
-    ]
-    return [Problem(where=where, cause=cause, message=message) for where, cause, message in found]
+    against = () if papers is None else _against_code(results, papers)
+    return [*_problems(results), *_proofs(results, root), *against]
 
 
-def _problems(results: ResultsFile) -> Iterator[Found]:
+def _problems(results: ResultsFile) -> Iterator[Problem]:
     """What the file says of itself: its schema, its names, its verdicts, its errors, its readings."""
     if results.schema_version != SCHEMA_VERSION:
         message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
-        yield "schema_version", Cause.SCHEMA, message
+        yield Problem("schema_version", Cause.SCHEMA, message)
     for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
         if count > 1:
-            yield name, Cause.SET, f"the {sort} stands {count} times in the file"
+            yield Problem(name, Cause.SET, f"the {sort} stands {count} times in the file")
     errata = {erratum.id: erratum for erratum in results.errata}
     derived = {
         record.id: rejudge(record, errata, readings=results.readings.get(record.paper, ())) for record in results.claims
@@ -111,14 +104,14 @@ def _problems(results: ResultsFile) -> Iterator[Found]:
     for sort, named in PARTS.items():
         if sort in ("erratum", "experiment", "figure"):
             records = getattr(results, named[0])
-            yield from ((f"{sort} {getattr(r, named[1])}", Cause.ERROR, r.error) for r in records if r.error)
+            yield from (Problem(f"{sort} {getattr(r, named[1])}", Cause.ERROR, r.error) for r in records if r.error)
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
         for name in unused_readings(paper.readings, claims):
-            yield paper.key, Cause.TEXT, f"no claim rests on the reading {name!r}"
+            yield Problem(paper.key, Cause.TEXT, f"no claim rests on the reading {name!r}")
 
 
-def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Found]:
+def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
     found = record.judgement
     for name in type(found).__struct_fields__:
         # The reason of an error may be a failure that left no number to derive it from.
@@ -126,21 +119,21 @@ def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Found]:
             continue
         if (stored_value := getattr(found, name)) != (wanted_value := getattr(derived, name)):
             message = f"{name} is {_show(stored_value)}, but the stored numbers give {_show(wanted_value)}"
-            yield record.id, Cause.FORGED, message
+            yield Problem(record.id, Cause.FORGED, message)
     if found.verdict is Verdict.ERROR:
-        yield record.id, Cause.ERROR, found.reason
+        yield Problem(record.id, Cause.ERROR, found.reason)
     elif record.unexpected:
         message = f"{_show(found.verdict)}, pinned {_show(record.claim.expected)}: {found.reason}"
-        yield record.id, Cause.CHANGED_VERDICT, message
+        yield Problem(record.id, Cause.CHANGED_VERDICT, message)
 
 
-def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Found]:
-    yield from ((where, Cause.FORGED, message) for where, message in unsupported(results))
+def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:
+    yield from (Problem(where, Cause.FORGED, message) for where, message in unsupported(results))
     for entry in results.certificates:
         if not entry.proved:
-            yield entry.path, Cause.ERROR, entry.reason or "it is not proved, and no reason is given"
-    for where, message in against_files(results, root) if root is not None else ():
-        yield where, Cause.CERTIFICATE, message
+            yield Problem(entry.path, Cause.ERROR, entry.reason or "it is not proved, and no reason is given")
+    faults = () if root is None else against_files(results, root)
+    yield from (Problem(where, Cause.CERTIFICATE, message) for where, message in faults)
 
 
 def unsupported(results: ResultsFile) -> Iterator[Fault]:
@@ -186,19 +179,19 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
             yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
 
 
-def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Found]:
+def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
     records, code = dict(_stored(results)), stated(papers)
     for names, message in (
         (code.keys() - records.keys(), "in the code and not in the file"),
         (records.keys() - code.keys(), "in the file and not in the code"),
     ):
         for sort, name in sorted(names):
-            yield name, Cause.SET, f"the {sort} is {message}"
+            yield Problem(name, Cause.SET, f"the {sort} is {message}")
     for key, fields in code.items():
         for field, said in fields.items():
             if key in records and (found := getattr(records[key], field)) != said:
                 message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
-                yield key[1], Cause.TEXT, message
+                yield Problem(key[1], Cause.TEXT, message)
 
 
 def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
@@ -230,12 +223,6 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
 
 def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
-
-
-# A results file held against what the kept results of its experiments give: all of it, not the verdicts alone.
-#
-# Nothing is computed but what turns results into records. Where the cache holds no longer what the file was made from,
-# this is said, and the numbers are taken as they stand.
 
 
 PARTS = {
@@ -285,9 +272,7 @@ class _Nobody:
 def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
     """What the results in the cache give for these papers; raises as `run` does for mistakes in the papers."""
     outcome = run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
-    drawn = dict(
-        kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
-    )
+    drawn = kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
     figures = tuple(entry[0] for entry in drawn.values() if entry is not None)
     absent = {step.name for step in outcome.log if step.action is Action.FAILED}
     absent |= {name for name, entry in drawn.items() if entry is None}
@@ -296,12 +281,16 @@ def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
     return Kept(results, frozenset(absent), files, outcome.environment, outcome.traced, outcome.untraced)
 
 
-def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tuple[str, str]]:
-    """Where the file, or a file of a figure, is not what the cache gives, and what is different there."""
-    yield from (("project", text) for text in _moved("", _plain(results.project), _plain(again.results.project)))
-    yield from _environment(results.run, again.environment, trusted=_here(results, again))
+def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[Fault]:
+    """Where the file, or a file of a figure, is not what the cache gives, and what is different there.
+
+    Nothing is computed but what turns results into records. Where the cache no longer holds what the file was made
+    from, `unfounded` says so, and the numbers are taken as they stand.
+    """
+    yield from _changed("project", results.project, again.results.project)
     if not _here(results, again):
         return
+    yield from _environment(results.run, again.environment)
     if results.run.unlocked != again.results.run.unlocked:
         yield "run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock"
     keys = {record.name: record.key for record in results.experiments}
@@ -315,13 +304,13 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tu
         for record in getattr(again.results, part):
             key = getattr(record, name)
             if key in stored and getattr(record, "paper", key) not in unknown:
-                yield from ((key, text) for text in _moved("", _plain(stored[key]), _plain(record)))
+                yield from _changed(key, stored[key], record)
     proofs = {record.path: record for record in results.certificates}
     if len(proofs) < len(results.certificates):
         yield "certificates", "one of them stands twice in the file"
     for proof in again.results.certificates:
         if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in again.absent:
-            yield from ((proof.path, text) for text in _moved("", _plain(proofs[proof.path]), _plain(proof)))
+            yield from _changed(proof.path, proofs[proof.path], proof)
     for name, left in again.files.items():
         if checksums(figures, name) != left:
             yield name, f"{figures / name}.csv and .svg are not as the run left them; run the audit again"
@@ -338,13 +327,12 @@ def unfounded(results: ResultsFile, again: Kept) -> str:
 
 def _here(results: ResultsFile, again: Kept) -> bool:
     """Whether the file was made in this environment: so it says, or one of its keys."""
-    same = not list(_environment(results.run, again.environment, trusted=True))
     keys = {record.key for record in again.results.experiments}
-    return same or any(record.key in keys for record in results.experiments)
+    return not list(_environment(results.run, again.environment)) or any(one.key in keys for one in results.experiments)
 
 
-def _environment(run: RunRecord, here: Environment, *, trusted: bool) -> Iterator[tuple[str, str]]:
-    """What a run says of its environment and is not so here, which counts only if its keys are of here."""
+def _environment(run: RunRecord, here: Environment) -> Iterator[Fault]:
+    """What a run says of its environment and is not so here."""
     said: dict[str, tuple[Any, Any]] = {
         "package_version": (run.package_version, replication.__version__),
         "lock_sha256": (run.lock_sha256, here.lock_sha256),
@@ -353,7 +341,7 @@ def _environment(run: RunRecord, here: Environment, *, trusted: bool) -> Iterato
         "blas": (here.kernel in run.blas, True),
         "threads": (run.threads, THREADS),
     }
-    for name, (stored, found) in said.items() if trusted else ():
+    for name, (stored, found) in said.items():
         if stored != found:
             yield f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of"
 
@@ -366,8 +354,8 @@ def _unknown(results: ResultsFile, again: Kept) -> set[str]:
     return found | {record.paper for record in results.figures if record.name in again.absent}
 
 
-def _plain(record: Any) -> Any:
-    return msgspec.to_builtins(record)
+def _changed(where: str, stored: Any, found: Any) -> Iterator[Fault]:
+    return ((where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
 
 
 def _moved(path: str, stored: Any, found: Any) -> Iterator[str]:

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Any
 
 import msgspec
 
 from replication.audit.model import Verdict
-from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile, StatedClaim
 
-TEXT = (
-    "printed",
-    "statement",
-    "place",
-    "kind",
-    "expected",
-    "tolerance",
-    "tolerance_reason",
-    "erratum",
-    "reading",
-    "optimum",
-    "repeats",
-    "says",
-)
-
+TEXT = tuple(name for name in StatedClaim.__struct_fields__ if name != "id")
+"""What the code says of a claim."""
 SHOWN = 200
 """Characters that are shown of a value beside the claims."""
 
@@ -70,21 +57,18 @@ def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
 
     Seconds, wording of methods, and lines of code are not compared. Numbers are compared exactly.
     """
-    before = {record.id: record for record in old.claims}
-    after = {record.id: record for record in new.claims}
-    changes = [
-        *(Change(claim=name, old=None, new=after[name].verdict, causes=(Cause.NEW,)) for name in after.keys() - before),
-        *(
-            Change(claim=name, old=before[name].verdict, new=None, causes=(Cause.GONE,))
-            for name in before.keys() - after
-        ),
-    ]
-    for name in before.keys() & after:
-        fields = tuple(_fields(before[name], after[name]))
-        if fields:
-            causes = tuple(_causes(before[name], after[name], old, new)) or (Cause.UNEXPLAINED,)
-            verdicts = before[name].verdict, after[name].verdict
-            changes.append(Change(claim=name, old=verdicts[0], new=verdicts[1], causes=causes, fields=fields))
+    before, after = ({record.id: record for record in results.claims} for results in (old, new))
+    changes = []
+    for name in before.keys() | after.keys():
+        first, second = before.get(name), after.get(name)
+        if first is None or second is None:
+            fields, causes = [], [Cause.NEW if second else Cause.GONE]
+        elif fields := list(_moved_fields(_compared(first), _compared(second))):
+            causes = list(_causes(first, second, old, new)) or [Cause.UNEXPLAINED]
+        else:
+            continue
+        was, now = (record.verdict if record else None for record in (first, second))
+        changes.append(Change(claim=name, old=was, new=now, causes=tuple(causes), fields=tuple(fields)))
     return sorted(changes, key=lambda change: (change.old == change.new, change.claim))
 
 
@@ -100,27 +84,24 @@ def beside(old: ResultsFile, new: ResultsFile) -> list[Beside]:
     before, after = _records(old), _records(new)
     changes = []
     for name in sorted(before.keys() | after.keys()):
-        first, second = before.get(name, {}), after.get(name, {})
-        moved = [field for field in first | second if first.get(field) != second.get(field)]
-        fields = tuple(FieldChange(field=field, old=first.get(field), new=second.get(field)) for field in moved)
-        if fields:
+        if fields := tuple(_moved_fields(before.get(name, {}), after.get(name, {}))):
             changes.append(Beside(record=name, fields=fields))
     return changes
 
 
 def _records(results: ResultsFile) -> dict[str, dict[str, Any]]:
-    parts: dict[str, dict[str, Any]] = {
-        "paper": {record.key: record for record in results.papers},
-        "erratum": {record.id: record for record in results.errata},
-        "figure": {record.name: record for record in results.figures},
-        "certificate": {record.path: record for record in results.certificates},
-    }
-    plain = {
-        f"{part} {name}": msgspec.to_builtins(record) for part, found in parts.items() for name, record in found.items()
-    }
+    parts = (("paper", "papers", "key"), ("erratum", "errata", "id"), ("figure", "figures", "name"))
     return {
-        name: {field: value for field, value in record.items() if field != "code"} for name, record in plain.items()
+        f"{part} {getattr(record, name)}": msgspec.to_builtins(record)
+        for part, field, name in (*parts, ("certificate", "certificates", "path"))
+        for record in getattr(results, field)
     }
+
+
+def _moved_fields(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[FieldChange]:
+    for name in [*before, *(name for name in after if name not in before)]:
+        if name != "code" and before.get(name) != after.get(name):
+            yield FieldChange(field=name, old=before.get(name), new=after.get(name))
 
 
 def render_beside(changes: list[Beside]) -> list[str]:
@@ -139,25 +120,16 @@ def _cut(value: Any) -> str:
 
 def render(changes: list[Change]) -> list[str]:
     """The changes as lines of text: one for each claim, and indented below it the fields and the causes."""
-    if not changes:
-        return ["No claim changed."]
-    lines = []
+    lines = [] if changes else ["No claim changed."]
     for change in changes:
         verdict = str(change.new) if change.old == change.new else f"{change.old or '—'} → {change.new or '—'}"
         lines.append(f"{change.claim}: {verdict}")
-        lines.extend(
+        lines += [
             f"    {field.field}: {field.old!r} → {field.new!r}{moved(field) and f' ({moved(field)})'}"
             for field in change.fields
-        )
+        ]
         lines.append(f"    cause: {'; '.join(change.causes)}")
     return lines
-
-
-def _fields(old: ClaimRecord, new: ClaimRecord) -> Iterator[FieldChange]:
-    after = _compared(new)
-    for name, before in _compared(old).items():
-        if before != after[name]:
-            yield FieldChange(field=name, old=before, new=after[name])
 
 
 def _compared(record: ClaimRecord) -> dict[str, Any]:
@@ -177,7 +149,7 @@ def _compared(record: ClaimRecord) -> dict[str, Any]:
 
 
 def _causes(old: ClaimRecord, new: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:
-    if any(getattr(old.claim, name) != getattr(new.claim, name) for name in (*TEXT, "uses")):
+    if any(getattr(old.claim, name) != getattr(new.claim, name) for name in TEXT):
         yield Cause.CLAIM
     if _proof(old, before) != _proof(new, after):
         yield Cause.ERRATUM

@@ -195,15 +195,12 @@ def _leaves(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...]
     """The strings of printed data with their names; a list has one name for all of it."""
     if isinstance(value, PrintedValue):
         yield keys, value
-    inner = (
-        value.items()
-        if isinstance(value, Mapping)
-        else ((None, entry) for entry in value)
-        if isinstance(value, list)
-        else ()
-    )
-    for key, entry in inner:
-        yield from _leaves(entry, keys if key is None else (*keys, key))
+    elif isinstance(value, Mapping):
+        for key, entry in value.items():
+            yield from _leaves(entry, (*keys, key))
+    elif isinstance(value, list):
+        for entry in value:
+            yield from _leaves(entry, keys)
 
 
 def _integers(numbering: str) -> list[int]:
@@ -269,12 +266,8 @@ def _signed(text: str) -> list[str]:
 
 def _strings(value: Any) -> Iterator[str]:
     """Keys and entries of printed data in their order."""
-    if isinstance(value, Mapping):
-        for key, entry in value.items():
-            yield key
-            yield from _strings(entry)
-    elif isinstance(value, list):
-        for entry in value:
+    if isinstance(value, Mapping | list):
+        for entry in [part for pair in value.items() for part in pair] if isinstance(value, Mapping) else value:
             yield from _strings(entry)
     else:
         yield str(value)

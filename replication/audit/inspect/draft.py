@@ -18,7 +18,7 @@ from pathlib import Path
 from replication.audit.inspect.coverage import NUMERAL
 from replication.audit.judge.printed import parse
 from replication.errors import AuditError, InvalidInputError
-from replication.files import write_atomically
+from replication.files import read_text, write_atomically
 
 FILES = ("printed.draft.toml", "coverage.draft.toml")
 _NUMBER = r"(?:[0-9]+(?:,[0-9]{3})*(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+)"
@@ -269,19 +269,12 @@ def _coverage(found: _Draft, runs: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_draft(path: Path, folder: Path) -> tuple[Path, Path]:
+def write_draft(path: Path, folder: Path) -> list[Path]:
     """Write the drafts for a text into the folder of a paper; raises InvalidInputError where one lies already."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InvalidInputError(
-            f"{path} is no text in UTF-8: {error.reason} at byte {error.start}; convert it"
-        ) from None
-    except OSError as error:
-        raise InvalidInputError(f"{path} cannot be read: {error.strerror}") from None
+    text = read_text(path)
     if not NUMERAL.search(text):
         raise InvalidInputError(f"{path} holds no number, and so nothing to list; is it the text of the paper?")
-    paths = (folder / FILES[0], folder / FILES[1])
+    paths = [folder / name for name in FILES]
     for there in paths:
         if there.exists():
             raise InvalidInputError(f"{there} exists; move what you take from it into place, and remove it first")

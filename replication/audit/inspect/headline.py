@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +14,7 @@ from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import has_uncertainty
 from replication.audit.judge.proofs import NUMERIC, flat
+from replication.audit.judge.typed import numbers_in
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -124,7 +123,6 @@ class Headline:
     repeated: int
     counts: Mapping[Verdict, int]
     proved: int
-    supported: int
     caveats: tuple[Caveat, ...]
     unexpected: tuple[ClaimRecord, ...]
     counted: tuple[int, ...]
@@ -141,7 +139,6 @@ def headline(results: ResultsFile) -> Headline:
         repeated=sum(bool(claim.claim.repeats) for claim in results.claims),
         counts=counts(claims),
         proved=sum(claim.judgement.proved for claim in claims),
-        supported=sum(bool(claim.judgement.supported) for claim in claims),
         caveats=caveats(claims, results.errata),
         unexpected=unexpected,
         counted=(len(claims), len(unexpected), *by_basis.values()),
@@ -209,29 +206,25 @@ def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
     return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
 
 
-LIKENESS = 0.75
-"""Of two words, from which one may be the other with a slip; `Tabel` and `Table` have 0.8."""
-
-
-def _both_ways(number: float) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Minutes, hours or calories, and back."""
-    return (f"{number:g}", number), (f"1/{number:g}", 1 / number)
-
-
 SIGN = "−1"
 FACTORS = {
     SIGN: -1.0,
     **{f"10^{power}": 10.0**power for power in (*range(-9, 0), *range(1, 10))},
     **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180},
-    **{name: times for number in (60.0, 3600.0, 4.184) for name, times in _both_ways(number)},
+    **{f"{number:g}": number for number in (60.0, 3600.0, 4.184)},  # minutes, hours, calories
+    **{f"1/{number:g}": 1 / number for number in (60.0, 3600.0, 4.184)},
 }
 """By which a number is off whose sign was lost, or that is in another unit."""
+
+
+NEAR = 0.01
+"""How far the number of a second method may lie from the computed one, relatively."""
 
 
 def notes(
     papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path, folder: Path
 ) -> Iterator[str]:
-    """Experiments that nothing uses, claims without a second method, places with a slip, figures that are left over,
+    """Experiments that nothing uses, claims without a second method, figures that are left over,
     lists of what a text prints that do not fit it.
 
     unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
@@ -263,23 +256,34 @@ def notes(
     if unchecked:
         yield f"neither a check by a second method nor a proof: {listed(unchecked)}"
     for claim in results.claims:
+        if said := contradiction(claim):
+            yield f"{claim.id}: the check by a second method says {said}, which is not what was computed; look at both"
         if claim.verdict is Verdict.DIFFERS and (words := factor(claim)):
             cause = "a sign lost" if words == SIGN else "another unit, or a decimal comma"
             yield f"{claim.id}: the computed number is {words} times the print; {cause}?"
     for paper in papers:
-        yield from (f"{where}: {slip}" for where, slip in slips(paper))
         drawn = {figure.name for figure in paper.figures}
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
             yield f"no figure is called {listed([path.name for path in files])}; remove what is left in {figures}"
-        yield from _uncovered(folder / paper.key, paper)
+        listed_there = (folder / paper.key / "coverage.toml").is_file()
+        if wrong := faults(folder / paper.key, paper) if listed_there else []:
+            count = f"{len(wrong)} fault{'s' if len(wrong) > 1 else ''}"
+            more = f"see `replication coverage {paper.key}`; the first: {wrong[0]}"
+            yield f"coverage.toml of {paper.key} has {count}, {more}"
 
 
-def _uncovered(folder: Path, paper: Paper) -> Iterator[str]:
-    """That the list of what the text prints does not fit the paper, as the first fault says."""
-    if (folder / "coverage.toml").is_file() and (found := faults(folder, paper)):
-        count = f"{len(found)} fault{'s' if len(found) > 1 else ''}"
-        yield f"coverage.toml of {paper.key} has {count}, see `replication coverage {paper.key}`; the first: {found[0]}"
+def contradiction(claim: ClaimRecord) -> str:
+    """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it.
+
+    A unit of the last printed place is near as well; others may count samples, or say how far the two are apart.
+    """
+    computed = [] if claim.evidence.value is None else [abs(number) for number in flat(claim.evidence.value) if number]
+    unit = max((float(Fraction(high) - Fraction(low)) for low, high in claim.judgement.intervals), default=0.0)
+    said = [float(number.replace(",", "")) for number in numbers_in(claim.evidence.cross_check)]
+    alike = [one for one in said if any(0.1 < one / number < 10 for number in computed)]
+    agree = any(abs(one - number) <= max(unit, NEAR * number) for one in alike for number in computed)
+    return "" if agree else " and ".join(f"{one:g}" for one in alike)
 
 
 def factor(claim: ClaimRecord) -> str:
@@ -294,22 +298,3 @@ def factor(claim: ClaimRecord) -> str:
         if all(low <= number / times <= high for number, (low, high) in zip(numbers, ends, strict=True)):
             return words
     return ""
-
-
-def slips(paper: Paper) -> Iterator[tuple[str, str]]:
-    """Words that stand in one place only of a paper and resemble one that stands in several, such as `Tabel 1`."""
-    places = {claim.id: claim.place for claim in paper.claims} | {item.id: item.place for item in paper.errata}
-    words = {name: set(re.findall(r"[^\W\d_]{4,}", place)) for name, place in places.items()}
-    known = Counter(word for found in words.values() for word in found)
-    known.update(word for item in paper.scope for word in set(re.findall(r"[^\W\d_]{4,}", item.part)))
-    often = [word for word, times in known.items() if times > 1]
-    for name, found in words.items():
-        for word in sorted(found):
-            near = difflib.get_close_matches(word, often, n=1, cutoff=LIKENESS) if known[word] == 1 else []
-            if near and not _same_stem(word, near[0]):
-                yield name, f"the place {places[name]!r} has {word!r}; is {near[0]!r} meant?"
-
-
-def _same_stem(first: str, second: str) -> bool:
-    """Whether the words differ by a capital or in number only."""
-    return first.lower().rstrip("s") == second.lower().rstrip("s")

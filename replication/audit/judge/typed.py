@@ -13,7 +13,9 @@ from typing import Any
 
 from replication.errors import AuditError
 
-_NUMBER = re.compile(r"(?<![\w.,^])(?:(?:[0-9]{1,3}(?:,[0-9]{3})+|[0-9]+)(?:\.[0-9]+)?|\.[0-9]+)(?![\w^])")
+_NUMBER = re.compile(
+    r"(?<![\w.,^])(?<![eE][-+])(?:(?:[0-9]{1,3}(?:,[0-9]{3})+|[0-9]+)(?:\.[0-9]+)?|\.[0-9]+)(?!\.?[\w^])"
+)
 WHOLE = 100
 """Whole numbers below may count something."""
 FIRST, LAST = 0.1, 0.6
@@ -26,7 +28,7 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
     what: the kind of sentence, for the message. given: JSON, or mappings of columns. elsewhere: texts in which a number
     may stand as well, such as the prints of the paper. Where the function fails on what was moved, nothing is decided.
     """
-    known = {number for text in elsewhere for number in _numbers(text)}
+    known = {number for text in elsewhere for number in numbers_in(text)}
     sentences = list(ask(given))
     found = _by_place(sentences).items()
     suspects = {place: number for place, number in found if _tells(number) and number not in known}
@@ -56,11 +58,12 @@ def _is(value: float, number: str) -> bool:
 def _by_place(sentences: Iterable[str]) -> dict[tuple[str, int], str]:
     """The numbers by the words around them, numbers aside, and their place among these."""
     return {
-        (_NUMBER.sub("#", text), place): number for text in sentences for place, number in enumerate(_numbers(text))
+        (_NUMBER.sub("#", text), place): number for text in sentences for place, number in enumerate(numbers_in(text))
     }
 
 
-def _numbers(text: str) -> Iterator[str]:
+def numbers_in(text: str) -> Iterator[str]:
+    """The numbers of a text as they are written, without their sign; none of those with a power of ten."""
     return (found[0] for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")))
 
 

@@ -18,8 +18,10 @@ from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict
 from replication.audit.parts import Paper
+from replication.audit.run.chance import copied
+from replication.audit.run.pool import Step
 from replication.audit.run.worker import describe
-from replication.audit.store.cache import Dependencies, Entry, encode
+from replication.audit.store.cache import encode
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
@@ -37,18 +39,11 @@ from replication.errors import AuditError, meant
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Computed:
-    """What came of an experiment: the entry with its result, or the error; and what it depended on."""
-
-    dependencies: Dependencies
-    entry: Entry | None
-    error: str
-    seconds: float
-
-
 class Available(dict[str, Any]):
-    """Results by experiment name; asking for one that is missing says why it is. read: the names asked for."""
+    """Results by experiment name, a copy of each; asking for one that is missing says why. read: the names asked for.
+
+    What a function changes of its copy reaches no other claim.
+    """
 
     def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
         super().__init__(results)
@@ -56,6 +51,8 @@ class Available(dict[str, Any]):
         self.read: set[str] = set()
 
     def __getitem__(self, name: str) -> Any:
+        if name in self and name not in self.read:
+            self[name] = copied(super().__getitem__(name))
         self.read.add(name)
         return super().__getitem__(name)
 
@@ -66,7 +63,7 @@ class Available(dict[str, Any]):
 
 @dataclass(frozen=True)
 class _Run:
-    computed: Mapping[str, Computed]
+    computed: Mapping[str, Step]
     sources: SourceTree
     certificates: Sequence[CertificateRecord]
     unproved: Mapping[str, str]
@@ -102,7 +99,7 @@ def _of_results(failure: Exception, results: Available) -> str:
 
 def assemble(
     papers: Sequence[Paper],
-    computed: Mapping[str, Computed],
+    computed: Mapping[str, Step],
     run: RunRecord,
     sources: SourceTree,
     certificates: Sequence[CertificateRecord],
@@ -166,15 +163,12 @@ def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRe
         solvers=done.entry.solvers if done.entry is not None else (),
         error=done.error,
         read=tuple(done.entry.data) if done.entry is not None else (),
-        untraced=_untraced(done),
+        untraced=done.untraced,
     )
 
 
 def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Proof | None]:
-    def prove(results: Any) -> Proof:
-        return _checked(erratum.prove(results))
-
-    proof, error = state.attempt(erratum.uses, prove)
+    proof, error = state.attempt(erratum.uses, lambda results: _checked(erratum.prove(results)))
     record = ErratumRecord(
         **shared(ErratumRecord, erratum),
         paper=paper,
@@ -208,7 +202,7 @@ def _claim(
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
         certificates=certificates,
-        untraced=sorted({words for name in claim.uses for words in _untraced(state.computed[name])}),
+        untraced=sorted({words for name in claim.uses for words in state.computed[name].untraced}),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
 
@@ -245,35 +239,26 @@ def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence |
         )
     if not watch.met or evidence is None:
         return evidence, error
-    moved = re.sub(r"\d(?=\D|$)(?!\.\d)", _moved_by_one, claim.printed, count=1)
+    moved = re.sub(
+        r"\d(?=\D|$)(?!\.\d)", lambda one: str(int(one[0]) + (-1) ** (one[0] == "9")), claim.printed, count=1
+    )
     with watched(claim.printed, claim.place, moved):
         again, _ = state.attempt(claim.uses, claim.answer)
-    if again is None or not _follows(evidence, again, float(last_place(claim.printed))):
+    half = float(last_place(claim.printed)) / 2
+    pairs = [] if again is None else [(getattr(evidence, x), getattr(again, x)) for x in ("value", "lower", "upper")]
+    if not any(abs(a - b) >= half for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False)):
         return evidence, ""
+    assert again is not None
     return None, (
         f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "
         f"{again.value}, not {evidence.value}; compute it from what its experiments give"
     )
 
 
-def _moved_by_one(digit: re.Match[str]) -> str:
-    return str(int(digit[0]) + (1 if digit[0] < "9" else -1))
-
-
-def _follows(evidence: Evidence, again: Evidence, unit: float) -> bool:
-    """Whether a value or an end of the bracket has moved by half a unit of the last printed place."""
-    pairs = [(getattr(evidence, name), getattr(again, name)) for name in ("value", "lower", "upper")]
-    return any(abs(a - b) >= unit / 2 for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False))
-
-
 def _flat(value: object) -> list[float]:
     if isinstance(value, tuple | list):
         return [number for entry in value for number in _flat(entry)]
     return [float(value)] if isinstance(value, int | float) else []
-
-
-def _untraced(done: Computed) -> tuple[str, ...]:
-    return done.entry.untraced if done.entry is not None else ()
 
 
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from replication.audit.project import read_settings
 from replication.audit.run.pool import Processes
@@ -20,18 +21,10 @@ from replication.verify.subjects import papers, theorems
 from replication.verify.theorem import Refused
 
 
-@dataclass(frozen=True)
-class Made:
-    """One certificate that was made; error: why it was not written, else empty."""
-
-    paper: str
-    name: str
-    seconds: float
-    error: str
-
-
-def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iterator[Made]:
+def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iterator[Answer]:
     """Make the certificates of the named papers or theorems (all if none is named), as they are finished.
+
+    Answers are called PAPER/NAME; their error says why a certificate was not written.
 
     Those that are proved already are left alone unless `again`. A certificate that the verifier refuses is not written.
     Raises AuditError for an unknown name.
@@ -67,14 +60,13 @@ def to_json(certificate: Any) -> bytes:
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
-def _finish(answer: Answer, root: Path) -> Made:
+def _finish(answer: Answer, root: Path) -> Answer:
     paper, name = answer.name.split("/")
-    error = answer.error
     if answer.text is not None:
         certificate = json.loads(answer.text)
         try:
             check(certificate, root, (paper, name))
             write_atomically(file_of(paper, name, root), to_json(certificate))
         except Refused as refusal:
-            error = f"the verifier refuses it: {refusal}"
-    return Made(paper, name, answer.seconds, error)
+            return msgspec.structs.replace(answer, error=f"the verifier refuses it: {refusal}")
+    return answer

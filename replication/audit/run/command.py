@@ -19,13 +19,13 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from replication.audit.run.tracing import ABSENT, FIXED, loose, note, said
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import visible, write_atomically
 
 HANDED_ON = ("PATH", "HOME")
 OUTPUT = "-"
@@ -57,31 +57,39 @@ def execute(
     names = list(_files(project, [*reads, *([environment] if environment else [])]))
     with tempfile.TemporaryDirectory(prefix="replication-") as made:
         folder = Path(made).resolve() / "work"
-        for inner in (folder, folder.with_name("tmp")):
-            inner.mkdir()
+        for inner in (
+            folder,
+            folder.with_name("tmp"),
+            *((folder / name).parent for name in (*names, *needed, *writes)),
+        ):
+            inner.mkdir(parents=True, exist_ok=True)
         for name in names:
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(project / name, folder / name)
         for name, sha256 in needed.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(Path(store) / sha256, folder / name)
             (folder / name).chmod(0o755)  # it may be a program
-        for name in writes:
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        before = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
-        around = {folder.parent, project, *((project / name).parent for name in names)}
-        there = _listed(around)
+        before, there = _seen(folder, project, names), _around(folder, project)
         if version and said(tuple(version)) == ABSENT:
             raise AuditError(f"`{' '.join(version)}` says no version; give the command that prints it, or none")
-        note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), _program(version, command))
+        program = f"version:{json.dumps(list(version))}" if version else f"program:{command[0]}"
+        note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), program)
         if any(_SHARED.search(text) for text in [" ".join(command).encode(), *map(_bytes, folder.rglob("*"))]):
             loose("files in a folder that all programs share")
         output = _run(command, folder, variables)
-        _require_kept(before, folder, project, names)
-        if outside := sorted(_listed(around) - there):
-            raise AuditError(f"it writes outside of its folder: {', '.join(outside[:4])}; let it write where it starts")
-        _require_declared(_checksums(folder).keys() - before.keys(), writes)
-        note(files={name: _keep(folder / name, Path(store), command) for name in writes})
+        after, now = _seen(folder, project, names), _around(folder, project)
+        new = after.keys() - before.keys()
+        for found, words in (
+            ({name for name in before if after.get(name) != before[name]},
+             "it changes what it reads: {}; let it write another file"),
+            (now.keys() - there.keys(), "it writes outside of its folder: {}; let it write where it starts"),
+            (new - set(writes), "it writes {}, which it does not declare; add to writes=[...]"),
+            (set(writes) - new, "it did not write {}, as it declares; look whether it ends early"),
+        ):  # fmt: skip
+            if found:
+                raise AuditError(words.format(", ".join(sorted(found)[:4])))
+        for path in sorted(path for path in there if there[path] != now.get(path)):
+            loose(f"{path.removeprefix(f'{project}/')} changed while it ran")
+        note(files={name: _keep(folder / name, Path(store)) for name in writes})
         if answer == OUTPUT:
             told = not writes or output.lstrip()[:1] in (b"{", b"[")  # else it only says what it does
             return _json(output, f"`{' '.join(command)}`: its output") if told else {"files": list(writes)}
@@ -127,10 +135,6 @@ def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
             raise AuditError(f"reads {name!r}, which is not in {project}; write a file or folder of the project")
 
 
-def _program(version: Sequence[str], command: Sequence[str]) -> str:
-    return f"version:{json.dumps(list(version))}" if version else f"program:{command[0]}"
-
-
 def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> bytes:
     kept = {name: os.environ[name] for name in (*HANDED_ON, *variables) if name in os.environ}
     line = " ".join(command)
@@ -155,41 +159,27 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> byte
     if process.returncode:
         lines = [line.strip() for line in complaint.decode(errors="replace").splitlines() if line.strip()]
         told = next((line for line in lines if "error" in line.lower()), lines[-1] if lines else "it says nothing")
-        said = told[:LONGEST]
-        raise AuditError(f"`{line}` ended with code {process.returncode}: {said}")
+        raise AuditError(f"`{line}` ended with code {process.returncode}: {told[:LONGEST]}")
     return output
 
 
-def _require_kept(before: Mapping[str, str], folder: Path, project: Path, names: Sequence[str]) -> None:
-    now = {**_checksums(folder), **{f"{project}/{name}": _sha256(project / name) for name in names}}
-    changed = sorted(name for name in before if now.get(name) != before[name])
-    if changed:
-        raise AuditError(f"it changes what it reads: {', '.join(changed[:4])}; let it write another file")
-
-
-def _require_declared(new: set[str], writes: Sequence[str]) -> None:
-    if more := sorted(new - set(writes)):
-        raise AuditError(f"it writes {', '.join(more[:4])}, which it does not declare; add to writes=[...]")
-    if absent := sorted(set(writes) - new):
-        raise AuditError(f"it did not write {', '.join(absent[:4])}, as it declares; look whether it ends early")
-
-
-def _keep(path: Path, store: Path, command: Sequence[str]) -> str:
-    sha256 = _sha256(path)
-    if not (store / sha256).is_file():
-        store.mkdir(parents=True, exist_ok=True)
+def _keep(path: Path, store: Path) -> str:
+    if not (store / (sha256 := _sha256(path))).is_file():
         write_atomically(store / sha256, path.read_bytes())
     return sha256
 
 
-def _listed(folders: Iterable[Path]) -> set[str]:
-    """What lies in these folders, without what is hidden or made of Python's modules."""
-    found = (entry for folder in folders for entry in os.scandir(folder))
-    return {entry.path for entry in found if not entry.name.startswith((".", "__"))}
+def _around(folder: Path, project: Path) -> dict[str, tuple[int, int]]:
+    """Size and time of the files of the project that are not hidden, and of those beside the folder of a command."""
+    beside = (path for path in folder.parent.iterdir() if path.is_file())
+    found = ((path, path.stat()) for path in (*visible(project, apart=("__pycache__",)), *beside))
+    return {str(path): (state.st_size, state.st_mtime_ns) for path, state in found}
 
 
-def _checksums(folder: Path) -> dict[str, str]:
-    return {p.relative_to(folder).as_posix(): _sha256(p) for p in folder.rglob("*") if p.is_file()}
+def _seen(folder: Path, project: Path, names: Sequence[str]) -> dict[str, str]:
+    """The checksums of the files in the folder of a command, and of those of the project that it reads."""
+    inside = {path.relative_to(folder).as_posix(): _sha256(path) for path in folder.rglob("*") if path.is_file()}
+    return inside | {f"{project}/{name}": _sha256(project / name) for name in names}
 
 
 def _sha256(path: Path) -> str:

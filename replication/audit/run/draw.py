@@ -10,7 +10,7 @@ import functools
 import hashlib
 import io
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
@@ -22,6 +22,7 @@ from replication.audit.judge.numerals import require_title
 from replication.audit.judge.typed import require_found
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
+from replication.audit.run.chance import copied
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry, encode
@@ -33,14 +34,10 @@ from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-# The data of a figure as they are written: the digits that are certain, and the same bytes on any processor.
-#
-# Another processor rounds otherwise, so the last digits of a number move. No rounding of ours alone can hide that: some
-# number always lies at an edge. So data that lie there already are kept while the new ones agree with them.
-
-
 DIGITS = 10
-"""Significant digits of a new number."""
+"""Significant digits of a new number. Another processor rounds otherwise, and some number always lies at an edge: data
+that lie there already are therefore kept while the new ones agree with them.
+"""
 RELATIVE, OF_LARGEST = 1e-6, 1e-7
 """How near to a number, and to the largest of its column: processors differ by 3.3e-7 and 5.6e-8 at most."""
 
@@ -78,54 +75,66 @@ def _read(path: Path) -> Mapping[str, tuple[float, ...]]:
 
 
 Kept = tuple[FigureRecord, list[str]]
+"""The record of a figure, and the checksums with which its files were left."""
 
 
 def draw_figures(
-    papers: Sequence[Paper],
-    results: Mapping[str, Any],
-    directory: Path,
-    *,
-    cache: Cache,
-    root: Path,
+    papers: Sequence[Paper], results: Mapping[str, Any], directory: Path, *, cache: Cache, root: Path
 ) -> tuple[FigureRecord, ...]:
-    """The records of all figures, whose files it writes into `directory`, drawing what is out of date.
-
-    A figure depends on all files of its paper and of the drawing, on its texts, and on the results that it uses.
-    """
-    records = []
-    tree = SourceTree(default_packages(root))
-    for paper, figure, dependencies in _asked(papers, results, root):
-        entry = _kept(cache, figure, dependencies, tree)
-        if entry is not None and entry[1] == checksums(directory, figure.name):
-            record = entry[0]
-        else:
-            with traced(root) as trace:
-                trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
-                record = write_figure(figure, paper.key, results, directory, tree)
-            if not (record.error or untraced(trace, tree, dependencies.sources)):
-                result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
-                data = labels(trace, tree, dependencies.sources)
-                made = Entry(dependencies=dependencies, data=data, seconds=0.0, solvers=(), result=result)
-                cache.store(_entry(figure), made)
+    """The records of all figures, whose files it writes into `directory`, drawing what is out of date."""
+    records, tree = [], SourceTree(default_packages(root))
+    for paper, figure, dependencies, kept in _asked(papers, results, cache, root, tree, read_environment(root)):
+        if kept is not None and kept[1] == checksums(directory, figure.name):
+            records.append(kept[0])
+            continue
+        with traced(root) as trace:
+            trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
+            record = write_figure(figure, paper.key, results, directory, tree)
+        if not (record.error or untraced(trace, tree, dependencies.sources)):
+            result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
+            data = labels(trace, tree, dependencies.sources)
+            made = Entry(dependencies=dependencies, data=data, seconds=0.0, solvers=(), result=result)
+            cache.store(_entry(figure), made)
         records.append(record)
     return tuple(records)
 
 
 def kept_figures(
+    papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path, environment: Environment
+) -> dict[str, Kept | None]:
+    """By name of the figure what is kept of it, None if it is out of date; environment: `read_environment(root)`."""
+    tree = SourceTree(default_packages(root))
+    return {figure.name: kept for _, figure, _, kept in _asked(papers, results, cache, root, tree, environment)}
+
+
+def _asked(
     papers: Sequence[Paper],
     results: Mapping[str, Any],
-    *,
     cache: Cache,
     root: Path,
-    environment: Environment | None = None,
-) -> Iterator[tuple[str, Kept | None]]:
-    """By name of the figure its record, and the checksums with which its files were left; None if it is out of date.
+    tree: SourceTree,
+    environment: Environment,
+) -> Iterator[tuple[Paper, Figure, Dependencies, Kept | None]]:
+    """All figures. One depends on the files of its paper and of the drawing, its texts, and the results that it uses.
 
-    environment: `read_environment(root)`, for who has read it.
+    Its functions may hold values of the module that made them, so all files of the paper count.
     """
-    tree = SourceTree(default_packages(root))
-    for _, figure, dependencies in _asked(papers, results, root, environment):
-        yield figure.name, _kept(cache, figure, dependencies, tree)
+    checksum = functools.cache(lambda name: _sha256(encode(name, results[name]).encode()))
+    drawing = tree.files_of(__name__)
+    for paper in papers:
+        module = f"{read_settings(root).papers}.{paper.key}"
+        files, packages = {**tree.files_of(module), **drawing}, loaded(tree.installed_of(module))
+        for figure in paper.figures:
+            inputs = encode(figure.name, {name: checksum(name) for name in figure.uses if name in results}, sort=True)
+            needed = Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs, loaded=packages)
+            entry = cache.lookup(_entry(figure), needed, partial(state, tree=tree)).entry
+            found = entry.result if entry is not None else {}
+            kept = (msgspec.convert(found["record"], FigureRecord), found["files"]) if found else None
+            yield paper, figure, needed, kept
+
+
+def _entry(figure: Figure) -> str:
+    return f"figure.{figure.name}"
 
 
 def to_csv(data: FigureData) -> bytes:
@@ -176,7 +185,7 @@ def write_figure(
 
 def _data(figure: Figure, results: Mapping[str, Any], path: Path) -> FigureData:
     """What a figure draws, `path` being where its CSV lies; AuditError for anything else than columns of numbers."""
-    data = figure.data({name: results[name] for name in figure.uses})
+    data = figure.data({name: copied(results[name]) for name in figure.uses})
     if not isinstance(data, FigureData):
         raise AuditError(f"its function gave {data!r:.80}; give FigureData(columns={{name: numbers}})")
     to_csv(data)  # what cannot be written must not be compared either
@@ -188,49 +197,6 @@ class _Columns(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         raise AuditError(f"there is no column {name!r}; the data has {', '.join(map(repr, self))}")
-
-
-def _dependencies(
-    package: str,
-    figure: Figure,
-    paper: Paper,
-    checksum: Callable[[str], str],
-    sources: SourceTree,
-    environment: Environment,
-) -> Dependencies:
-    # The functions of a figure may hold values of the module that made them, so all files of the paper count.
-    files = {**sources.files_of(f"{package}.{paper.key}"), **sources.files_of(__name__)}
-    used = {name: found for name in figure.uses if (found := checksum(name))}
-    inputs = encode(figure.name, used, sort=True)
-    packages = loaded(sources.installed_of(f"{package}.{paper.key}"))
-    return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs, loaded=packages)
-
-
-def _asked(
-    papers: Sequence[Paper],
-    results: Mapping[str, Any],
-    root: Path,
-    environment: Environment | None = None,
-) -> Iterator[tuple[Paper, Figure, Dependencies]]:
-    sources, environment = SourceTree(default_packages(root)), environment or read_environment(root)
-    package = read_settings(root).papers
-
-    @functools.cache
-    def checksum(name: str) -> str:
-        return _sha256(encode(name, results[name]).encode()) if name in results else ""
-
-    for paper in papers:
-        for figure in paper.figures:
-            yield paper, figure, _dependencies(package, figure, paper, checksum, sources, environment)
-
-
-def _entry(figure: Figure) -> str:
-    return f"figure.{figure.name}"
-
-
-def _kept(cache: Cache, figure: Figure, dependencies: Dependencies, tree: SourceTree) -> Kept | None:
-    entry = cache.lookup(_entry(figure), dependencies, partial(state, tree=tree)).entry
-    return None if entry is None else (msgspec.convert(entry.result["record"], FigureRecord), entry.result["files"])
 
 
 def checksums(directory: Path, name: str) -> list[str]:

@@ -11,7 +11,7 @@ import contextlib
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +22,11 @@ from replication.audit.project import read_settings
 from replication.audit.run.tracing import Trace, labels, state, untraced
 from replication.audit.store.provenance import machine
 from replication.audit.store.sources import SourceTree, default_packages
-from replication.files import write_atomically
+from replication.files import visible, write_atomically
 
 RUN, CHECK = "last-run.json", "last-check.json"
 LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV", "OPENBLAS_", "MKL_", "BLIS_", "NPY_")
 """How variables begin that may matter though nobody asks for them by name."""
-APART = ("__pycache__", "notebooks", "build", "dist")
-"""Folders with what Python, the tutorials and the packaging make of the sources."""
 INDEX = (RUN, CHECK)
 """Files of the cache that hold no result."""
 
@@ -95,23 +93,10 @@ class Last:
         return {name: state(name, tree) for name in names}
 
     def _files(self) -> dict[str, str]:
-        found = {path for place in self._places for path in _visible(place.resolve())}
+        found = {path for place in self._places for path in visible(place.resolve()) if path.name not in INDEX}
         return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(found)}
 
     def _checksum(self, files: Mapping[str, str], said: Said, read: Mapping[str, str]) -> str:
         language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
         whole: list[Any] = [self._asked, machine(self._root), language, files, msgspec.to_builtins(said), read]
         return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
-
-
-def _visible(place: Path) -> Iterator[Path]:
-    """A file, or the files of a folder and of those in it, hidden ones and folders that stand apart left out."""
-    if place.is_file():
-        yield place
-    for folder, inner, names in os.walk(place):
-        if "pyvenv.cfg" in names:  # an environment, which the versions of its packages stand for
-            inner.clear()
-            continue
-        inner[:] = [name for name in inner if not name.startswith(".") and name not in APART]
-        paths = (Path(folder, name) for name in names if not name.startswith(".") and name not in INDEX)
-        yield from (path for path in paths if path.is_file())

@@ -1,4 +1,4 @@
-"""Tasks in parallel processes, an answer also for one that kills its process; what a run says meanwhile."""
+"""Tasks in parallel processes, an answer also for one that kills its process; what was done about each."""
 
 from __future__ import annotations
 
@@ -10,20 +10,18 @@ import signal
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from enum import StrEnum
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol, Self, TextIO
+from typing import Any, Protocol
 
+from replication.audit.run.chance import kept_environment
 from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
+from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.provenance import THREADS
 from replication.errors import AuditError
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
 
 KILLED = (
     "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
@@ -56,66 +54,29 @@ class Processes:
         """Yield the answer of each task, in the order in which they finish."""
         for task in tasks:
             if task.alone:
-                yield from _one_by_one([task])
-        tasks = [task for task in tasks if not task.alone]
-        if not tasks:
-            return
-        jobs = min(self.jobs or os.cpu_count() or 1, len(tasks))
-        if jobs <= 1:
-            yield from _one_by_one(tasks)
-            return
-        waiting = list(tasks)
-        while waiting:
-            begun: list[Task] = []
-            finished: set[str] = set()
-            try:
-                for answer in _in_parallel(waiting, jobs, begun):
-                    finished.add(answer.name)
-                    yield answer
-                return
-            except BrokenProcessPool:
-                suspects = [task for task in begun if task.name not in finished]
-            waiting = [task for task in waiting if task not in begun]
-            yield from _one_by_one(suspects)
+                yield from _computed([task], 1)
+        yield from _computed([task for task in tasks if not task.alone], self.jobs or os.cpu_count() or 1)
 
 
-def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterator[Answer]:
-    """Run the tasks with joblib; `begun` receives each as it is handed to a process."""
-    import joblib
-    from joblib.externals.loky import get_reusable_executor
-
-    def hand_out() -> Iterator[object]:
-        for task in tasks:
-            begun.append(task)
-            yield joblib.delayed(compute)(task)
-
-    try:
-        with joblib.parallel_config(
-            backend="loky", inner_max_num_threads=THREADS, initializer=end_with, initargs=(os.getpid(),)
-        ):
-            # One task at a time and none in advance, so that `begun` names little more than what is running.
-            parallel = joblib.Parallel(jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
-            with _deaf_children():
-                answers = parallel(hand_out())
-            yield from answers
-    finally:
-        # Idle processes would hold modules as they were now, and outlive an interruption.
-        _end(get_reusable_executor(reuse=True))
-
-
-def _one_by_one(tasks: Sequence[Task]) -> Iterator[Answer]:
-    """Run the tasks in one process, with another one for the rest after a task that ended it."""
+def _computed(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
+    """The answers of so many processes, none with a task in advance; those under way when one ends are tried alone."""
     waiting = list(tasks)
     while waiting:
-        executor = _single_process()
+        executor, running = _executor(min(jobs, len(waiting))), dict[Future[Answer], Task]()
         try:
-            while waiting:
-                task = waiting.pop(0)
-                with _deaf_children():
-                    answer = executor.submit(compute, task)
-                yield answer.result()
+            while waiting or running:
+                while waiting and len(running) < jobs:
+                    with _deaf_children():
+                        running[executor.submit(compute, waiting[0])] = waiting[0]
+                    del waiting[0]
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    answer = future.result()
+                    del running[future]
+                    yield answer
         except BrokenProcessPool:
-            yield Answer(task.name, None, 0.0, KILLED)
+            alone = jobs == 1
+            yield from (Answer(task.name, None, 0.0, KILLED) for task in running.values() if alone)
+            yield from _computed([task for task in running.values() if not alone], 1)
         finally:
             # Without waiting for a computation that an interruption has made useless.
             _end(executor)
@@ -130,12 +91,12 @@ def _end(executor: Any) -> None:
     executor.shutdown(wait=True, kill_workers=bool(found))
 
 
-def _single_process() -> Any:
-    """An executor of one process that does not import the main script again."""
+def _executor(jobs: int) -> Any:
+    """An executor whose processes do not import the main script again; each computes with one thread."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
-    return ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),), env=threads)
+    return ProcessPoolExecutor(jobs, initializer=end_with, initargs=(os.getpid(),), env=threads)
 
 
 @contextlib.contextmanager
@@ -147,17 +108,11 @@ def _deaf_children() -> Iterator[None]:
     says a line.
     """
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    settings = {**FIXED, "PYTHONFAULTHANDLER": ""}
-    before = {name: os.environ.get(name) for name in settings}
-    os.environ.update(settings)
     try:
-        yield
+        with kept_environment():
+            os.environ.update({**FIXED, "PYTHONFAULTHANDLER": ""})
+            yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
         signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
 
@@ -182,98 +137,26 @@ class Action(StrEnum):
 
 @dataclass(frozen=True)
 class Step:
-    """One experiment of a run: what was done, why, how long it took when it ran, and the error if it failed."""
+    """One experiment of a run: what was done, why, how long it took when it ran, and the error if it failed.
+
+    dependencies: what it depended on. entry: with its result, unless it failed.
+    """
 
     name: str
     action: Action
     reason: str
     seconds: float
+    dependencies: Dependencies
+    entry: Entry | None = None
     error: str = ""
+
+    @property
+    def untraced(self) -> tuple[str, ...]:
+        """What it did that cannot be followed."""
+        return self.entry.untraced if self.entry is not None else ()
 
     def __str__(self) -> str:
         text = f"{self.action} {self.name}"
         if self.action is not Action.REUSED:
             text += f" in {self.seconds:.1f} s"
         return f"{text} ({self.reason}){self.error and f': {self.error}'}"
-
-
-class Silent:
-    """Follows a run as a context manager and says nothing of it; the others are made from this one."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        """Nothing to clean up."""
-
-    def begin(self, total: int) -> None:
-        """`total` experiments are going to be computed."""
-
-    def step(self, step: Step) -> None:
-        """One of them is done."""
-
-
-def say(line: str, stream: TextIO) -> None:
-    """Write a line at once. A reader who has left (`head`, a pager) ends no run: what follows goes nowhere."""
-    try:
-        print(line, file=stream, flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-class Plain(Silent):
-    """One line per computed experiment, for logs."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self._total = 0
-        self._done = 0
-
-    def begin(self, total: int) -> None:
-        """Start counting."""
-        self._total, self._done = total, 0
-
-    def step(self, step: Step) -> None:
-        """Write the line at once, also into a pipe."""
-        self._done += 1
-        say(f"[{self._done}/{self._total}] {step}", self._stream)
-
-
-class Bar(Silent):
-    """A progress bar, with the finished experiments scrolling by above it."""
-
-    def __init__(self, console: Console) -> None:
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-        from rich.progress import Progress as RichProgress
-
-        self._bar = RichProgress(
-            TextColumn("experiments"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            TextColumn("left:"),
-            TimeRemainingColumn(),
-            console=console,
-            transient=True,
-        )
-        self._task = self._bar.add_task("experiments", total=None)
-
-    def __enter__(self) -> Self:
-        self._bar.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._bar.stop()
-
-    def begin(self, total: int) -> None:
-        """Set the length of the bar."""
-        self._bar.update(self._task, total=total)
-
-    def step(self, step: Step) -> None:
-        """Advance the bar by one."""
-        self._bar.console.print(str(step), markup=False, highlight=False)
-        self._bar.advance(self._task)

@@ -6,7 +6,7 @@ import functools
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,14 +14,14 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.proofs import Wanted, record, wanted
+from replication.audit.judge.proofs import record, wanted
 from replication.audit.judge.validate import require_typed, validate_claims, validate_theorems
 from replication.audit.model import Experiment
 from replication.audit.parts import Paper
 from replication.audit.project import read_settings
-from replication.audit.run.assemble import Computed, assemble
+from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
-from replication.audit.run.pool import Action, Executor, Processes, Silent, Step
+from replication.audit.run.pool import Action, Executor, Processes, Step
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import Answer, Task, describe, function_name
@@ -67,7 +67,7 @@ def run(
     cache: Cache,
     root: Path,
     executor: Executor | None = None,
-    progress: Silent | None = None,
+    progress: Callable[[str], None] = lambda line: None,
     packages: Mapping[str, Path] | None = None,
     timeout: float = TIMEOUT,
 ) -> Outcome:
@@ -77,7 +77,7 @@ def run(
     stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
     fails is an error in the records of what uses it and leaves the rest alone.
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
-    timeout: seconds of an experiment that names none.
+    progress: told a line about each experiment that is computed. timeout: seconds of one that names none.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
     packages = packages or default_packages(root)
@@ -89,34 +89,35 @@ def run(
     environment = read_environment(root)
     now = partial(state, tree=sources)
     plans: dict[str, Plan] = {}
-    computed: dict[str, Computed] = {}
-    steps: dict[str, Step] = {}
+    done: dict[str, Step] = {}
     lookup = partial(cache.lookup, now=now)
-    with progress or Silent() as watcher:
-        for index, wave in enumerate(_waves(list(_all(papers)), sources)):
-            ready, blocked = _ready(wave, computed, sources)
-            proofs_too = certificates if index == 0 else ()
-            planned = _plan(ready, proofs_too, (root, cache.files), environment, lookup, sources, timeout)
-            for name, (error, needed) in blocked.items():
-                computed[name] = Computed(needed, None, error, 0.0)
-                steps[name] = Step(name, Action.FAILED, "not started", 0.0, error)
-            for name, (_, known) in planned.items():
-                if (entry := known.entry) is not None:
-                    computed[name] = Computed(entry.dependencies, entry, "", entry.seconds)
-                    steps[name] = Step(name, Action.REUSED, known.reason, entry.seconds)
-            plans |= planned
-            tasks = _longest_first([plan for plan in planned.values() if plan[1].entry is None])
-            watcher.begin(len(tasks))
-            for answer in (executor or Processes()).compute(tasks) if tasks else ():
-                computed[answer.name], steps[answer.name] = _finish(answer, plans[answer.name], cache, sources)
-                watcher.step(steps[answer.name])
-    environment = _with_loaded(environment, [task for task, _ in plans.values()])
+    proving = [
+        Experiment(name=one.task, function=prove, inputs={"path": one.path, "subject": dict(one.subject)})
+        for one in certificates
+    ]
+    for wave in _waves([*_all(papers), *proving], sources):
+        done |= {step.name: step for experiment in wave if (step := _blocked(experiment, done)) is not None}
+        ready = [experiment for experiment in wave if experiment.name not in done]
+        planned = _plan(ready, done, (root, cache.files), environment, lookup, sources, timeout)
+        for name, (_, known) in planned.items():
+            if (entry := known.entry) is not None:
+                done[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
+        plans |= planned
+        tasks = _longest_first([plan for name, plan in planned.items() if name not in done])
+        answers = (executor or Processes()).compute(tasks) if tasks else ()
+        for number, answer in enumerate(answers, 1):
+            done[answer.name] = _finish(answer, plans[answer.name], cache, sources)
+            progress(f"[{number}/{len(tasks)}] {done[answer.name]}")
+    declared = set(map(canonical, environment.packages))
+    versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
+    imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
+    environment = replace(environment, loaded=imported)
     order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
-    values = {name: done.entry.result for name in order if (done := computed[name]).entry is not None}
-    proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
+    values = {name: entry.result for name in order if (entry := done[name].entry) is not None}
+    proofs = [record(one, values.pop(one.task, None), done[one.task].error) for one in certificates]
     with traced(root) as trace:
-        results, failures, unused = assemble(papers, computed, run_record(root, environment), sources, proofs, unproved)
-    entries = [done.entry for done in computed.values() if done.entry is not None]
+        results, failures, unused = assemble(papers, done, run_record(root, environment), sources, proofs, unproved)
+    entries = [step.entry for step in done.values() if step.entry is not None]
     read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
     own = (".", *packages)
     elsewhere = [(label, sha) for task, _ in plans.values() for label, sha in task.dependencies.sources.items()]
@@ -124,15 +125,8 @@ def run(
     loose = {words for entry in entries for words in entry.untraced} | set(untraced(trace, sources, ()))
     results = msgspec.structs.replace(results, project=read_settings(root))
     return Outcome(
-        values, results, tuple(steps[name] for name in order), failures, unused, environment, read, tuple(sorted(loose))
+        values, results, tuple(done[name] for name in order), failures, unused, environment, read, tuple(sorted(loose))
     )
-
-
-def _with_loaded(environment: Environment, tasks: Iterable[Task]) -> Environment:
-    """With the distributions that the experiments import beside those that the project declares."""
-    declared = set(map(canonical, environment.packages))
-    found = {name: version for task in tasks for name, version in task.dependencies.packages.items()}
-    return replace(environment, loaded={k: v for k, v in plain(found).items() if canonical(k) not in declared})
 
 
 def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[list[Experiment]]:
@@ -145,68 +139,58 @@ def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[l
                 raise AuditError(f"experiment {experiment.name!r} needs {name!r}; {meant(name, known)}{where}")
     done: set[str] = set()
     waiting = list(experiments)
-    while waiting or not done:
+    while waiting:
         wave = [experiment for experiment in waiting if done.issuperset(experiment.needs)]
-        if waiting and not wave:
+        if not wave:
             names = ", ".join(experiment.name for experiment in waiting)
             raise AuditError(f"experiments need each other in a circle: {names}; take one `needs` away")
         yield wave
-        done |= {experiment.name for experiment in wave} or {""}
+        done |= {experiment.name for experiment in wave}
         waiting = [experiment for experiment in waiting if experiment.name not in done]
 
 
-def _ready(
-    wave: Sequence[Experiment], computed: Mapping[str, Computed], sources: SourceTree
-) -> tuple[list[tuple[Experiment, dict[str, str]]], dict[str, tuple[str, Dependencies]]]:
-    """The experiments of a wave with the files that they need, and by name why others cannot start."""
-    ready: list[tuple[Experiment, dict[str, str]]] = []
-    blocked: dict[str, tuple[str, Dependencies]] = {}
-    for experiment in wave:
-        failed = [name for name in experiment.needs if computed[name].entry is None]
-        if failed:
-            inputs = encode(experiment.name, dict(experiment.inputs), sort=True)
-            none = Dependencies(function=function_name(experiment), inputs=inputs)
-            blocked[experiment.name] = (f"it needs {', '.join(failed)}, which failed", none)
-            continue
-        entries = [computed[name].entry for name in experiment.needs]
-        ready.append((experiment, {name: sha for entry in entries if entry for name, sha in entry.files.items()}))
-    return ready, blocked
+def _blocked(experiment: Experiment, done: Mapping[str, Step]) -> Step | None:
+    """The failure of an experiment that needs one which failed; None for any other."""
+    failed = [name for name in experiment.needs if done[name].entry is None]
+    if not failed:
+        return None
+    inputs = encode(experiment.name, dict(experiment.inputs), sort=True)
+    none = Dependencies(function=function_name(experiment), inputs=inputs)
+    error = f"it needs {', '.join(failed)}, which failed"
+    return Step(experiment.name, Action.FAILED, "not started", 0.0, none, error=error)
 
 
 def _plan(
-    experiments: Sequence[tuple[Experiment, dict[str, str]]],
-    certificates: Sequence[Wanted],
+    experiments: Sequence[Experiment],
+    done: Mapping[str, Step],
     places: tuple[Path, Path],
     environment: Environment,
     lookup: Callable[[str, Dependencies], Lookup],
     sources: SourceTree,
     timeout: float,
 ) -> dict[str, Plan]:
-    """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
-    verifier = f"{prove.__module__}:{prove.__name__}"
+    """One task for each experiment; its key holds checksums, not where the project lies."""
     root, store = map(str, places)
-    stored = [f"{function.__module__}:{function.__name__}" for function in (execute, held)]
-    asked: list[tuple[str, str, dict[str, Any], dict[str, Any], dict[str, str], float | None]] = []
-    for experiment, needed in experiments:
-        function = function_name(experiment)
-        place = {"root": root, "store": store, "needed": needed} if function in stored else {}
-        asked.append((experiment.name, function, dict(experiment.inputs), place, needed, experiment.timeout))
-    for one in certificates:
-        asked.append((one.task, verifier, {"path": one.path, "subject": dict(one.subject)}, {"root": root}, {}, None))
     plans: dict[str, Plan] = {}
     folders = {name: str(folder) for name, folder in sources.packages.items()}
     packages = functools.cache(lambda module: loaded(sources.installed_of(module)))
-    for name, function, inputs, place, needed, limit in asked:
+    for experiment in experiments:
+        name, function, inputs = experiment.name, function_name(experiment), dict(experiment.inputs)
+        files_of = [entry.files for other in experiment.needs if (entry := done[other].entry) is not None]
+        needed = {file: sha256 for files in files_of for file, sha256 in files.items()}
+        place = {"root": root} if experiment.function is prove else {"root": root, "store": store, "needed": needed}
+        own = experiment.function in (prove, execute, held)
         module = function.partition(":")[0]
         text = encode(f"the inputs of {name}", inputs, sort=True)
-        files, exact, dynamic = sources.files_of(module), function == verifier, sources.is_dynamic(module)
+        files, dynamic = sources.files_of(module), sources.is_dynamic(module)
         if dynamic:  # it may import by a computed name whatever its package imports, too
             files |= {label: sha for parent in parents(module) for label, sha in sources.files_of(parent).items()}
+        exact = experiment.function is prove
         dependencies = Dependencies.on(
             environment, files, function, text, loaded=packages(module), needed=needed, exact=exact
         )
-        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if place else text
-        task = Task(name, dependencies, arguments, folders, dynamic, limit or timeout)
+        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if own else text
+        task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, lookup(name, dependencies)
     return plans
 
@@ -227,27 +211,26 @@ def _longest_first(plans: Sequence[Plan]) -> list[Task]:
     return [plans[i][0] for i in sorted(range(len(plans)), key=lambda index: -known[index])]
 
 
-def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:
+def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> Step:
     """Store an answer, unless it failed or its sources and data are no longer those that it was computed from."""
-    name, reason, seconds, dependencies = answer.name, plan[1].reason, answer.seconds, plan[0].dependencies
+    (task, known), error = plan, answer.error
+    step = partial(Step, answer.name, seconds=answer.seconds, dependencies=task.dependencies)
     try:
         if answer.text is not None:
             result = json.loads(answer.text)
-            solvers = solvers_in(f"the result of {name}", result)
             entry = Entry(
-                dependencies=dependencies,
+                dependencies=task.dependencies,
                 data=answer.data,
                 untraced=answer.untraced,
                 files=answer.files,
-                seconds=seconds,
-                solvers=solvers,
+                seconds=answer.seconds,
+                solvers=solvers_in(f"the result of {answer.name}", result),
                 result=result,
             )
             moved = any(state(label, sources) != now for label, now in answer.data.items())
-            whole = sources.unchanged(dependencies.sources) and not moved
-            reason = (cache.store(name, entry) if whole else EDITED) or reason
-            return Computed(dependencies, entry, "", seconds), Step(name, Action.COMPUTED, reason, seconds)
-        error = answer.error
+            whole = sources.unchanged(task.dependencies.sources) and not moved
+            unkept = cache.store(answer.name, entry) if whole else EDITED
+            return step(action=Action.COMPUTED, reason=unkept or known.reason, entry=entry)
     except AuditError as failure:
         error = describe(failure, sources)
-    return Computed(dependencies, None, error, seconds), Step(name, Action.FAILED, reason, seconds, error)
+    return step(action=Action.FAILED, reason=known.reason, error=error)

@@ -37,7 +37,9 @@ PROGRAMS = ("subprocess.Popen", "os.exec", "os.posix_spawn", "os.spawn", "os.sys
 NETWORK = ("socket.connect", "socket.getaddrinfo", "socket.gethostbyname")
 LISTS = ("os.listdir", "os.scandir")
 _OWN = ("TMP", "TEMP", "TMPDIR", "HOME", "USER", "PATH", "PWD", "LANG", "LANGUAGE", "TZ", "COLUMNS", "LINES", "TERM")
-_OURS = re.compile(r"LC_|XDG_|PYTHON|OMP_|MKL_|OPENBLAS_|BLIS_|NUMEXPR_|VECLIB_|JOBLIB_|LOKY_|MPL|SETUPTOOLS_|NO_COLOR")
+_OURS = re.compile(
+    r"LC_|XDG_|PYTHON|OMP_|MKL_|KMP_|OPENBLAS_|BLIS_|NUMEXPR_|VECLIB_|JOBLIB_|LOKY_|MPL|SETUPTOOLS_|NO_COLOR"
+)
 """Variables of the machine that libraries ask for; a project that reads one of them depends on it all the same."""
 _STDLIB = sysconfig.get_path("stdlib")
 _MACHINE = ("/usr/", "/lib", "/proc/", "/sys/", "/dev/", "/etc/ld.so", "/etc/localtime", "/etc/ssl", "/etc/fonts")

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.chance import CLOCK, dates, shared_generators
+from replication.audit.run.chance import CLOCK, dates, shared_generators, shared_state
 from replication.audit.run.tracing import labels, loose, others, ours, traced, untraced
 from replication.audit.store.cache import Dependencies, encode
 from replication.audit.store.provenance import THREADS
@@ -87,7 +87,7 @@ def compute(task: Task) -> Answer:
     tree = SourceTree({name: Path(folder) for name, folder in task.packages.items()})
     sources = task.dependencies.sources
     begin = time.perf_counter()
-    text, error, data = None, "", {}
+    text, error, data, function = None, "", {}, None
     unseen: tuple[str, ...] = ()
     files: dict[str, str] = {}
     try:
@@ -95,8 +95,18 @@ def compute(task: Task) -> Answer:
             function = _find(task.dependencies.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(loose):
-                text = _encoded(task.name, function(**json.loads(task.arguments)))
+            with (
+                shared_state(loose, ours),
+                threadpoolctl.threadpool_limits(THREADS),
+                limited(task.timeout),
+                shared_generators(loose),
+            ):
+                text = encode(f"the result of {task.name}", function(**json.loads(task.arguments)))
+            if len(text) > LARGEST:
+                raise AuditError(
+                    f"the result of {task.name} has {len(text) / 1e6:.0f} MB, at most {LARGEST / 1e6:.0f} are kept; "
+                    "return what is shown or judged"
+                )
             if dates(function, ours):
                 loose(CLOCK)
         files = trace.files
@@ -105,8 +115,7 @@ def compute(task: Task) -> Answer:
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
-        error = describe(failure, tree, _place(task, tree))
-        text = None
+        error, text = describe(failure, tree, tree.location(function) if function else ""), None
     return Answer(task.name, text, time.perf_counter() - begin, error, data, unseen, files)
 
 
@@ -133,31 +142,13 @@ def limited(seconds: float | None) -> Iterator[None]:
         last.cancel()
 
 
-def _encoded(name: str, value: Any) -> str:
-    text = encode(f"the result of {name}", value)
-    if len(text) > LARGEST:
-        size = f"{len(text) / 1e6:.0f} MB"
-        raise AuditError(
-            f"the result of {name} has {size}, at most {LARGEST / 1e6:.0f} are kept; return what is shown or judged"
-        )
-    return text
-
-
-def _place(task: Task, tree: SourceTree) -> str:
-    """Where the function of a task is defined; empty if it cannot be found, or is none of the project's."""
-    with contextlib.suppress(Exception):
-        place = tree.location(_find(task.dependencies.function))
-        return "" if place.startswith("replication/") else place
-    return ""
-
-
 def describe(failure: BaseException, sources: SourceTree, place: str = "") -> str:
     """Type, message and the innermost line of the project of an exception, on one line.
 
     An error that we raise on account of a paper says the line of the paper; `place` if there is none in it.
     """
     message = told(failure)
-    place = "" if f"{place}:" in message else place
+    place = "" if f"{place}:" in message or place.startswith("replication/") else place
     where = sources.last_line(failure.__traceback__, of_papers=isinstance(failure, ReplicationError)) or place
     return f"{type(failure).__name__}{message and f': {message}'}{where and f' [{where}]'}"
 
