@@ -333,11 +333,6 @@ def test_growth_that_the_error_does_not_show_is_no_proof() -> None:
 @pytest.mark.parametrize(
     ("name", "module", "step"),
     [
-        ("discrete-observer", identities, "require_sampled_observer"),
-        ("error-equations", identities, "require_error_equations"),
-        ("second-case", identities, "require_second_case"),
-        ("collected-constant", identities, "require_collected"),
-        ("contraction", identities, "require_contraction"),
         ("output-bounds", identities, "require_rates"),
         ("lyapunov", lyapunov, "require_solution"),
     ],

@@ -378,12 +378,12 @@ def test_a_peak_between_the_ends_of_a_piece_is_found() -> None:
 
 def test_identities_that_are_checked() -> None:
     with patch.object(dualrate_identities, "decide") as decided:
-        dualrate_identities.require_error_equations()
-        dualrate_identities.require_sampled_observer()
+        dualrate_identities.error_equations.prove()
+        dualrate_identities.sampled_observer.prove()
         dualrate_identities.require_rates()
-        dualrate_identities.require_contraction()
-        dualrate_identities.require_second_case()
-        dualrate_identities.require_collected()
+        dualrate_identities.contraction.prove()
+        dualrate_identities.second_case.prove()
+        dualrate_identities.collected_constant.prove()
     assert [call.args[0].what for call in decided.call_args_list] == [
         *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
         "(3) = (7) in the first derivative",

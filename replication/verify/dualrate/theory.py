@@ -9,7 +9,7 @@ from typing import Any
 from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import identity
-from replication.verify.algebra.symbolic import Symbolic, letters, one, symbols, unit
+from replication.verify.algebra.symbolic import IDENTITY, letters, number
 from replication.verify.algebra.work import estimate_length, spend_on_products
 from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import Loop, on_loop
@@ -70,11 +70,12 @@ def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
 # Identities of Shao et al. with a letter for every matrix: they hold for any number of states, inputs and outputs.
 
 
-ONE = (1, 1)
+@statement("dualrate.error-equations", source="shao", holds=True, says="equations (9) and (10)")
+def error_equations() -> None:
+    """(9) equals (10), for all matrices and states of any size.
 
-
-def require_error_equations() -> None:
-    """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
+    With y_p (case 1) and with y (case 2) at t_k.
+    """
     A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
     zeta = x - xi
     for used in (predicted, y):
@@ -85,8 +86,12 @@ def require_error_equations() -> None:
         decide(Identity(second, rest, "the second row of (9) = (10)"))
 
 
-def require_second_case() -> None:
-    """(9) with ȳ(t_k) = y(t_k) is (10) without its last term."""
+@statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
+def second_case() -> None:
+    """In Case 2 (9) equals (10) without its last term, for all matrices and states of any size.
+
+    In Case 2 ȳ(t_k) = y(t_k).
+    """
     A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
     zeta = x - xi
     first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
@@ -95,21 +100,27 @@ def require_second_case() -> None:
     decide(Identity(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2"))
 
 
-def require_collected() -> None:
-    """The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
+@statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
+def collected_constant() -> None:
+    """The last four terms of (16) add up to at most α₄ √V V_m with the constant of (17), for all loops.
+
+    The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
 
     All factors are non-negative, so that these bounds may be put in their places. Both sides times r.
     """
     names = ("a1", "a2", "a3", "c1", "L", "KL", "most", "V", "Vm")
-    a1, a2, a3, c1, L, KL, most, V, Vm = (symbol.entry for symbol in symbols(dict.fromkeys(names, ONE)).values())
+    a1, a2, a3, c1, L, KL, most, V, Vm = map(number, names)
     PB, PL = most * c1, most * L
     terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
     total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
-    decide(Identity(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)"))
+    decide(Identity(terms, total * V * Vm, "(16) = (17)"))
 
 
-def require_sampled_observer() -> None:
-    """(7) solves (3): the derivatives at t = 0 of both, which determine them.
+@statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
+def sampled_observer() -> None:
+    """At the instants (7) has the estimates of (3), for all matrices of any size.
+
+    (7) solves (3): the derivatives at t = 0 of both, which determine them.
 
     By (3), the derivative k + 1 of z is Â times the derivative k, and Â z + B u + L ȳ for k = 0. By (7), the derivative
     k is F_k ζ + G_k u + H_k ȳ with F_k = Â^k of e^{Ât}, and G_k = F_{k−1} B, H_k = F_{k−1} L of its integral times B
@@ -117,15 +128,12 @@ def require_sampled_observer() -> None:
     """
     A, B, L, zeta, u, y = letters("A", "B", "L", "zeta", "u", "y")
     pushed = B @ u + L @ y
-    solution, rate, F = zeta, pushed, unit(1, one())
+    solution, rate, F = zeta, pushed, IDENTITY
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
-        decide(
-            Identity(
-                solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
-            )
-        )
+        sampled = F @ zeta + previous @ pushed
+        decide(Identity(solution, sampled, f"(3) = (7) in the {derivative} derivative"))
 
 
 def require_rates() -> None:
@@ -152,40 +160,9 @@ def require_weight(signal: str, weight: fmpq) -> None:
     decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
 
 
-def require_contraction() -> None:
-    """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
-    E, c = (symbol.entry for symbol in symbols({"E": ONE, "c": ONE}).values())
-    left, right = 1 - (E + (1 - E) * c), (1 - E) * (1 - c)
-    decide(Identity(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)"))
-
-
 LARGEST_RATIO = 100
 """Of a ratio for which det(I − Φ) is expanded for all periods at once."""
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
-
-
-@statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
-def sampled_observer() -> None:
-    """At the instants (7) has the estimates of (3), for all matrices of any size."""
-    require_sampled_observer()
-
-
-@statement("dualrate.error-equations", source="shao", holds=True, says="equations (9) and (10)")
-def error_equations() -> None:
-    """(9) equals (10), for all matrices and states of any size."""
-    require_error_equations()
-
-
-@statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
-def second_case() -> None:
-    """In Case 2 (9) equals (10) without its last term, for all matrices and states of any size."""
-    require_second_case()
-
-
-@statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
-def collected_constant() -> None:
-    """The last four terms of (16) add up to at most α₄ √V V_m with the constant of (17), for all loops."""
-    require_collected()
 
 
 @on_loop(
@@ -296,9 +273,11 @@ def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
 def contraction() -> None:
     """The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).
 
-    φ < 1 under (18), since 0 < E < 1 for T > 0 and 0 ≤ c < 1 by (18).
+    φ = E + (1 − E) c with E = e^{−T/(2 λ_max)} and c the left side of (18). φ < 1 under (18), since 0 < E < 1 for T > 0
+    and 0 ≤ c < 1 by (18).
     """
-    require_contraction()
+    E, c = map(number, "Ec")
+    decide(Identity(1 - (E + (1 - E) * c), (1 - E) * (1 - c), "1 − φ = (1 − E)(1 − c)"))
 
 
 @on_loop(

@@ -25,7 +25,7 @@ from replication.verify.nonuniform.system import (
 )
 from replication.verify.predicate import Says
 from replication.verify.reading import integer, matrix, positive, sequence, sized, symmetric
-from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.statement import BOTH, Depends
 from replication.verify.theorem import Found, Refused, require
 
 DIGITS = 40
@@ -33,47 +33,6 @@ DIGITS = 40
 PASSES = {
     "passes": Depends(lambda given: sized(sequence, sized(sequence, sized(grid.read_alpha, given.plant.A.nrows()))))
 }
-
-
-@statement("nonuniform.lemma-2", source="mustafa", holds=True, says="Lemma 2")
-def lemma_2() -> None:
-    """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B."""
-    identities.require_lemma_2()
-
-
-@on_plant("nonuniform.lemma-3", source="mustafa", holds=True, says=Says(quantity="Lemma 3", universal=True))
-def lemma_3(plant: Plant) -> Found:
-    """|e^(At)| <= e^(mu t) for all t >= 0 and every A; here mu(A) lies in {mu:ball 10}."""
-    identities.require_lemma_3()
-    return Found(words={"mu": grid.logarithmic_norm(plant.A)})
-
-
-@on_plant("nonuniform.map", source="mustafa", holds=True, says="map of the error system")
-def loop_map(plant: Plant) -> Found:
-    """For signals of any size w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 Sigma_12.
-    As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
-    ({s} x {n}).
-    """
-    identities.require_map()
-    n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
-    require(m != n and s != n, "the printed order of the factors has a value here: m = n or s = n")
-    return Found(words={"n": n, "m": m, "s": s})
-
-
-@statement("nonuniform.congruence", source="mustafa", holds=True, says="congruence (10)")
-def congruence() -> None:
-    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), block by block, for plants and signals of
-    any size and filters of the plant's order.
-    """
-    identities.require_congruence()
-
-
-@statement("nonuniform.recovery", source="mustafa", holds=True, says="recovery (11)")
-def recovery() -> None:
-    """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for any
-    size of plant and signals and filters of its order.
-    """
-    identities.require_recovery()
 
 
 @on_filtered("nonuniform.sizes", source="mustafa", holds=True, says="size of F")
