@@ -40,7 +40,7 @@ REFUSED = [
     ("nominal-1-upper", put("1", "plant", "D", 0, 0), "storage inequality"),
     ("nominal-1-upper", put("h_u", "parameters", "to"), "storage inequality"),
     ("nominal-1-upper", put("h_m", "parameters", "to"), "parameters.to must be one of h_l, middle, h_u"),
-    ("nominal-1-upper", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
+    ("nominal-1-upper", put("energy", "parameters", "weight"), "weight must be one of samples, duration"),
     ("nominal-1-upper", put("duration", "parameters", "weight"), "storage inequality"),
     ("range-2-upper", put("0", *STORAGE, "before", 0, 0), "must be an integer"),
     (
@@ -70,7 +70,11 @@ REFUSED = [
     ("printed-filter-upper", put([["1"] * 51] * 51, "plant", "A"), "plant.A has 51 states, more than 50"),
     ("printed-filter-upper", put([["1"] * 51] * 51, "plant", "filter", "A"), "filter.A has 51 states, more than 50"),
     ("printed-filter-lower", put([["1"]], "witness", "pattern"), "must be .share, samples"),
-    ("printed-filter-lower", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
+    (
+        "printed-filter-lower",
+        put("energy", "parameters", "weight"),
+        "weight must be one of samples, duration",
+    ),
     (
         "printed-filter-lower",
         put([["2", "0"], ["0", "1/2"]], "plant", "filter", "A"),

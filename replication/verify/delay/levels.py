@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from operator import le
 from typing import Any
 
 from flint import acb, fmpq
@@ -11,7 +12,7 @@ from replication.verify.delay.plant import DelayPlant, Hidden, characteristic, o
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.kernel import Below, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import integer, positive, rational, several, sized, text
+from replication.verify.reading import integer, one_of, positive, rational, several, sized
 from replication.verify.statement import LOWER, UPPER, Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -26,6 +27,8 @@ BY_TOTAL = ("z2-total", "z2-total-same", "z2-total-wide", "z2-total-z1", "z2-tot
 NARROW = {"outer": "z2-outer", "inner": "z2-inner"}
 """Readings of the degree rule of Z_2: those that hold all powers up to the degree in each variable, those that hold
 all of that total degree at least, and those with one variable only, by their rule in `forms`."""
+ONE_VARIABLE = sized(one_of, NARROW)
+"""The reader of the variable of which alone the kernels hold powers."""
 UNDER = ("none", TENSOR, "sinc")
 """Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
 
@@ -43,20 +46,13 @@ def above(degree: int, *, total: bool = False) -> Says:
     return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
 
 
-def narrow(degree: int) -> Says:
-    """What squares of a degree, or less, with kernels in one variable are under the rule that they go by."""
+def narrow(degree: int, within: Callable[[int, int], bool] = le) -> Says:
+    """What squares of a degree, or less (of the lower bounds: or more), in one variable are under their own rule."""
     return Says(
         quantity=LEAST,
         setting={"degree": degree},
-        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] <= degree else (),
+        readings=lambda parameters: (NARROW[parameters["rule"]],) if within(parameters["degree"], degree) else (),
     )
-
-
-def one_variable(value: Any, path: str) -> str:
-    """The name of the variable of which alone the kernels hold powers."""
-    rule = text(value, path)
-    require(rule in NARROW, f'{path} must be "outer" or "inner"')
-    return rule
 
 
 def below(degree: int) -> Says:
@@ -112,7 +108,7 @@ def total_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> 
 
 @on_plant(
     "delay.narrow-upper",
-    parameters={"degree": DEGREE, "rule": one_variable},
+    parameters={"degree": DEGREE, "rule": ONE_VARIABLE},
     bound=UPPER,
     witness=PROOF,
     says=tuple(map(narrow, DEGREES)),

@@ -11,11 +11,11 @@ from flint import acb, acb_mat, arb, fmpq
 
 from replication.verify.algebra.linear import above, below, largest
 from replication.verify.dualrate import response
-from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, held_over, monodromy, on_loop, read_observer
+from replication.verify.dualrate.loop import INTERPOLATED, OBSERVER, Loop, Observer, held_over, monodromy, on_loop
 from replication.verify.dualrate.response import Feedforward, Place
 from replication.verify.kernel import Below, Within, decide
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import fields, positive, sequence, several, sized, text
+from replication.verify.reading import fields, one_of, positive, sequence, several, sized
 from replication.verify.statement import Depends
 from replication.verify.theorem import Found, require
 
@@ -39,20 +39,6 @@ class Error:
     lower: fmpq
     upper: fmpq
     place: Place
-
-
-def read_feedforward(value: Any, path: str) -> Feedforward:
-    """A form of the feedforward by its name."""
-    name = text(value, path)
-    require(name in [*Feedforward], f"{path} must be one of {', '.join(Feedforward)}")
-    return Feedforward(name)
-
-
-def read_instants(value: Any, path: str) -> str:
-    """At which times the error counts."""
-    name = text(value, path)
-    require(name in INSTANTS, f"{path} must be one of {', '.join(INSTANTS)}")
-    return name
 
 
 def read_error(value: Any, path: str, loop: Loop) -> Error:
@@ -95,9 +81,9 @@ def _bounds(i: int, known: Mapping[str, Any]) -> Found:
     "dualrate.tracking-errors",
     source="shao",
     parameters={
-        "observer": read_observer,
-        "feedforward": read_feedforward,
-        "instants": read_instants,
+        "observer": OBSERVER,
+        "feedforward": sized(one_of, Feedforward),
+        "instants": sized(one_of, INSTANTS),
         "frequencies": sized(several, positive, MOST),
     },
     witness={"errors": Depends(lambda given: sized(sequence, sized(read_error, given.plant), len(given.frequencies)))},
@@ -158,7 +144,7 @@ def tracking_errors(
 @on_loop(
     "dualrate.estimates-ordered",
     source="shao",
-    parameters={"observer": read_observer, "than": read_observer, "frequency": positive},
+    parameters={"observer": OBSERVER, "than": OBSERVER, "frequency": positive},
     holds=True,
     says=(
         Says(quantity="better estimate", readings=_compared),

@@ -12,18 +12,29 @@ from replication.verify.algebra.linear import below, complex_of, root_near, with
 from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
+    OBSERVER,
     Loop,
     Observer,
     held_over,
     monodromy,
     on_loop,
     read_loop,
-    read_observer,
 )
 from replication.verify.dualrate.response import require_position_form
 from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import fields, integer, matrix, positive, rational, sequence, several, sized, text
+from replication.verify.reading import (
+    fields,
+    integer,
+    matrix,
+    one_of,
+    positive,
+    rational,
+    sequence,
+    several,
+    sized,
+    text,
+)
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -51,7 +62,7 @@ def read_guess(value: Any, path: str) -> acb:
 
 @on_loop(
     "dualrate.radius",
-    parameters={"observer": read_observer},
+    parameters={"observer": OBSERVER},
     bound=BOTH,
     witness={"root": read_guess},
     says=Says(quantity=RADIUS, readings=_readings),
@@ -66,7 +77,7 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
 
 @on_loop(
     "dualrate.stable",
-    parameters={"observer": read_observer},
+    parameters={"observer": OBSERVER},
     witness={"radius": positive},
     holds=True,
     says=Says(quantity=RADIUS, readings=_readings, found=lambda known: Found(upper=known["radius"])),
@@ -92,7 +103,7 @@ def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
     source="shao",
     plant=lambda value, path: read_loop(value, path, "start"),
     parameters={
-        "observer": read_observer,
+        "observer": OBSERVER,
         "frequency": positive,
         "starts": Depends(lambda given: sized(read_starts, given.plant)),
     },
@@ -212,21 +223,20 @@ def coordinates(plant: Motor) -> None:
     decide(Equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
 
 
-@on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True, says="Hurwitz")
+@on_loop("dualrate.hurwitz", parameters={"matrix": sized(one_of, ("feedback", "observer"))}, holds=True, says="Hurwitz")
 def hurwitz(plant: Loop, matrix: str) -> Found:
     """<For the plant {plant.name}, {name}|{name}> is Hurwitz: the Hurwitz determinants of its characteristic polynomial
     are positive.
     """
-    matrices = {"feedback": ("A + B K", plant.A + plant.B * plant.K), "observer": ("A − L C", plant.guided)}
-    require(matrix in matrices, f"parameters.matrix must be one of {', '.join(matrices)}")
-    name, M = matrices[matrix]
+    feedback = matrix == "feedback"
+    name, M = ("A + B K", plant.A + plant.B * plant.K) if feedback else ("A − L C", plant.guided)
     decide(Hurwitz(M, name))
     return Found(words={"name": name})
 
 
 @on_loop(
     "dualrate.feedforward",
-    parameters={"orders": sized(sequence, integer, 3)},
+    parameters={"orders": sized(sequence, sized(integer, 0, LARGEST_ORDER), 3)},
     says=Says(quantity="feedforward inverts the motor", readings=("inverse-feedforward",)),
 )
 def feedforward(plant: Loop, orders: list[int]) -> Found:
@@ -237,7 +247,6 @@ def feedforward(plant: Loop, orders: list[int]) -> Found:
 
     The transfer function is C adj(sI − A) B/det(sI − A); a₂, a₃ and b are entries of A and B.
     """
-    require(max(orders) <= LARGEST_ORDER, f"parameters.orders must be at most {LARGEST_ORDER}, got {max(orders)}")
     require_position_form(plant)
     factors = (fmpq(1), -plant.A[2, 1], -plant.A[2, 2])
     numerator = sum((_power(order) * factor for order, factor in zip(orders, factors, strict=True)), fmpq_poly([0]))

@@ -16,7 +16,7 @@ from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.kernel import Below, Identity, Nonnegative, decide, holds
 from replication.verify.predicate import Says
-from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
+from replication.verify.reading import fields, integer, matrix, one_of, positive, several, sized, symmetric
 from replication.verify.statement import Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -188,13 +188,6 @@ STEPS: Mapping[str, Mapping[str, str]] = {
 """Terms of (12) and (14) by what their matrix multiplies: the state, or the estimate."""
 
 
-def read_quantity(value: Any, path: str) -> str:
-    """One of `STEPS`."""
-    name = text(value, path)
-    require(name in STEPS, f"{path} must be one of {', '.join(STEPS)}")
-    return name
-
-
 def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
     """The weight of each term."""
     terms = STEPS[quantity]
@@ -208,7 +201,7 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
     "dualrate.step-bound",
     source="shao",
     parameters={
-        "quantity": read_quantity,
+        "quantity": sized(one_of, STEPS),
         "weights": Depends(lambda given: sized(read_weights, given.quantity)),
     },
     holds=True,

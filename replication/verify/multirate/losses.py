@@ -77,16 +77,9 @@ def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
     return Lossy(cases, seen([case.arrived for case in cases]))
 
 
-def one_or_none(value: Any, path: str) -> int:
-    """0 or 1."""
-    read = integer(value, path)
-    require(read <= 1, f"{path} must be 0 or 1, got {read}")
-    return read
-
-
 LOST: Table = {
     **{name: CHOSEN[name] for name in ("sensors", "periods", "offsets")},
-    "together": one_or_none,
+    "together": sized(integer, 0, 1),
     "misses": Depends(lambda given: sized(sequence, integer, 1 if given.together else len(given.sensors))),
 }
 """together: whether the samples of one instant travel in one packet; misses: most losses in a row, of each channel."""

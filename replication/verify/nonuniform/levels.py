@@ -176,7 +176,7 @@ def breaks_level(
 @on_plant(
     "nonuniform.optimum-upper",
     source="mustafa",
-    parameters={"from": text, "to": text, "weight": system.read_weight},
+    parameters={"from": text, "to": text, "weight": system.WEIGHT},
     bound=UPPER,
     witness={
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),

@@ -14,7 +14,18 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import beside, block, characteristic_polynomial, generator, hold
 from replication.verify.kernel import Hurwitz, Within, decide
-from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
+from replication.verify.reading import (
+    fields,
+    known_fields,
+    matrix,
+    one_of,
+    positive,
+    rational,
+    sequence,
+    sized,
+    states,
+    text,
+)
 from replication.verify.statement import statement
 from replication.verify.theorem import require
 
@@ -88,8 +99,7 @@ class Plant:
     def period(self, name: str, path: str) -> Time:
         """The period that goes by this name."""
         periods = dict(zip(PERIODS, (self.h_l, self.middle, self.h_u), strict=True))
-        require(name in periods, f"{path} must be one of {', '.join(periods)}, got {name!r:.20}")
-        return periods[name]
+        return periods[one_of(name, path, periods)]
 
 
 def read_plant(value: Any, path: str = "plant") -> Plant:
@@ -175,11 +185,8 @@ def read_ends(plant: Plant, start: Any, stop: Any) -> Ends:
     return ends
 
 
-def read_weight(value: Any, path: str) -> str:
-    """How the samples are weighted: `samples` alike, or `duration` by their periods."""
-    weight = text(value, path)
-    require(weight in ("samples", "duration"), f"the weight must be samples or duration, got {weight!r:.20}")
-    return weight
+WEIGHT = sized(one_of, ("samples", "duration"))
+"""The reader of how the samples are weighted: all alike, or by their periods."""
 
 
 def read_case(value: Any, path: str, plant: Plant, *level: str) -> Case:
@@ -188,7 +195,7 @@ def read_case(value: Any, path: str, plant: Plant, *level: str) -> Case:
     given = dict(zip(names, fields(value, path, *names), strict=True))
     return Case(
         ends=read_ends(plant, given["from"], given["to"]),
-        weight=read_weight(given["weight"], f"{path}.weight"),
+        weight=WEIGHT(given["weight"], f"{path}.weight"),
         level=positive(given["level"], f"{path}.level") if level else fmpq(0),
         filter=plant.filter or read_filter(given["filter"], f"{path}.filter", plant),
     )
