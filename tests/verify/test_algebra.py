@@ -98,6 +98,11 @@ def test_a_root_lies_in_its_disc_and_no_smaller_one_would_do() -> None:
         balls.root_near(acb_poly([1, 0, 1]), acb(0))
 
 
+def test_ends_are_rounded_outwards() -> None:
+    assert balls.rounded_ends(arb(fmpq(1, 3))) == (fmpq(2**40 // 3, 2**40), fmpq(2**40 // 3 + 1, 2**40))
+    assert balls.rounded_ends(arb(fmpq(-1, 3)), 1) == (fmpq(-1, 2), 0)
+
+
 def test_a_root_is_divided_out() -> None:
     quotient = balls.without_root(acb_poly([-30, 31, -10, 1]), acb(5))
     assert [int(float(c.real.mid())) for c in quotient.coeffs()] == [6, -5, 1]

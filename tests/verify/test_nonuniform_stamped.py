@@ -118,10 +118,10 @@ def test_the_gain_is_that_of_the_period_before() -> None:
         level = system.seconds((fmpq(ratio.numerator, ratio.denominator), fmpq(0))).sqrt() + arb(shift) / 1000
         exact = fmpq(int((level * 10**6).floor().unique_fmpz()), 10**6)
         if fits:
-            gain.require_motion(plant, case, exact, [fmpq(0), ONE], acb(1), w)
+            gain.require_motion(plant, case, exact, [fmpq(0), ONE], fmpq(0), w)
         else:
             with pytest.raises(Refused, match="does not attain"):
-                gain.require_motion(plant, case, exact, [fmpq(0), ONE], acb(1), w)
+                gain.require_motion(plant, case, exact, [fmpq(0), ONE], fmpq(0), w)
 
 
 def test_other_coordinates_change_nothing() -> None:

@@ -5,11 +5,10 @@ Matrices are letters, so that the identities hold for plants, filters and signal
 
 from __future__ import annotations
 
-from flint import fmpq
+from flint import arb, fmpq, fmpq_mat
 
 from replication.verify.algebra.symbolic import IDENTITY, blocks, letters, number
 from replication.verify.kernel import Equal, Identity, decide
-from replication.verify.nonuniform.grid import logarithmic_norm
 from replication.verify.nonuniform.system import Plant, on_plant
 from replication.verify.predicate import Says
 from replication.verify.statement import statement
@@ -28,6 +27,14 @@ def lemma_2() -> None:
     moved = 1 + a * e
     decide(Equal(moved * p, p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)"))
     decide(Equal((e + moved * d) * b, d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2"))
+
+
+def logarithmic_norm(A: fmpq_mat) -> arb:
+    """mu(A), the larger eigenvalue of (A + A')/2, for A of order two."""
+    require(A.nrows() == 2, "the logarithmic norm is written out for two states")
+    S = (A + A.transpose()) / 2
+    mean, half = (S[0, 0] + S[1, 1]) / 2, (S[0, 0] - S[1, 1]) / 2
+    return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
 
 
 @on_plant("nonuniform.lemma-3", source="mustafa", holds=True, says=Says(quantity="Lemma 3", universal=True))

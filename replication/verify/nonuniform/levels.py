@@ -6,13 +6,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, circle_point, energy, hold, identity, product, solved, zeros
+from replication.verify.algebra.linear import block, energy, hold, identity, product, solved, zeros
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import AtMost, Hurwitz, Positive, decide
 from replication.verify.nonuniform import gain, system
-from replication.verify.nonuniform.gain import Storage, require_attained, require_level, require_motion, require_ratio
+from replication.verify.nonuniform.gain import (
+    ATTAINED,
+    Storage,
+    require_attained,
+    require_level,
+    require_motion,
+    require_ratio,
+)
 from replication.verify.nonuniform.system import (
     PERIODS,
     Case,
@@ -26,7 +33,7 @@ from replication.verify.nonuniform.system import (
 )
 from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import fields, matrices, positive, rational, sequence, sized, square, text
-from replication.verify.statement import BOTH, LOWER, UPPER, Depends, Table
+from replication.verify.statement import BOTH, LOWER, UPPER, Depends
 from replication.verify.theorem import Found, require
 
 # A level that no filter of form (4) attains at a constant period: disturbances that the measurements do not show.
@@ -136,11 +143,6 @@ STORED = {
         lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.parameters.filter.A.nrows())
     )
 }
-ATTAINED: Table = {
-    "pattern": gain.read_pattern,
-    "turn": rational,
-    "w": Depends(lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))),
-}
 
 
 @on_filtered("nonuniform.gain-upper", parameters=CASE, bound=UPPER, witness=STORED, says=OF_FILTER)
@@ -157,19 +159,17 @@ def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -
 
 
 @on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
-def gain_lower(plant: Plant, parameters: Case, lower: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]) -> None:
+def gain_lower(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> None:
     """The gain of the given filter {parameters.scope} is more than {lower:down}."""
-    require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
+    require_attained(plant, parameters, lower, **motion)
 
 
 @on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False, says=OF_FILTER)
-def breaks_level(
-    plant: Plant, parameters: Case, lower: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]
-) -> None:
+def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> None:
     """The given filter does not have the level {parameters.level:down} {parameters.scope}: its gain is more than
     {lower:down}.
     """
-    require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
+    require_attained(plant, parameters, lower, **motion)
     decide(AtMost(parameters.level, lower, f"the bound {lower} is below the level {parameters.level}"))
 
 
@@ -302,15 +302,7 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
     ),
 )
 def stamped_gain(
-    plant: Plant,
-    lower: fmpq,
-    upper: fmpq,
-    filter: Stamped,
-    T: fmpq_mat,
-    storage: Storage,
-    pattern: list[fmpq],
-    turn: fmpq,
-    w: list[acb_mat],
+    plant: Plant, lower: fmpq, upper: fmpq, filter: Stamped, T: fmpq_mat, storage: Storage, **motion: Any
 ) -> Found:
     """The filter with time stamps that stands here has a gain of more than {lower:down} and at most {upper:up}
     {scope}; its error settles for every such sequence.
@@ -324,5 +316,5 @@ def stamped_gain(
     moved, chosen = in_coordinates(plant, filter, T)
     case = CaseOf(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
     require_level(moved, case, upper, storage)
-    require_motion(moved, case, lower, pattern, circle_point(turn), w)
+    require_motion(moved, case, lower, **motion)
     return Found(words={"scope": case.scope})

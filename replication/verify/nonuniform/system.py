@@ -27,7 +27,7 @@ from replication.verify.reading import (
     text,
 )
 from replication.verify.statement import statement
-from replication.verify.theorem import require
+from replication.verify.theorem import Refused, require
 
 PRECISION = 128
 """Bits of the balls."""
@@ -95,6 +95,13 @@ class Plant:
     def middle(self) -> Time:
         """The period in the middle of the range."""
         return along(self.h_l, self.h_u, fmpq(1, 2))
+
+    @property
+    def printed(self) -> Filter:
+        """The filter that is printed with it; refused without one."""
+        if self.filter is None:
+            raise Refused("plant lacks the field filter")
+        return self.filter
 
     def period(self, name: str, path: str) -> Time:
         """The period that goes by this name."""
