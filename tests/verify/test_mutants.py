@@ -26,7 +26,6 @@ VERIFIER = {
     "delay.pade": ("test_delay_programs", *SAID),
     "delay.plant": ("test_delay", "test_delay_programs", *SAID),
     "delay.sos": ("test_delay", *SAID),
-    "dualrate.errors": DUALRATE,
     "dualrate.loop": DUALRATE,
     "dualrate.loops": DUALRATE,
     "dualrate.lyapunov": DUALRATE,

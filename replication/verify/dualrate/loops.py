@@ -9,7 +9,6 @@ from typing import Any
 from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import below, complex_of, root_near, without_root
-from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
     OBSERVER,
@@ -20,7 +19,7 @@ from replication.verify.dualrate.loop import (
     on_loop,
     read_loop,
 )
-from replication.verify.dualrate.response import require_position_form
+from replication.verify.dualrate.response import require_position_form, steady_start
 from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
 from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import (
@@ -126,7 +125,7 @@ def no_bounded_error(
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
     bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
     """
-    response.require_position_form(plant)
+    require_position_form(plant)
     root = eigenvalue_near(plant, observer, root)
     decide(Below(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
     for name, estimate in starts.items():
@@ -139,7 +138,7 @@ def no_bounded_error(
 def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
     """c = C ψ(Φ)(z(0) − Im X) of `no_bounded_error`, z(0) = start."""
     Phi = acb_mat(monodromy(loop, observer))
-    steady = response.steady_start(loop, observer, acb(0, arb(sigma)))
+    steady = steady_start(loop, observer, acb(0, arb(sigma)))
     offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady.entries(), strict=True)])
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)

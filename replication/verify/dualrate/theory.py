@@ -1,71 +1,18 @@
-"""Statements on the stability result of Shao et al., Sec. IV: its steps, its condition, and a loop that refutes it."""
+"""Statements on the steps of the stability result of Shao et al., Sec. IV."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
-from typing import Any
 
-from flint import arb, fmpq, fmpq_mat, fmpq_poly
+from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import identity
 from replication.verify.algebra.symbolic import IDENTITY, letters, number
-from replication.verify.algebra.work import estimate_length, spend_on_products
-from replication.verify.dualrate import lyapunov as equation
-from replication.verify.dualrate.loop import Loop, on_loop
-from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
-from replication.verify.kernel import Below, Identity, Nonnegative, decide, holds
+from replication.verify.kernel import Identity, Nonnegative, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import fields, integer, matrix, one_of, positive, several, sized, symmetric
+from replication.verify.reading import one_of, positive, record, sized
 from replication.verify.statement import Depends, statement
-from replication.verify.theorem import Found, require
-
-# The scalar loop A = B = C = 1, L = 2 for all periods at once: with h = e^T − 1 its matrices are rational in h.
-#
-# Ā = 1 + h, B̄ = h, F = 1/(1 + h), G = h/(1 + h) and H = 2h/(1 + h), so (1 + h)^{2M} det(I − Φ) is a polynomial in h.
-
-
-H = fmpq_poly([0, 1])
-GROWTH = 1 + H
-"""e^T."""
-
-
-def determinant(loop: Loop, ratio: int) -> fmpq_poly:
-    """(1 + h)^{2M} det(I − Φ) of the alternating predictive observer, Φ over z = (x, ζ).
-
-    x and ζ at phase k, and what stands for the measurement then, are carried times (1 + h)^k.
-    """
-    one, L = fmpq(1), loop.L[0, 0]
-    shapes = [M.nrows() for M in (loop.A, loop.B, loop.C)]
-    unit = shapes == [1, 1, 1] and (loop.A[0, 0], loop.B[0, 0], loop.C[0, 0]) == (one, one, one)
-    require(unit and L == 2, "the argument needs A = B = C = 1 and L = 2")
-    columns = []
-    for x, zeta in ((fmpq_poly([1]), fmpq_poly([0])), (fmpq_poly([0]), fmpq_poly([1]))):
-        measured = x
-        for k in range(ratio):
-            spend_on_products(k + 1, (k + 1) * (estimate_length([loop.K[0, 0]]) + 2), "det(I − Φ)")
-            u = loop.K[0, 0] * zeta
-            predicted = GROWTH * (GROWTH * zeta + H * u)
-            x, zeta = GROWTH * (GROWTH * x + H * u), zeta + H * u + L * H * measured
-            measured = predicted
-        columns.append((x, zeta))
-    (a, c), (b, d) = columns
-    scale = GROWTH**ratio
-    return (scale - a) * (scale - d) - b * c
-
-
-def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
-    """Refuse unless the polynomial in h is negative for all 0 < T ≤ longest.
-
-    With k its lowest power: the positive ones of the other coefficients, at the largest h, do not outweigh the lowest.
-    """
-    coefficients = polynomial.coeffs()
-    lowest = next((k for k, c in enumerate(coefficients) if c != 0), None)
-    require(lowest is not None, "det(I − Φ) vanishes for every period")
-    reach, low = arb(longest).exp() - 1, lowest or 0
-    rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
-    decide(Below(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))
-
+from replication.verify.theorem import Found
 
 # Identities of Shao et al. with a letter for every matrix: they hold for any number of states, inputs and outputs.
 
@@ -160,27 +107,6 @@ def require_weight(signal: str, weight: fmpq) -> None:
     decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
 
 
-LARGEST_RATIO = 100
-"""Of a ratio for which det(I − Φ) is expanded for all periods at once."""
-SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
-
-
-@on_loop(
-    "dualrate.lyapunov",
-    source="shao",
-    witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
-    holds=True,
-    says="Lyapunov equation",
-)
-def lyapunov(plant: Loop, P: fmpq_mat) -> None:
-    """For <the printed data of the plant {plant.name}|this plant> the Lyapunov equation is solved exactly by a positive
-    definite matrix.
-
-    ÃᵀP + P Ã = −I has a positive definite solution.
-    """
-    equation.require_solution(plant, P)
-
-
 STEPS: Mapping[str, Mapping[str, str]] = {
     "output": {"CA": "x", "CBK": "zeta"},
     "feedback": {"KÂ": "zeta", "KBK": "zeta", "KLC": "x"},
@@ -188,21 +114,12 @@ STEPS: Mapping[str, Mapping[str, str]] = {
 """Terms of (12) and (14) by what their matrix multiplies: the state, or the estimate."""
 
 
-def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
-    """The weight of each term."""
-    terms = STEPS[quantity]
-    return {
-        term: positive(weight, f"{path}.{term}")
-        for term, weight in zip(terms, fields(value, path, *terms), strict=True)
-    }
-
-
 @statement(
     "dualrate.step-bound",
     source="shao",
     parameters={
         "quantity": sized(one_of, STEPS),
-        "weights": Depends(lambda given: sized(read_weights, given.quantity)),
+        "weights": Depends(lambda given: sized(record, dict.fromkeys(STEPS[given.quantity], positive))),
     },
     holds=True,
     says=Says(
@@ -231,37 +148,6 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     return Found(words={"equations": equations[quantity], "factors": factors})
 
 
-@on_loop(
-    "dualrate.prediction-bound",
-    source="shao",
-    parameters={"longest": positive},
-    witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
-    holds=False,
-    says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
-)
-def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
-    """For the plant {plant.name} and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
-    some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most
-    {side:up}.
-    """
-    gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
-    decide(Below(side, gap, f"(15) is not proved to fail for all periods up to {longest} s"))
-    return Found(words={"gap": gap, "side": side})
-
-
-@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION}, says="condition (18)")
-def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
-    """The loop< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) <{verb} (18), whose left side is|has α₄
-    λ_max(P) T, which must be below one, at> {side:down} to {side:up}.
-    """
-    side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
-    undecided = f"the left side of (18) is {side.str(8)}: not decided"
-    met = holds(Below(side, 1, undecided))
-    if not met:
-        decide(Below(1, side, undecided))
-    return Found(words={"verb": "meets" if met else "does not meet", "side": side}, holds=met)
-
-
 @statement("dualrate.contraction", source="shao", holds=True, says="contraction (22)")
 def contraction() -> None:
     """The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).
@@ -271,29 +157,3 @@ def contraction() -> None:
     """
     E, c = map(number, "Ec")
     decide(Identity(1 - (E + (1 - E) * c), (1 - E) * (1 - c), "1 − φ = (1 − E)(1 − c)"))
-
-
-@on_loop(
-    "dualrate.counterexample",
-    source="shao",
-    parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
-    witness={"lyapunov": SOLUTION},
-    holds=False,
-    says=Says(quantity="stability result", setting={}, universal=True),
-)
-def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
-    """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable
-    for every T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
-
-    A loop that is unstable for every period that (18) allows, for each of the ratios M.
-
-    det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
-    """
-    allowed = 1 / equation.condition_per_second(plant, lyapunov)
-    decide(Below(allowed, longest, f"(18) may allow periods above {longest} s"))
-    require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
-    require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
-    for ratio in ratios:
-        require_negative(determinant(plant, ratio), longest)
-    listed = ", ".join(map(str, ratios))
-    return Found(words={"K": plant.K[0, 0], "L": plant.L[0, 0], "listed": listed, "allowed": allowed})
