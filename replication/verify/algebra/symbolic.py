@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from operator import add, sub
 
 from flint import fmpq
 
@@ -159,11 +158,12 @@ class Symbolic:
 
     def __add__(self, other: Symbolic) -> Symbolic:
         """The sum."""
-        return self._beside(add, other)
+        pairs = zip(self.rows, other.rows, strict=True)
+        return Symbolic(tuple(tuple(a + b for a, b in zip(*pair, strict=True)) for pair in pairs))
 
     def __sub__(self, other: Symbolic) -> Symbolic:
         """The difference."""
-        return self._beside(sub, other)
+        return self + -other
 
     def __neg__(self) -> Symbolic:
         """The negative."""
@@ -181,10 +181,6 @@ class Symbolic:
     def is_zero(self) -> bool:
         """Whether every entry is zero."""
         return all(entry.is_zero() for row in self.rows for entry in row)
-
-    def _beside(self, operation: Callable[[Words, Words], Words], other: Symbolic) -> Symbolic:
-        pairs = zip(self.rows, other.rows, strict=True)
-        return Symbolic(tuple(tuple(operation(a, b) for a, b in zip(*pair, strict=True)) for pair in pairs))
 
 
 def _dot(row: Sequence[Words], column: Sequence[Words]) -> Words:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
+from math import factorial
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
@@ -169,7 +170,7 @@ def pieces(moving: Motion, start: acb_mat, length: fmpq) -> Iterator[tuple[acb_p
     for k in range(1, TERMS):
         rows.append(rows[-1] * moving.N / k)
     of_error = acb_mat([row.entries() for row in rows])
-    tail = moving.output_size() * reach**TERMS / arb.fac_ui(TERMS) * reach.exp()
+    tail = moving.output_size() * reach**TERMS / factorial(TERMS) * reach.exp()
     for _ in range(PIECES):
         yield acb_poly((of_error * v).entries()), tail * moving.size(v)
         v = step * v
