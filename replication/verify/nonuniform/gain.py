@@ -17,7 +17,7 @@ from replication.verify.algebra.linear import block, circle_point, complex_of, e
 from replication.verify.algebra.work import BALL, STEP, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
-from replication.verify.nonuniform.system import ONE_CELL, Case, CaseOf, Estimator, Plant
+from replication.verify.nonuniform.system import ONE_CELL, Case, Plant
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, several, sized, symmetric
 from replication.verify.statement import Depends, Table
 from replication.verify.theorem import Refused, require
@@ -75,7 +75,7 @@ def read_storage(value: Any, path: str, size: int, known: Sequence[fmpq] = ONE_C
     return Storage(shares, before, P, [system.cell_of(known, share) for share in shares[:-1]])
 
 
-def require_level(plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: Storage) -> None:
+def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> None:
     """Refuse unless the storage proves that no sequence of the case exceeds the level g.
 
     With `before` the state that precedes d when the period lies in cell a: for every d, a and gain k of the filter, and
@@ -116,7 +116,7 @@ def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], 
 class _Inequality:
     """The inequality of `require_level` on pieces of the range."""
 
-    def __init__(self, plant: Plant, case: CaseOf[Estimator], level: fmpq, P: list[arb_mat]) -> None:
+    def __init__(self, plant: Plant, case: Case, level: fmpq, P: list[arb_mat]) -> None:
         self.plant, self.case, self.P = plant, case, P
         self.states = len(P) // (len(case.filter.cells) - 1)
         output = case.filter.output(plant)
@@ -188,9 +188,7 @@ def require_attained(plant: Plant, case: Case, level: fmpq, **motion: Any) -> No
     require_motion(plant, case, level, **motion)
 
 
-def require_motion(
-    plant: Plant, case: CaseOf[Estimator], level: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]
-) -> None:
+def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]) -> None:
     """`require_attained` for an error system that is known to be stable for every sequence.
 
     z = circle_point(turn), w_0 ... w_{p-1} are the complex disturbances of a pattern. With w_{k+p} = z w_k

@@ -23,7 +23,6 @@ from replication.verify.nonuniform.gain import (
 from replication.verify.nonuniform.system import (
     PERIODS,
     Case,
-    CaseOf,
     Filter,
     Plant,
     Time,
@@ -314,7 +313,7 @@ def stamped_gain(
     The storage is written for the state T x: balls are narrow where it is about the identity.
     """
     moved, chosen = in_coordinates(plant, filter, T)
-    case = CaseOf(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
     require_level(moved, case, upper, storage)
     require_motion(moved, case, lower, **motion)
     return Found(words={"scope": case.scope})

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
@@ -39,20 +39,6 @@ PERIODS = ("h_l", "middle", "h_u")
 ONE_CELL = (fmpq(0), fmpq(1))
 
 
-class Estimator(Protocol):
-    """What makes an error system x+ = M(h) [x; w], e = C-bar x: one M for each cell of the period before."""
-
-    @property
-    def cells(self) -> Sequence[fmpq]:
-        """Where the cells end, as shares of the way between the ends of the range: from 0 to 1."""
-
-    def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
-        """M = [A-bar, B-bar] after each cell, for [Phi, Gamma] in a ball."""
-
-    def output(self, plant: Plant) -> fmpq_mat:
-        """C-bar."""
-
-
 @dataclass(frozen=True)
 class Filter:
     """Eq. (4): A (nf, nf), B (nf, r), C (s, nf)."""
@@ -63,18 +49,18 @@ class Filter:
 
     @property
     def cells(self) -> Sequence[fmpq]:
-        """It does not know the period: one cell."""
+        """Where the cells end, as shares of the way between the ends of the range: it does not know the period."""
         return ONE_CELL
 
     def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
-        """Eq. (5), (n + nf, n + nf + m)."""
+        """M = [A-bar, B-bar] of eq. (5) after each cell, for [Phi, Gamma] in a ball: (n + nf, n + nf + m)."""
         n, nf = plant.A.nrows(), self.A.nrows()
         upper = [[*row[:n], *[arb(0)] * nf, *row[n:]] for row in step.tolist()]
         lower = arb_mat(block([[self.B * plant.C, self.A, self.B * plant.D]])).tolist()
         return [arb_mat(upper + lower)]
 
     def output(self, plant: Plant) -> fmpq_mat:
-        """[L, -C_f] of eq. (5)."""
+        """C-bar = [L, -C_f] of eq. (5)."""
         return block([[plant.L, -self.C]])
 
 
@@ -145,16 +131,16 @@ def read_filter(value: Any, path: str, plant: Plant) -> Filter:
     )
 
 
-Kind_co = TypeVar("Kind_co", bound=Estimator, covariant=True)
-
-
 @dataclass(frozen=True, kw_only=True)
-class CaseOf(Generic[Kind_co]):
-    """A filter, both ends of a range of periods, a weight, and the level in question, or 0."""
+class Case:
+    """A filter, both ends of a range of periods, a weight, and the level in question, or 0.
+
+    filter: a `Filter`, or what else makes an error system x+ = M(h) [x; w], e = C-bar x by `cells`, `steps`, `output`.
+    """
 
     ends: Ends
     weight: str
-    filter: Kind_co
+    filter: Any
     level: fmpq
 
     @property
@@ -168,9 +154,6 @@ class CaseOf(Generic[Kind_co]):
     def least(self) -> str:
         """The shortest period, in words."""
         return in_words(self.ends[0])
-
-
-Case = CaseOf[Filter]
 
 
 def in_words(time: Time) -> str:
