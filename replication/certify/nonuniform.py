@@ -63,7 +63,8 @@ def storage_matrix(
     none: the level g is too low.
     """
     with ctx.workprec(PRECISION):
-        h = _period(plant, period)
+        low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (exact([plant[end]]) for end in ("h_l", "h_u")))
+        h = {"h_l": low, "middle": (low + high) / 2, "h_u": high}[period]
         A, B, C = error_stage(plant, filter_, h)
         weight = h if per_duration else arb(1)
         supplied = weight * arb(level) ** 2
@@ -76,18 +77,13 @@ def storage_matrix(
             if _size(added) < SETTLED * _size(P):
                 break
         gap = arb_mat(identity(B.ncols())) * supplied - B.transpose() * P * B
-        sound = all(np.all(np.linalg.eigvalsh(_floats(M)) > 0) for M in (gap, P))
+        middles = (np.array([[float(entry.mid()) for entry in row] for row in M.tolist()]) for M in (gap, P))
+        sound = all(np.all(np.linalg.eigvalsh(M) > 0) for M in middles)
         if not sound or not _size(added) < SETTLED * _size(P):
             raise SolverError(f"no storage matrix at the level {level}: it is too low; raise it")
         return [
             [str(rounded_ends(entry.mid() / 2, EXACT_BITS)[0]) for entry in row] for row in (P + P.transpose()).tolist()
         ]
-
-
-def _period(plant: Json, name: str) -> arb:
-    """The period named h_l, middle or h_u, in seconds."""
-    low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (exact([plant[end]]) for end in ("h_l", "h_u")))
-    return {"h_l": low, "middle": (low + high) / 2, "h_u": high}[name]
 
 
 def error_stage(plant: Json, filter_: Json, h: arb) -> tuple[arb_mat, arb_mat, arb_mat]:
@@ -102,10 +98,6 @@ def error_stage(plant: Json, filter_: Json, h: arb) -> tuple[arb_mat, arb_mat, a
 def _size(M: arb_mat) -> arb:
     """The sum of the moduli of the entries."""
     return sum((abs(entry) for entry in M.entries()), arb(0))
-
-
-def _floats(M: arb_mat) -> Array:
-    return np.array([[float(entry.mid()) for entry in row] for row in M.tolist()])
 
 
 Made = dict[str, Any]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from operator import le
 from typing import Any
 
@@ -33,6 +34,11 @@ UNDER = ("none", TENSOR, "sinc")
 """Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
 
 
+def at(degree: int, readings: Callable[[Mapping[str, Any]], tuple[str, ...]]) -> Says:
+    """The least level at a degree, under readings by the parameters."""
+    return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
+
+
 def above(degree: int, *, total: bool = False) -> Says:
     """What squares of a degree, in each variable or in total, or less of it, are for a rule that allows as much."""
 
@@ -43,32 +49,23 @@ def above(degree: int, *, total: bool = False) -> Says:
         # Powers of s and t up to d each have total degree 2 d at most; of total degree d they are up to d each.
         return (*BY_EACH, *(BY_TOTAL if total or 2 * least <= degree else ()))
 
-    return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
+    return at(degree, readings)
 
 
 def narrow(degree: int, within: Callable[[int, int], bool] = le) -> Says:
     """What squares of a degree, or less (of the lower bounds: or more), in one variable are under their own rule."""
-    return Says(
-        quantity=LEAST,
-        setting={"degree": degree},
-        readings=lambda parameters: (NARROW[parameters["rule"]],) if within(parameters["degree"], degree) else (),
-    )
+    return at(degree, lambda given: (NARROW[given["rule"]],) if within(given["degree"], degree) else ())
 
 
 def below(degree: int) -> Says:
     """No observer is better, whatever the degree and the rule."""
-    return Says(quantity=LEAST, setting={"degree": degree}, readings=(*BY_EACH, *BY_TOTAL, *NARROW.values()))
+    return at(degree, lambda given: (*BY_EACH, *BY_TOTAL, *NARROW.values()))
 
 
 def ratio(degree: int) -> Says:
     """How near an observer of a degree, or of less, comes to the best."""
-    return Says(
-        quantity=RATIO,
-        estimators=OBSERVERS,
-        setting={"degree": degree},
-        readings=lambda parameters: UNDER if parameters["degree"] <= degree else (),
-        found=lambda known: Found(upper=known["factor"]),
-    )
+    says = at(degree, lambda given: UNDER if given["degree"] <= degree else ())
+    return replace(says, quantity=RATIO, estimators=OBSERVERS, found=lambda known: Found(upper=known["factor"]))
 
 
 REACHED = Says(quantity=GAIN, estimators=OBSERVERS, setting={}, readings=UNDER)

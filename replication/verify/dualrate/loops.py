@@ -70,7 +70,8 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the
     spectral radius {lower:down} to {upper:up}.
     """
-    require_eigenvalue_beyond(plant, observer, root, lower)
+    found = abs(eigenvalue_near(plant, observer, root))
+    decide(Below(lower, found, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
     decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", upper))
 
 
@@ -143,12 +144,6 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
     return (applied(polynomial, reached, Phi) * offset)[0, 0]
-
-
-def require_eigenvalue_beyond(loop: Loop, observer: Observer, guess: acb, low: fmpq) -> None:
-    """Refuse unless Φ has an eigenvalue of modulus `low` or more near the guess of a witness."""
-    found = abs(eigenvalue_near(loop, observer, guess))
-    decide(Below(low, found, f"the eigenvalue is not proved to be at least {below(low)} in modulus"))
 
 
 def eigenvalue_near(loop: Loop, observer: Observer, guess: acb) -> acb:

@@ -259,10 +259,6 @@ def _compared(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(f"estimate-{name}" for name in found or ["literal"])
 
 
-def _swapped(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    return {**parameters, "observer": parameters["than"], "than": parameters["observer"]}
-
-
 def _setting(i: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
     fixed = {name: value for name, value in parameters.items() if name != "frequencies"}
     return {**fixed, "frequency": parameters["frequencies"][min(i, len(parameters["frequencies"]) - 1)]}
@@ -344,7 +340,12 @@ def tracking_errors(
     holds=True,
     says=(
         Says(quantity="better estimate", readings=_compared),
-        Says(quantity="better estimate", setting=_swapped, readings=_compared, found=lambda known: Found(holds=False)),
+        Says(
+            quantity="better estimate",
+            setting=lambda given: {**given, "observer": given["than"], "than": given["observer"]},
+            readings=_compared,
+            found=lambda known: Found(holds=False),
+        ),
     ),
 )
 def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:

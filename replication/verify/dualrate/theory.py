@@ -101,12 +101,6 @@ SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
 """State and estimate as combinations of (x, ξ)."""
 
 
-def require_weight(signal: str, weight: fmpq) -> None:
-    """Refuse unless |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
-    m = fmpq_mat([list(SIGNALS[signal])])
-    decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
-
-
 STEPS: Mapping[str, Mapping[str, str]] = {
     "output": {"CA": "x", "CBK": "zeta"},
     "feedback": {"KÂ": "zeta", "KBK": "zeta", "KLC": "x"},
@@ -139,7 +133,10 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     """
     require_rates()
     for term, weight in weights.items():
-        require_weight(STEPS[quantity][term], weight)
+        # |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal.
+        signal = STEPS[quantity][term]
+        m = fmpq_mat([list(SIGNALS[signal])])
+        decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
     equations = {
         "output": "(12) and (13) hold",
         "feedback": "(14) holds with |e_p(t_k)| (t − t_k) where e_p(t_k) is printed",

@@ -128,7 +128,11 @@ def gain_under_losses(
     """
     steps = plant.system.error_system(L)
     require_storage(plant, steps, at, to, P, upper)
-    require_walk(plant.cases, word)
+    # All nodes are reached from the start, which takes nothing with the error at zero.
+    require(all(i < len(plant.cases) for i in word), "witness.word has a case that is not there")
+    walk = zip(word, [*word[1:], word[0]], strict=True)
+    joined = all(plant.cases[i].after == plant.cases[j].before for i, j in walk)
+    require(joined, "witness.word is no pattern that can repeat")
     require_lower(lower, attained([steps[i] for i in word], plant.system.W, turn, v))
     return Found(words={"sent": "packets" if chosen["together"] else "samples of each sensor"})
 
@@ -154,12 +158,3 @@ def require_storage(
             fits = target < len(at) and at[target] == plant.cases[number].after
             require(fits, f"case {number} does not lead from storage function {i} to {target}")
             require_fall(steps[number], plant.system.W, (P[i], P[target]), level, f"case {number} of storage {i}")
-
-
-def require_walk(cases: Sequence[Case], word: Sequence[int]) -> None:
-    """Refuse unless each case begins where the one before it ended, and the first where the last did: then the pattern
-    can repeat for ever. All nodes are reached from the start, which takes nothing with the error at zero.
-    """
-    require(all(i < len(cases) for i in word), "witness.word has a case that is not there")
-    joined = all(cases[i].after == cases[j].before for i, j in zip(word, [*word[1:], word[0]], strict=True))
-    require(joined, "witness.word is no pattern that can repeat")
