@@ -106,19 +106,7 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.system.noises, given.
         "v": NOISES,
     },
 )
-def gain_under_losses(
-    plant: Lossy,
-    lower: fmpq,
-    upper: fmpq,
-    L: Matrices,
-    at: list[int],
-    to: list[list[int]],
-    P: Matrices,
-    word: list[int],
-    turn: fmpq_mat,
-    v: Matrices,
-    **chosen: Any,
-) -> Found:
+def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word: list[int], **given: Any) -> Found:
     """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), and for
     losses of at most {misses} {sent} in a row, the error system of the gains in this certificate, one for each case,
     is stable in every pattern of losses, and its largest l2 gain over all patterns is between {lower:down} and
@@ -127,14 +115,14 @@ def gain_under_losses(
     Storage functions on the nodes from above; from below a disturbance in a pattern that repeats.
     """
     steps = plant.system.error_system(L)
-    require_storage(plant, steps, at, to, P, upper)
+    require_storage(plant, steps, given["at"], given["to"], given["P"], upper)
     # All nodes are reached from the start, which takes nothing with the error at zero.
     require(all(i < len(plant.cases) for i in word), "witness.word has a case that is not there")
     walk = zip(word, [*word[1:], word[0]], strict=True)
     joined = all(plant.cases[i].after == plant.cases[j].before for i, j in walk)
     require(joined, "witness.word is no pattern that can repeat")
-    require_lower(lower, attained([steps[i] for i in word], plant.system.W, turn, v))
-    return Found(words={"sent": "packets" if chosen["together"] else "samples of each sensor"})
+    require_lower(lower, attained([steps[i] for i in word], plant.system.W, given["turn"], given["v"]))
+    return Found(words={"sent": "packets" if given["together"] else "samples of each sensor"})
 
 
 def require_storage(

@@ -198,7 +198,7 @@ def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) ->
 # Statements on (9), on Algorithm 1, and on what solves (6) on its grid.
 
 
-PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.A.nrows()))))}
+PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.order))))}
 
 
 @on_plant("nonuniform.upper-end", source="mustafa", holds=True, says="sharp upper end (9)")
@@ -219,10 +219,10 @@ def upper_end(plant: Plant) -> Found:
         return Found(words={"printed": f"as printed the bound exceeds 1/alpha at the end by a factor in {factor}"})
     decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
     Phi = state_transition(plant, seconds(plant.middle))
-    one = arb_mat(identity(plant.A.nrows()))
+    one = arb_mat(identity(plant.order))
     at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi is not proved invertible")
     # The squared entries of a matrix of order n add up to at most n times its squared norm.
-    least = energy(at_one) / plant.A.nrows()
+    least = energy(at_one) / plant.order
     require(before(-above, least.sqrt()), "case U3 is not met")
     return Found(words={"printed": "as printed the upper end lies below the centre of the interval"})
 
@@ -268,7 +268,7 @@ def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
 @on_plant(
     "nonuniform.stalls",
     source="mustafa",
-    witness=Depends(lambda given: sized(read_alpha, given.plant.A.nrows())),
+    witness=Depends(lambda given: sized(read_alpha, given.plant.order)),
     holds=False,
     says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
 )
@@ -300,12 +300,12 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
     witness={
         "cell": integer,
         "alpha": positive,
-        "response": Depends(lambda given: sized(read_response, given.plant.A.nrows())),
+        "response": Depends(lambda given: sized(read_response, given.plant.order)),
         "radius": positive,
-        "direction": Depends(lambda given: sized(matrix, given.plant.A.nrows(), 1)),
+        "direction": Depends(lambda given: sized(matrix, given.plant.order, 1)),
         "filter": Depends(lambda given: sized(read_filter, given.plant)),
         "level": positive,
-        "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
+        "storage": Depends(lambda given: sized(read_storage, given.plant.order + given.filter.A.nrows())),
     },
     holds=True,
     says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
@@ -341,7 +341,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
         **PASSES,
         "level": positive,
         "filter": Depends(lambda given: sized(read_filter, given.plant)),
-        "P": Depends(lambda given: sized(symmetric, given.plant.A.nrows() + given.filter.A.nrows())),
+        "P": Depends(lambda given: sized(symmetric, given.plant.order + given.filter.A.nrows())),
         **ATTAINED,
     },
     holds=False,

@@ -50,7 +50,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
     w -> y lie outside the unit circle. Truncated in the distant past it keeps its ratio up to any small number,
     because what the truncation shows decays with the plant, and a filter with A_f Schur answers little to it.
     """
-    n = plant.A.nrows()
+    n = plant.order
     Phi, Gamma = hold(plant.A, plant.B, seconds(period))
     L = arb_mat(plant.L)
     x = arb_mat(len(start), 1, [arb(entry) for entry in start])
@@ -138,9 +138,7 @@ WITHIN_RANGE = Says(
 CASE = Depends(lambda given: sized(system.read_case, given.plant))
 LEVEL = Depends(lambda given: sized(system.read_case, given.plant, "level"))
 STORED = {
-    "storage": Depends(
-        lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.parameters.filter.A.nrows())
-    )
+    "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.parameters.filter.A.nrows()))
 }
 
 
@@ -179,7 +177,7 @@ def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> 
     bound=UPPER,
     witness={
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.filter.A.nrows())),
     },
     says=OF_ANY,
 )
@@ -277,7 +275,7 @@ def read_stamped(value: Any, path: str, plant: Plant) -> Stamped:
 
 def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, Stamped]:
     """The same for the state T x; no gain depends on that."""
-    n, m = plant.A.nrows(), plant.B.ncols()
+    n, m = plant.order, plant.B.ncols()
     back = solved(T, identity(n), "witness.T is not invertible")
     enter, leave = (block([[M, zeros(n, m)], [zeros(m, n), identity(m)]]) for M in (T, back))
     entries = [product(product(enter, entry), leave) for entry in filter_.entries]
@@ -290,8 +288,8 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
     bound=BOTH,
     witness={
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),
-        "T": Depends(lambda given: sized(square, given.plant.A.nrows())),
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows(), given.filter.cells)),
+        "T": Depends(lambda given: sized(square, given.plant.order)),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order, given.filter.cells)),
         **ATTAINED,
     },
     says=Says(

@@ -91,7 +91,7 @@ def breaks_condition(plant: Plant, period: str) -> Found:
 @on_plant(
     "nonuniform.meets-condition-8",
     source="mustafa",
-    witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.A.nrows())))},
+    witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order)))},
     holds=True,
     says=CONDITION,
 )
@@ -128,7 +128,7 @@ class _Gain:
 
     def fails(self, a: fmpq, b: fmpq, transitions: list[tuple[int, int]]) -> list[tuple[int, int]]:
         """The piece, unless the inequality holds for the changes to all periods between the shares a and b."""
-        plant, n = self.plant, self.plant.A.nrows()
+        plant, n = self.plant, self.plant.order
         spend(30 * n**3 * BALL, "condition (8)")
         h = seconds(along(plant.h_l, plant.h_u, a)).union(seconds(along(plant.h_l, plant.h_u, b)))
         D = hold(plant.A, identity(n), h - seconds(plant.middle))[1]
@@ -173,7 +173,7 @@ def _setting(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {"level": str(Decimal(level.numerator) / level.denominator)}
 
 
-POINTS = Depends(lambda given: sized(read_points, given.plant.A.nrows()))
+POINTS = Depends(lambda given: sized(read_points, given.plant.order))
 
 
 @on_filtered(
@@ -188,7 +188,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
     within {entries}.
     """
     filter_, single = plant.printed, plant.B.ncols() == plant.C.nrows() == plant.L.nrows() == 1
-    require(single and filter_.A.nrows() == plant.A.nrows(), "for one input, output and estimate, and equal orders")
+    require(single and filter_.A.nrows() == plant.order, "for one input, output and estimate, and equal orders")
     sides = [[half_space(plant, filter_, level, points) for points in side] for side in (above, below)]
     # With m the largest entry in size, c_i <= limit + tilt m and -c_i <= limit + tilt m.
     tilts = [
@@ -208,7 +208,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
 
 def half_space(plant: Plant, filter_: Filter, level: fmpq, points: list[Point]) -> tuple[list[arb], arb]:
     """The normal of a half-space in which C_f' lies, and its limit."""
-    n = plant.A.nrows()
+    n = plant.order
     spend(len(points) * 10 * n**3 * BALL, "the responses on the unit circle")
     step = acb_mat(step_at(plant, seconds(plant.middle)))
     Phi, Gamma = (acb_mat([row[part] for row in step.tolist()]) for part in (slice(0, n), slice(n, None)))
@@ -230,7 +230,7 @@ def _response(A: acb_mat, driven: acb_mat, z: acb) -> acb_mat:
 @on_filtered("nonuniform.sizes", source="mustafa", holds=True, says="size of F")
 def sizes(plant: Plant) -> Found:
     """F, to be multiplied by C ({r} x {n}) and added to a block of size {n} x {n}, is {n} x {r}, not {r} x {n}."""
-    n, r, B = plant.A.nrows(), plant.C.nrows(), plant.printed.B
+    n, r, B = plant.order, plant.C.nrows(), plant.printed.B
     require((B.nrows(), B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
     require(r != n, "both sizes are the same here")
     return Found(words={"n": n, "r": r})
@@ -244,7 +244,7 @@ def sizes(plant: Plant) -> Found:
 )
 def observer_column(plant: Plant, column: int) -> Found:
     """Column {place} of Phi(h) - B_f C at the period {period} s has its entries in {entries:ball 8}."""
-    require(column < plant.A.nrows(), "parameters.column is not one of the columns")
+    require(column < plant.order, "parameters.column is not one of the columns")
     whole = hold(plant.A, plant.B, seconds(plant.middle))[0] - arb_mat(plant.printed.B * plant.C)
     entries = [row[column] for row in whole.tolist()]
     words = {"place": column + 1, "entries": entries, "period": in_words(plant.middle)}

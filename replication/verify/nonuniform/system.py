@@ -78,6 +78,11 @@ class Plant:
     filter: Filter | None = None
 
     @property
+    def order(self) -> int:
+        """The number n of states."""
+        return int(self.A.nrows())
+
+    @property
     def middle(self) -> Time:
         """The period in the middle of the range."""
         return along(self.h_l, self.h_u, fmpq(1, 2))
