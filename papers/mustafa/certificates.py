@@ -77,7 +77,7 @@ def _made(theorem: Mapping[str, Any]) -> Json:
         case "same-level":
             return same_level(theorem)
         case _:
-            # What the verifier decides by itself, in exact arithmetic or with a symbol for every entry.
+            # What the verifier decides by itself, in exact arithmetic or in letters.
             return {"bound": {}, "witness": {}}
 
 

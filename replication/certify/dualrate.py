@@ -12,6 +12,7 @@ from flint import fmpq, fmpq_mat
 from replication.certify.rounding import as_floats, bracket, exact, rounded, rounded_array, rounded_down
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
 from replication.estimation.dualrate.response import Points, fast_errors, reference, tracking_error_peak
+from replication.verify.algebra.linear import block, zeros
 
 MARGIN = 2e-7
 """Relative distance of a bound to the number found in floating point."""
@@ -50,10 +51,8 @@ def tracking_error(loop: DualRateLoop, points: Points) -> dict[str, Any]:
 def lyapunov_solution(plant: Mapping[str, Any]) -> list[list[str]]:
     """The exact P of ÃᵀP + P Ã = −I for the loop of a certificate."""
     A, B, C, K, L = (exact(plant[name]) for name in "ABCKL")
-    pushed, guided, n = B * K, A - L * C, A.nrows()
-    above = [[*left, *right] for left, right in zip((A + pushed).tolist(), (-pushed).tolist(), strict=True)]
-    joint = fmpq_mat(above + [[fmpq(0)] * n + row for row in guided.tolist()])
-    size = 2 * n
+    joint = block([[A + B * K, -(B * K)], [zeros(A.nrows(), A.nrows()), A - L * C]])
+    size = joint.nrows()
     equations = fmpq_mat(size**2, size**2)
     for i in range(size):
         for j in range(size):

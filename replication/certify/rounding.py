@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from math import ceil, floor
 from typing import Any
 
@@ -20,19 +21,13 @@ ACCURATE: Options = {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9}
 """Tolerances of Clarabel for a point that is rounded afterwards."""
 
 
-def rounded(number: float, bits: int) -> str:
-    """The nearest multiple of 2^-bits."""
-    return str(Fraction(round(Fraction(number) * 2**bits), 2**bits))
+def rounded(number: float | str | fmpq, bits: int, to: Callable[[Fraction], int] = round) -> str:
+    """The nearest multiple of 2^-bits, or that which `to` gives."""
+    return str(Fraction(to(Fraction(str(number) if isinstance(number, fmpq) else number) * 2**bits), 2**bits))
 
 
-def rounded_up(number: float, bits: int) -> str:
-    """The least multiple of 2^-bits that is not below `number`."""
-    return str(Fraction(ceil(Fraction(number) * 2**bits), 2**bits))
-
-
-def rounded_down(number: float, bits: int) -> str:
-    """The largest multiple of 2^-bits that is not above `number`."""
-    return str(Fraction(floor(Fraction(number) * 2**bits), 2**bits))
+rounded_up, rounded_down = partial(rounded, to=ceil), partial(rounded, to=floor)
+"""The least multiple that is not below a number, and the largest that is not above it."""
 
 
 def rounded_array(values: npt.ArrayLike, bits: int) -> Any:

@@ -81,32 +81,27 @@ class Coq:
             return printed.read_text(encoding="utf-8").removeprefix(key)
         printed.unlink(missing_ok=True)
         write_atomically(path, text.encode())
-        options = ["-q", "-w", QUIET, "-R", "Multirate", "Multirate", "-R", self.paper, self.paper]
-        try:
-            done = subprocess.run(
-                ["coqc", *options, f"{place}.v"],
-                cwd=self.folder, capture_output=True, text=True, timeout=SECONDS, check=False,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            raise ReplicationError(f"Coq took more than {SECONDS} s for {path}") from None
-        if done.returncode:
-            raise ReplicationError(" ".join(done.stderr.split())[-400:] or f"coqc ended with {done.returncode}")
-        write_atomically(printed, (key + done.stdout).encode())
-        return done.stdout
+        told = self._run("coqc", "-q", "-w", QUIET, f"{place}.v")
+        write_atomically(printed, (key + told).encode())
+        return told
 
     def check_again(self, modules: Sequence[str]) -> None:
         """Have `coqchk`, a kernel on its own, check these modules; those of Coq's libraries are taken as they are."""
-        options = ["-silent", "-R", "Multirate", "Multirate", "-R", self.paper, self.paper]
-        asked = [word for module in modules for word in ("-norec", module)]
+        self._run("coqchk", "-silent", *(word for module in modules for word in ("-norec", module)))
+
+    def _run(self, command: str, *options: str) -> str:
+        """What a command of Coq printed; raises ReplicationError if it refuses, or takes too long."""
+        places = ["-R", "Multirate", "Multirate", "-R", self.paper, self.paper]
         try:
             done = subprocess.run(
-                ["coqchk", *options, *asked],
+                [command, *places, *options],
                 cwd=self.folder, capture_output=True, text=True, timeout=SECONDS, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            raise ReplicationError(f"coqchk took more than {SECONDS} s") from None
+            raise ReplicationError(f"{command} took more than {SECONDS} s for {options[-1]}") from None
         if done.returncode:
-            raise ReplicationError(f"coqchk refuses what Coq proved: {' '.join(done.stderr.split())[-400:]}")
+            raise ReplicationError(f"{command} refuses: {' '.join(done.stderr.split())[-400:] or done.returncode}")
+        return done.stdout
 
 
 def wanted(paper: str, root: Path) -> dict[str, Wanted]:
@@ -139,9 +134,7 @@ def checked(coq: Coq, entry: Wanted, certificate: Any) -> Checked:
 
 def audited(coq: Coq, entry: Wanted, certificate: Any, module: str) -> None:
     """Refuse unless `module.proved` is the wanted theorem, with the bounds of the certificate, on no assumption."""
-    stated = proposition(
-        {"statement": entry.statement, "plant": entry.plant, "parameters": entry.parameters}, certificate["bound"]
-    )
+    stated = proposition(vars(entry), certificate["bound"])
     text = AUDIT.format(paper=coq.paper, modules=module)
     text += f"Definition wanted : {stated} := {module}.proved.\nPrint Assumptions wanted.\n"
     # What the audit printed belongs to this certificate.
@@ -214,12 +207,11 @@ def counted(paper: str, name: str, root: Path = ROOT) -> str:
     """The count, as it is printed."""
     entry = wanted(paper, root)[name]
     bound = json.loads((root / "certificates" / paper / f"{name}.json").read_text(encoding="utf-8"))["bound"]
-    asked = {"statement": entry.statement, "plant": entry.plant, "parameters": entry.parameters}
     decimals = root / "papers" / paper / "coq" / "Decimals.v"
     parts = {
         "replication/machine/multirate/Statement.v": lines((THEORY / "Statement.v").read_text(encoding="utf-8")),
         f"papers/{paper}/coq/Decimals.v": lines(decimals.read_text(encoding="utf-8")),
-        f"the theorem {name}": lines(proposition(asked, bound)),
+        f"the theorem {name}": lines(proposition(vars(entry), bound)),
     }
     return "".join(f"{count:5} {what}\n" for what, count in parts.items())
 

@@ -7,8 +7,8 @@ proved only if it holds for every point of them. `failure` says why it is not pr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import eq, le, lt
 from typing import Any
 
 from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly, fmpz_mat
@@ -17,47 +17,37 @@ from replication.verify.algebra.linear import characteristic_polynomial
 from replication.verify.algebra.work import bits, estimate_length, spend_elimination, spend_on_roots
 from replication.verify.theorem import require
 
-Number = fmpq | arb | int
 ONE = fmpq(1)
 
 
 @dataclass(frozen=True)
-class Below:
-    """first < second. what: the reason of a refusal."""
+class Compared:
+    """A relation of two numbers; of balls, of all their points. what: the reason of a refusal."""
 
-    first: Number
-    second: Number
+    first: Any
+    second: Any
     what: str
+    relation = staticmethod(lt)
 
     def failure(self) -> str:
-        """By comparison; of balls, of all their points."""
-        return "" if self.first < self.second else self.what
+        """By comparison."""
+        return "" if self.relation(self.first, self.second) else self.what
 
 
-@dataclass(frozen=True)
-class AtMost:
-    """first <= second. what: the reason of a refusal."""
-
-    first: Number
-    second: Number
-    what: str
-
-    def failure(self) -> str:
-        """By comparison; of balls, of all their points."""
-        return "" if self.first <= self.second else self.what
+class Below(Compared):
+    """first < second."""
 
 
-@dataclass(frozen=True)
-class Equal:
-    """Both numbers, polynomials or matrices are the same. what: the reason of a refusal."""
+class AtMost(Compared):
+    """first <= second."""
 
-    left: Any
-    right: Any
-    what: str
+    relation = staticmethod(le)
 
-    def failure(self) -> str:
-        """By comparison of all entries."""
-        return "" if self.left == self.right else self.what
+
+class Equal(Compared):
+    """Both numbers, polynomials or matrices are the same."""
+
+    relation = staticmethod(eq)
 
 
 @dataclass(frozen=True)
@@ -146,16 +136,13 @@ class Hurwitz:
         a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
         """
         n, coefficients = self.M.nrows(), characteristic_polynomial(self.M).coeffs()
+        padded = [fmpq(0)] * (2 * n) + coefficients + [fmpq(0)] * n
         for size in range(1, n + 1):
             spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
-            rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
+            rows = [[padded[3 * n - 1 - 2 * j + i] for j in range(size)] for i in range(size)]
             if not fmpq_mat(rows).det() > 0:
                 return f"{self.what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
         return ""
-
-
-def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
-    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
 @dataclass(frozen=True)
@@ -185,7 +172,7 @@ class Within:
         return "" if len(rest) == 1 else f"{self.what} are not proved to lie inside the circle of radius {self.radius}"
 
 
-Obligation = Below | AtMost | Equal | Identity | Positive | Nonnegative | Hurwitz | Within
+Obligation = Compared | Identity | Positive | Nonnegative | Hurwitz | Within
 
 
 def decide(obligation: Obligation) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import stat
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # imported where a number is read, so that lists of theorems 
     from flint import fmpq, fmpq_mat
 
 T = TypeVar("T")
+Name = TypeVar("Name", bound=str)
 Reader = Callable[[Any, str], Any]
 """Gives the value of a field, from its JSON value and its path in the certificate; refuses what it must not be."""
 
@@ -122,10 +123,19 @@ def name_of(value: Any, path: str) -> str:
     return name
 
 
-def integer(value: Any, path: str, least: int = 0) -> int:
-    """A small integer, at least `least`."""
+def one_of(value: Any, path: str, names: Collection[Name]) -> Name:
+    """The one of these names, or of the members of an enumeration of strings, that stands there."""
+    known = {str(name): name for name in names}
+    name = text(value, path)
+    require(name in known, f"{path} must be one of {', '.join(known)}, got {_shown(name)}")
+    return known[name]
+
+
+def integer(value: Any, path: str, least: int = 0, most: int | None = None) -> int:
+    """A small integer, at least `least`, and at most `most` if that is given."""
     require(isinstance(value, int) and not isinstance(value, bool), f"{path} must be an integer, got {_shown(value)}")
     require(value >= least, f"{path} must be at least {least}, got {value}")
+    require(most is None or value <= most, f"{path} must be at most {most}, got {value}")
     return int(value)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -26,7 +25,7 @@ from replication.verify.subjects import (
     wanted_at,
 )
 from replication.verify.theorem import Refused, Theorem, require, same
-from replication.verify.workers import add_jobs, in_order
+from replication.verify.workers import in_order
 
 STATEMENTS = collected(delay, dualrate, multirate, nonuniform)
 """All that can be proved, by name: `statement`s of the modules that these families import."""
@@ -149,15 +148,3 @@ def printable(words: str, encoding: str) -> str:
     """`words` on one line that the encoding can write: other characters are escaped, so that none forges a line."""
     escaped = (c if c.isprintable() else c.encode("unicode_escape", "surrogatepass").decode() for c in words)
     return "".join(escaped).encode(encoding, "backslashreplace").decode(encoding)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """The command line of `python -m replication.verify`."""
-    parser = argparse.ArgumentParser(
-        prog="replication.verify",
-        description="Check certificates in exact and ball arithmetic, and say what each proves.",
-    )
-    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
-    add_jobs(parser)
-    chosen = parser.parse_args(arguments)
-    return report(chosen.paths, jobs=chosen.jobs)

@@ -77,7 +77,10 @@ class Statement:
             for side, number in (bounds or {}).items():
                 require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
             whole = replace(found, holds=self.holds if found.holds is None else found.holds, **sides)
-            known = {"subject": _subject(certificate), **given, **found.words, **sides}
+            # The name is that of the paper's data: none is taken from a certificate of one's own.
+            named = certificate.get("paper") is not None and certificate["plant"].get("name")
+            subject = f"the plant {named}" if named else "this plant"
+            known = {"subject": subject, **given, **found.words, **sides}
             sentence = _Words().vformat(self.wording(certificate.get("paper")), (), known)
             says = as_data(self.says, self.source, certificate, known, whole)
             return Theorem(sentence=sentence, says=says, holds=whole.holds, items=whole.items, **sides)
@@ -148,12 +151,6 @@ def collected(*families: ModuleType) -> dict[str, Statement]:
         if found.setdefault(one.name, one) is not one:
             raise ValueError(f"two statements are named {one.name}")
     return found
-
-
-def _subject(certificate: Mapping[str, Any]) -> str:
-    """The plant in words: the name is that of the paper's data, and is not taken from a certificate of one's own."""
-    named = certificate.get("paper") is not None and certificate["plant"].get("name")
-    return f"the plant {named}" if named else "this plant"
 
 
 class _Words(Formatter):

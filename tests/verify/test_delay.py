@@ -412,7 +412,7 @@ def test_squares_in_one_variable_serve_its_rule_alone(rule: str, other: str) -> 
     assert refusal(given, delay.narrow_upper)
     for unknown in ("each", "total", ""):
         given["parameters"]["rule"] = unknown
-        assert 'parameters.rule must be "outer" or "inner"' in refusal(given, delay.narrow_upper)
+        assert "parameters.rule must be one of outer, inner" in refusal(given, delay.narrow_upper)
     for unreadable in (1, None, ["outer"]):
         given["parameters"]["rule"] = unreadable
         assert "parameters.rule must be a string" in refusal(given, delay.narrow_upper)

@@ -11,7 +11,7 @@ import pytest
 import tampered
 from flint import fmpq
 
-from replication.verify.dualrate import errors, lyapunov
+from replication.verify.dualrate import lyapunov, response
 from replication.verify.dualrate import theory as identities
 from replication.verify.dualrate.loop import Observer, monodromy, read_loop
 from replication.verify.run import STATEMENTS, check
@@ -333,11 +333,6 @@ def test_growth_that_the_error_does_not_show_is_no_proof() -> None:
 @pytest.mark.parametrize(
     ("name", "module", "step"),
     [
-        ("discrete-observer", identities, "require_sampled_observer"),
-        ("error-equations", identities, "require_error_equations"),
-        ("second-case", identities, "require_second_case"),
-        ("collected-constant", identities, "require_collected"),
-        ("contraction", identities, "require_contraction"),
         ("output-bounds", identities, "require_rates"),
         ("lyapunov", lyapunov, "require_solution"),
     ],
@@ -375,10 +370,10 @@ def test_derivatives_of_order_20_are_allowed() -> None:
 
 
 def test_of_fewer_frequencies_the_last_one_is_said_again() -> None:
-    place: Any = None
+    place: Any = {"phase": 0, "time": fmpq(0), "scales": []}
     frequencies = ["1/2", "1"]
-    found = [errors.Error(fmpq(1), fmpq(2), place), errors.Error(fmpq(3), fmpq(4), place)]
-    settings = [errors._setting(i, {"frequencies": frequencies}) for i in range(errors.MOST)]
-    assert [setting["frequency"] for setting in settings] == ["1/2", *["1"] * (errors.MOST - 1)]
-    bounds = [errors._bounds(i, {"errors": found}) for i in range(errors.MOST)]
-    assert [bound.upper for bound in bounds] == [2, *[4] * (errors.MOST - 1)]
+    found = [response.Error(fmpq(low), fmpq(low + 1), **place) for low in (1, 3)]
+    settings = [response._setting(i, {"frequencies": frequencies}) for i in range(response.MOST)]
+    assert [setting["frequency"] for setting in settings] == ["1/2", *["1"] * (response.MOST - 1)]
+    bounds = [response._bounds(i, {"errors": found}) for i in range(response.MOST)]
+    assert [bound.upper for bound in bounds] == [2, *[4] * (response.MOST - 1)]

@@ -69,7 +69,7 @@ def test_polynomial_of_the_scalar_loop_is_its_determinant(ratio: int, period: fm
     Phi = dualrate_loop.monodromy(loop, Observer.APO)
     determinant = (arb_mat(identity(2)) - Phi).det()
     growth = arb(period).exp()
-    found = sum(arb(c) * (growth - 1) ** k for k, c in enumerate(dualrate_identities.determinant(loop, ratio).coeffs()))
+    found = sum(arb(c) * (growth - 1) ** k for k, c in enumerate(dualrate_lyapunov.determinant(loop, ratio).coeffs()))
     assert determinant.overlaps(found / growth ** (2 * ratio))
     assert abs(determinant - found / growth ** (2 * ratio)) < arb("1e-12")
 
@@ -80,10 +80,10 @@ def test_polynomial_of_the_scalar_loop_is_for_that_loop_only(name: str) -> None:
     matrices = {entry: getattr(scalar, entry) for entry in "ABCKL"}
     other = Loop(**{**matrices, name: 3 * matrices[name]}, T=scalar.T, M=scalar.M)
     with pytest.raises(Refused, match="A = B = C = 1 and L = 2"):
-        dualrate_identities.determinant(other, 5)
+        dualrate_lyapunov.determinant(other, 5)
     wide = loop_of(random_design(1, 5))
     with pytest.raises(Refused, match="A = B = C = 1 and L = 2"):
-        dualrate_identities.determinant(wide, 5)
+        dualrate_lyapunov.determinant(wide, 5)
 
 
 @pytest.mark.parametrize(
@@ -106,15 +106,15 @@ def test_a_polynomial_is_negative_if_its_lowest_coefficient_outweighs_the_rest(
 ) -> None:
     polynomial = fmpq_poly([fmpq(*Fraction(c).as_integer_ratio()) for c in coefficients])
     if negative:
-        dualrate_identities.require_negative(polynomial, fmpq(longest))
+        dualrate_lyapunov.require_negative(polynomial, fmpq(longest))
     else:
         with pytest.raises(Refused, match="not proved negative"):
-            dualrate_identities.require_negative(polynomial, fmpq(longest))
+            dualrate_lyapunov.require_negative(polynomial, fmpq(longest))
 
 
 def test_the_zero_polynomial_is_not_negative() -> None:
     with pytest.raises(Refused, match="vanishes"):
-        dualrate_identities.require_negative(fmpq_poly([]), fmpq(1))
+        dualrate_lyapunov.require_negative(fmpq_poly([]), fmpq(1))
 
 
 GENERIC = dual_rate_design(
@@ -378,12 +378,12 @@ def test_a_peak_between_the_ends_of_a_piece_is_found() -> None:
 
 def test_identities_that_are_checked() -> None:
     with patch.object(dualrate_identities, "decide") as decided:
-        dualrate_identities.require_error_equations()
-        dualrate_identities.require_sampled_observer()
+        dualrate_identities.error_equations.prove()
+        dualrate_identities.sampled_observer.prove()
         dualrate_identities.require_rates()
-        dualrate_identities.require_contraction()
-        dualrate_identities.require_second_case()
-        dualrate_identities.require_collected()
+        dualrate_identities.contraction.prove()
+        dualrate_identities.second_case.prove()
+        dualrate_identities.collected_constant.prove()
     assert [call.args[0].what for call in decided.call_args_list] == [
         *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
         "(3) = (7) in the first derivative",

@@ -62,7 +62,7 @@ ALTERED: tuple[tuple[Tamper, str], ...] = (
     (put(len(MADE["L"]), "witness", "word", 0), "not there"),
     (put(MADE["word"][::-1], "witness", "word"), "no pattern that can repeat"),
     (one_link_broken, "no pattern that can repeat"),
-    (put(2, "parameters", "together"), "parameters.together must be 0 or 1"),
+    (put(2, "parameters", "together"), "parameters.together must be at most 1"),
     (put([[["0"] * len(row) for row in v] for v in MADE["v"]], "witness", "v"), "the disturbance is zero"),
     (put(CHOSEN["offsets"][-1] + 1, "parameters", "offsets", -1), "witness.to|case"),
 )

@@ -8,13 +8,13 @@ from typing import Any
 from unittest import mock
 
 import pytest
-from flint import acb, arb, fmpq, fmpq_mat
+from flint import acb, arb, arb_mat, fmpq, fmpq_mat
 from tampered import Certificate, Tamper, committed, load, put, remove, scaled
 from tampered import check_stated as check
 
 from replication.verify import run
-from replication.verify.nonuniform import smallgain
-from replication.verify.nonuniform.system import Case, Filter, read_filtered, read_plant
+from replication.verify.nonuniform import grid, smallgain
+from replication.verify.nonuniform.system import Case, Filter, read_filtered
 from replication.verify.theorem import Refused
 
 
@@ -40,7 +40,7 @@ REFUSED = [
     ("nominal-1-upper", put("1", "plant", "D", 0, 0), "storage inequality"),
     ("nominal-1-upper", put("h_u", "parameters", "to"), "storage inequality"),
     ("nominal-1-upper", put("h_m", "parameters", "to"), "parameters.to must be one of h_l, middle, h_u"),
-    ("nominal-1-upper", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
+    ("nominal-1-upper", put("energy", "parameters", "weight"), "weight must be one of samples, duration"),
     ("nominal-1-upper", put("duration", "parameters", "weight"), "storage inequality"),
     ("range-2-upper", put("0", *STORAGE, "before", 0, 0), "must be an integer"),
     (
@@ -70,7 +70,11 @@ REFUSED = [
     ("printed-filter-upper", put([["1"] * 51] * 51, "plant", "A"), "plant.A has 51 states, more than 50"),
     ("printed-filter-upper", put([["1"] * 51] * 51, "plant", "filter", "A"), "filter.A has 51 states, more than 50"),
     ("printed-filter-lower", put([["1"]], "witness", "pattern"), "must be .share, samples"),
-    ("printed-filter-lower", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
+    (
+        "printed-filter-lower",
+        put("energy", "parameters", "weight"),
+        "weight must be one of samples, duration",
+    ),
     (
         "printed-filter-lower",
         put([["2", "0"], ["0", "1/2"]], "plant", "filter", "A"),
@@ -271,15 +275,10 @@ def test_as_many_pieces_as_are_allowed() -> None:
         run.check(given)
 
 
-def test_the_state_block_of_condition_8_is_that_of_the_bounded_real_lemma() -> None:
-    """For A = diag(-1, -2) and P = diag(3, 5) its entries are p - (a f)^2 - p f^2, f = e^(a h_0)."""
-    given = {**committed("mustafa/condition-8-2")["plant"], "A": [["-1", "0"], ["0", "-2"]]}
-    given |= {"h_l": ["1/2", "0"], "h_u": ["3/2", "0"]}
-    state = smallgain._Gain(read_plant(given), fmpq_mat([[3, 0], [0, 5]])).state
-    for i, (a, p) in enumerate(((-1, 3), (-2, 5))):
-        f = arb(a).exp()
-        assert state[i, i].overlaps(p - (a * f) ** 2 - p * f**2)
-        assert state[i, i].rad() < 1e-9
+def test_the_bounded_real_lemma_block_by_block() -> None:
+    P, A, B, C, supplied = (arb_mat([[number]]) for number in (3, 2, 5, 7, 11))
+    wanted = [[3 - 7 * 7 - 2 * 3 * 2, -2 * 3 * 5], [-2 * 3 * 5, 11 - 5 * 3 * 5]]
+    assert grid.bounded_real(P, A, B, C, supplied).tolist() == arb_mat(wanted).tolist()
 
 
 HALF, SMALL = fmpq(1, 2), fmpq(1, 8)

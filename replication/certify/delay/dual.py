@@ -29,6 +29,7 @@ from replication.certify.delay.forms import (
 )
 from replication.certify.delay.gram import Dual, Row, inner_weights, to_legendre
 from replication.certify.delay.levels import change_of, dynamics_of
+from replication.certify.rounding import rounded_down
 from replication.errors import SolverError
 from replication.estimation.validation import Array
 from replication.verify.reading import written
@@ -95,9 +96,11 @@ def _lower(theorem: Mapping[str, Any], squares: Squares, powers: int) -> dict[st
     costs = [plain.get(key, fmpq(0)) for key in dual.keys]
     weights = inner_weights(dual, costs, *_equalities(dynamics, dual, costs))
     value = sum((weight * cost for weight, cost in zip(weights, costs, strict=True)), fmpq(0))
-    gamma = str(fmpq((value * 2**LEVEL_BITS).floor(), 2**LEVEL_BITS))
     functional = _as_matrices(dynamics, powers, dict(zip(dual.keys, weights, strict=True)))
-    return {"bound": {"lower": gamma}, "witness": {"change": written(change), "functional": functional}}
+    return {
+        "bound": {"lower": rounded_down(value, LEVEL_BITS)},
+        "witness": {"change": written(change), "functional": functional},
+    }
 
 
 def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list[fmpq], fmpq_mat]:

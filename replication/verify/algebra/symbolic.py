@@ -1,13 +1,9 @@
-"""Matrices of polynomials with a symbol for every entry: an identity between them holds for all matrices of a size.
-
-Or matrices whose blocks are words, with a letter for every block: an identity holds for blocks of all sizes that fit.
-"""
+"""Words in letters, and matrices of blocks of them: an identity holds for matrices of all sizes that fit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from operator import add, sub
 
 from flint import fmpq
 
@@ -149,85 +145,47 @@ def number(name: str) -> Words:
     return Words({((name,), ()): fmpq(1)})
 
 
-Entry = Words
-Change = Callable[[Entry], Entry]
-Shapes = Mapping[str, tuple[int, int]]
-
-
 @dataclass(frozen=True)
 class Symbolic:
     """A matrix of sums of words, by rows."""
 
-    rows: tuple[tuple[Entry, ...], ...]
+    rows: tuple[tuple[Words, ...], ...]
 
     @property
     def T(self) -> Symbolic:
         """The transpose."""
-        return Symbolic(tuple(zip(*self.rows, strict=True))).each(lambda entry: entry.T)
-
-    @property
-    def entry(self) -> Entry:
-        """The only entry of a 1 x 1 matrix."""
-        ((value,),) = self.rows
-        return value
+        return Symbolic(tuple(tuple(entry.T for entry in column) for column in zip(*self.rows, strict=True)))
 
     def __add__(self, other: Symbolic) -> Symbolic:
         """The sum."""
-        return self._beside(add, other)
+        pairs = zip(self.rows, other.rows, strict=True)
+        return Symbolic(tuple(tuple(a + b for a, b in zip(*pair, strict=True)) for pair in pairs))
 
     def __sub__(self, other: Symbolic) -> Symbolic:
         """The difference."""
-        return self._beside(sub, other)
+        return self + -other
 
     def __neg__(self) -> Symbolic:
         """The negative."""
         return self * -1
 
-    def __mul__(self, factor: Entry | fmpq | int) -> Symbolic:
+    def __mul__(self, factor: Words | fmpq | int) -> Symbolic:
         """The multiple by a central letter or a number."""
-        return self.each(lambda entry: entry * factor)
+        return Symbolic(tuple(tuple(entry * factor for entry in row) for row in self.rows))
 
     def __matmul__(self, other: Symbolic) -> Symbolic:
         """The product."""
         columns = tuple(zip(*other.rows, strict=True))
         return Symbolic(tuple(tuple(_dot(row, column) for column in columns) for row in self.rows))
 
-    def each(self, change: Change) -> Symbolic:
-        """The matrix of the changed entries."""
-        return Symbolic(tuple(tuple(change(entry) for entry in row) for row in self.rows))
-
     def is_zero(self) -> bool:
         """Whether every entry is zero."""
         return all(entry.is_zero() for row in self.rows for entry in row)
 
-    def _beside(self, operation: Callable[[Entry, Entry], Entry], other: Symbolic) -> Symbolic:
-        pairs = zip(self.rows, other.rows, strict=True)
-        return Symbolic(tuple(tuple(operation(a, b) for a, b in zip(*pair, strict=True)) for pair in pairs))
 
-
-def _dot(row: Sequence[Entry], column: Sequence[Entry]) -> Entry:
+def _dot(row: Sequence[Words], column: Sequence[Words]) -> Words:
     first, *others = (a * b for a, b in zip(row, column, strict=True))
     return sum(others, first)
-
-
-def symbols(shapes: Shapes, symmetric: Sequence[str] = (), diagonal: Sequence[str] = ()) -> dict[str, Symbolic]:
-    """A matrix of symbols of its own for each name and shape (rows, columns).
-
-    Of those in `symmetric` the entries mirror each other, of those in `diagonal` the others are zero.
-    """
-
-    def symbol(name: str, i: int, j: int) -> str:
-        low, high = (min(i, j), max(i, j)) if name in symmetric else (i, j)
-        return f"{name}_{low}_{high}" if i == j or name not in diagonal else ""
-
-    tables = {
-        name: [[symbol(name, i, j) for j in range(columns)] for i in range(rows)]
-        for name, (rows, columns) in shapes.items()
-    }
-    return {
-        name: Symbolic(tuple(tuple(number(entry) if entry else NONE for entry in row) for row in rows))
-        for name, rows in tables.items()
-    }
 
 
 def letters(*names: str, symmetric: Sequence[str] = ()) -> tuple[Symbolic, ...]:
@@ -235,9 +193,8 @@ def letters(*names: str, symmetric: Sequence[str] = ()) -> tuple[Symbolic, ...]:
     return tuple(Symbolic(((letter(name, symmetric=name in symmetric),),)) for name in names)
 
 
-def unit(size: int, one: Entry) -> Symbolic:
-    """The identity matrix times a polynomial, or of so many blocks."""
-    return Symbolic(tuple(tuple(one if i == j else one - one for j in range(size)) for i in range(size)))
+IDENTITY = Symbolic(((one(),),))
+"""The identity matrix of any size."""
 
 
 def blocks(table: Sequence[Sequence[Symbolic]]) -> Symbolic:

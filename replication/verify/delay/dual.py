@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import ge
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import below, block, zeros
 from replication.verify.algebra.work import bits, multiplying, spend
-from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
+from replication.verify.delay.levels import DEGREE, DEGREES, LEAST, ONE_VARIABLE, TENSOR, narrow
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import (
     BUMP,
@@ -33,7 +34,7 @@ from replication.verify.delay.sos import (
 )
 from replication.verify.kernel import AtMost, Below, Nonnegative, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
+from replication.verify.reading import fields, matrices, matrix, sequence, sized, symmetric
 from replication.verify.statement import LOWER, Depends
 
 
@@ -71,7 +72,7 @@ class Functional:
 
 @on_plant(
     "delay.degree-lower",
-    parameters={"degree": sized(integer, 1)},
+    parameters={"degree": DEGREE},
     bound=LOWER,
     says=Says(quantity=LEAST, readings=(TENSOR,)),
     witness={
@@ -88,20 +89,11 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
     _require_functional(plant, bases(degree, "each"), lower, change, functional)
 
 
-def narrow_below(degree: int) -> Says:
-    """What no squares of a degree, or more, with kernels in one variable reach under the rule that they go by."""
-    return Says(
-        quantity=LEAST,
-        setting={"degree": degree},
-        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] >= degree else (),
-    )
-
-
 @on_plant(
     "delay.narrow-lower",
-    parameters={"degree": sized(integer, 1), "rule": one_variable},
+    parameters={"degree": DEGREE, "rule": ONE_VARIABLE},
     bound=LOWER,
-    says=tuple(map(narrow_below, DEGREES)),
+    says=tuple(narrow(degree, ge) for degree in DEGREES),
     witness={
         "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
         "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 3)),

@@ -19,7 +19,7 @@ from replication.verify.algebra.linear import block, identity, zeros
 from replication.verify.algebra.symbolic import NONE, Letter, Words, letter, number, one
 from replication.verify.kernel import Below, Identity, Positive, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import sequence, sized, text
+from replication.verify.reading import one_of, sequence, sized, text
 from replication.verify.statement import statement
 from replication.verify.theorem import Found, require
 
@@ -336,13 +336,16 @@ def require_correction(corrected: Sequence[Words], printed: Sequence[Words], at:
 
 
 @statement(
-    "delay.operator-identity", source="peet2019", parameters={"part": text}, holds=True, says="operator identity"
+    "delay.operator-identity",
+    source="peet2019",
+    parameters={"part": sized(one_of, PARTS)},
+    holds=True,
+    says="operator identity",
 )
 def operator_identity(part: str) -> Found:
     """{words}, for any number of states, measurements and delays; as printed it does not, with one state and a delay
     of {delay}.
     """
-    require(part in PARTS, f"parameters.part must be one of {', '.join(PARTS)}")
     words, residuals = PARTS[part]
     require_correction(residuals(printed=False), residuals(printed=True), example(), part)
     return Found(words={"words": words, "delay": EXAMPLE["tau"]})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from operator import le
 from typing import Any
 
 from flint import acb, fmpq
@@ -11,7 +13,7 @@ from replication.verify.delay.plant import DelayPlant, Hidden, characteristic, o
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.kernel import Below, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import integer, positive, rational, several, sized, text
+from replication.verify.reading import integer, one_of, positive, rational, several, sized
 from replication.verify.statement import LOWER, UPPER, Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -26,8 +28,15 @@ BY_TOTAL = ("z2-total", "z2-total-same", "z2-total-wide", "z2-total-z1", "z2-tot
 NARROW = {"outer": "z2-outer", "inner": "z2-inner"}
 """Readings of the degree rule of Z_2: those that hold all powers up to the degree in each variable, those that hold
 all of that total degree at least, and those with one variable only, by their rule in `forms`."""
+ONE_VARIABLE = sized(one_of, NARROW)
+"""The reader of the variable of which alone the kernels hold powers."""
 UNDER = ("none", TENSOR, "sinc")
 """Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
+
+
+def at(degree: int, readings: Callable[[Mapping[str, Any]], tuple[str, ...]]) -> Says:
+    """The least level at a degree, under readings by the parameters."""
+    return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
 
 
 def above(degree: int, *, total: bool = False) -> Says:
@@ -40,39 +49,23 @@ def above(degree: int, *, total: bool = False) -> Says:
         # Powers of s and t up to d each have total degree 2 d at most; of total degree d they are up to d each.
         return (*BY_EACH, *(BY_TOTAL if total or 2 * least <= degree else ()))
 
-    return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
+    return at(degree, readings)
 
 
-def narrow(degree: int) -> Says:
-    """What squares of a degree, or less, with kernels in one variable are under the rule that they go by."""
-    return Says(
-        quantity=LEAST,
-        setting={"degree": degree},
-        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] <= degree else (),
-    )
-
-
-def one_variable(value: Any, path: str) -> str:
-    """The name of the variable of which alone the kernels hold powers."""
-    rule = text(value, path)
-    require(rule in NARROW, f'{path} must be "outer" or "inner"')
-    return rule
+def narrow(degree: int, within: Callable[[int, int], bool] = le) -> Says:
+    """What squares of a degree, or less (of the lower bounds: or more), in one variable are under their own rule."""
+    return at(degree, lambda given: (NARROW[given["rule"]],) if within(given["degree"], degree) else ())
 
 
 def below(degree: int) -> Says:
     """No observer is better, whatever the degree and the rule."""
-    return Says(quantity=LEAST, setting={"degree": degree}, readings=(*BY_EACH, *BY_TOTAL, *NARROW.values()))
+    return at(degree, lambda given: (*BY_EACH, *BY_TOTAL, *NARROW.values()))
 
 
 def ratio(degree: int) -> Says:
     """How near an observer of a degree, or of less, comes to the best."""
-    return Says(
-        quantity=RATIO,
-        estimators=OBSERVERS,
-        setting={"degree": degree},
-        readings=lambda parameters: UNDER if parameters["degree"] <= degree else (),
-        found=lambda known: Found(upper=known["factor"]),
-    )
+    says = at(degree, lambda given: UNDER if given["degree"] <= degree else ())
+    return replace(says, quantity=RATIO, estimators=OBSERVERS, found=lambda known: Found(upper=known["factor"]))
 
 
 REACHED = Says(quantity=GAIN, estimators=OBSERVERS, setting={}, readings=UNDER)
@@ -112,7 +105,7 @@ def total_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> 
 
 @on_plant(
     "delay.narrow-upper",
-    parameters={"degree": DEGREE, "rule": one_variable},
+    parameters={"degree": DEGREE, "rule": ONE_VARIABLE},
     bound=UPPER,
     witness=PROOF,
     says=tuple(map(narrow, DEGREES)),

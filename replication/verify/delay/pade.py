@@ -27,7 +27,7 @@ from replication.verify.reading import fields, integer, matrix, rational, sized,
 from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 
-LARGEST_ORDER = 50
+ORDER = sized(integer, 1, 50)
 LEAST = Says(quantity="least level of LMI (3)", readings=("pade-square",))
 Section = tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq]
 """a, b, c, d of x' = a x + b u, out = c x + d u."""
@@ -45,16 +45,9 @@ def lag(order: int, argument: acb) -> acb:
     return q(-argument) / q(argument)
 
 
-def read_order(value: Any, path: str) -> int:
-    """The order of an approximant."""
-    order = integer(value, path, 1)
-    require(order <= LARGEST_ORDER, f"{path} must be at most {LARGEST_ORDER}, got {order}")
-    return order
-
-
 @on_plant(
     "delay.pade-upper",
-    parameters={"order": read_order},
+    parameters={"order": ORDER},
     bound=UPPER,
     witness={
         "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
@@ -90,7 +83,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
 
 @on_plant(
     "delay.pade-lower",
-    parameters={"order": read_order},
+    parameters={"order": ORDER},
     bound=LOWER,
     witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
     says=LEAST,

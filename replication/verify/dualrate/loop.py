@@ -16,7 +16,7 @@ from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import hold, identity
 from replication.verify.algebra.work import BALL, spend
-from replication.verify.reading import fields, matrix, positive, states, text
+from replication.verify.reading import fields, matrix, one_of, positive, sized, states
 from replication.verify.statement import statement
 from replication.verify.theorem import require
 
@@ -50,6 +50,10 @@ class Observer(StrEnum):
             Observer.RESTARTED: "the loop with the restarted predictor",
             Observer.FAST: "the loop with a sensor at every fast instant",
         }[self]
+
+
+OBSERVER = sized(one_of, Observer)
+"""The reader of an observer by its name."""
 
 
 def held_over(*observers: Observer) -> str:
@@ -185,10 +189,3 @@ def monodromy(loop: Loop, observer: Observer) -> arb_mat:
     unit = identity(2 * n).tolist()
     end = pass_period(loop, observer, acb_mat(unit[:n]), acb_mat(unit[n:]), lambda _: acb(0))
     return arb_mat([[entry.real for entry in line] for line in end.state.tolist() + end.estimate.tolist()])
-
-
-def read_observer(value: Any, path: str) -> Observer:
-    """An observer by its name."""
-    name = text(value, path)
-    require(name in [*Observer], f"{path} must be one of {', '.join(Observer)}, got {name!r:.40}")
-    return Observer(name)

@@ -9,21 +9,31 @@ from typing import Any
 from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import below, complex_of, root_near, without_root
-from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
+    OBSERVER,
     Loop,
     Observer,
     held_over,
     monodromy,
     on_loop,
     read_loop,
-    read_observer,
 )
-from replication.verify.dualrate.response import require_position_form
+from replication.verify.dualrate.response import require_position_form, steady_start
 from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import fields, integer, matrix, positive, rational, sequence, several, sized, text
+from replication.verify.reading import (
+    fields,
+    integer,
+    matrix,
+    one_of,
+    positive,
+    rational,
+    sequence,
+    several,
+    sized,
+    text,
+)
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -51,7 +61,7 @@ def read_guess(value: Any, path: str) -> acb:
 
 @on_loop(
     "dualrate.radius",
-    parameters={"observer": read_observer},
+    parameters={"observer": OBSERVER},
     bound=BOTH,
     witness={"root": read_guess},
     says=Says(quantity=RADIUS, readings=_readings),
@@ -60,13 +70,14 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the
     spectral radius {lower:down} to {upper:up}.
     """
-    require_eigenvalue_beyond(plant, observer, root, lower)
+    found = abs(eigenvalue_near(plant, observer, root))
+    decide(Below(lower, found, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
     decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", upper))
 
 
 @on_loop(
     "dualrate.stable",
-    parameters={"observer": read_observer},
+    parameters={"observer": OBSERVER},
     witness={"radius": positive},
     holds=True,
     says=Says(quantity=RADIUS, readings=_readings, found=lambda known: Found(upper=known["radius"])),
@@ -92,7 +103,7 @@ def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
     source="shao",
     plant=lambda value, path: read_loop(value, path, "start"),
     parameters={
-        "observer": read_observer,
+        "observer": OBSERVER,
         "frequency": positive,
         "starts": Depends(lambda given: sized(read_starts, given.plant)),
     },
@@ -115,7 +126,7 @@ def no_bounded_error(
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
     bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
     """
-    response.require_position_form(plant)
+    require_position_form(plant)
     root = eigenvalue_near(plant, observer, root)
     decide(Below(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
     for name, estimate in starts.items():
@@ -128,17 +139,11 @@ def no_bounded_error(
 def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
     """c = C ψ(Φ)(z(0) − Im X) of `no_bounded_error`, z(0) = start."""
     Phi = acb_mat(monodromy(loop, observer))
-    steady = response.steady_start(loop, observer, acb(0, arb(sigma)))
+    steady = steady_start(loop, observer, acb(0, arb(sigma)))
     offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady.entries(), strict=True)])
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
     return (applied(polynomial, reached, Phi) * offset)[0, 0]
-
-
-def require_eigenvalue_beyond(loop: Loop, observer: Observer, guess: acb, low: fmpq) -> None:
-    """Refuse unless Φ has an eigenvalue of modulus `low` or more near the guess of a witness."""
-    found = abs(eigenvalue_near(loop, observer, guess))
-    decide(Below(low, found, f"the eigenvalue is not proved to be at least {below(low)} in modulus"))
 
 
 def eigenvalue_near(loop: Loop, observer: Observer, guess: acb) -> acb:
@@ -212,21 +217,20 @@ def coordinates(plant: Motor) -> None:
     decide(Equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
 
 
-@on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True, says="Hurwitz")
+@on_loop("dualrate.hurwitz", parameters={"matrix": sized(one_of, ("feedback", "observer"))}, holds=True, says="Hurwitz")
 def hurwitz(plant: Loop, matrix: str) -> Found:
     """<For the plant {plant.name}, {name}|{name}> is Hurwitz: the Hurwitz determinants of its characteristic polynomial
     are positive.
     """
-    matrices = {"feedback": ("A + B K", plant.A + plant.B * plant.K), "observer": ("A − L C", plant.guided)}
-    require(matrix in matrices, f"parameters.matrix must be one of {', '.join(matrices)}")
-    name, M = matrices[matrix]
+    feedback = matrix == "feedback"
+    name, M = ("A + B K", plant.A + plant.B * plant.K) if feedback else ("A − L C", plant.guided)
     decide(Hurwitz(M, name))
     return Found(words={"name": name})
 
 
 @on_loop(
     "dualrate.feedforward",
-    parameters={"orders": sized(sequence, integer, 3)},
+    parameters={"orders": sized(sequence, sized(integer, 0, LARGEST_ORDER), 3)},
     says=Says(quantity="feedforward inverts the motor", readings=("inverse-feedforward",)),
 )
 def feedforward(plant: Loop, orders: list[int]) -> Found:
@@ -237,7 +241,6 @@ def feedforward(plant: Loop, orders: list[int]) -> Found:
 
     The transfer function is C adj(sI − A) B/det(sI − A); a₂, a₃ and b are entries of A and B.
     """
-    require(max(orders) <= LARGEST_ORDER, f"parameters.orders must be at most {LARGEST_ORDER}, got {max(orders)}")
     require_position_form(plant)
     factors = (fmpq(1), -plant.A[2, 1], -plant.A[2, 2])
     numerator = sum((_power(order) * factor for order, factor in zip(orders, factors, strict=True)), fmpq_poly([0]))

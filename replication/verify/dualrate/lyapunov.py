@@ -6,15 +6,19 @@ All norms are spectral; with one input and one output every norm is that of a ro
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import between, block, hold, identity, zeros
-from replication.verify.dualrate.loop import Loop
-from replication.verify.kernel import Below, Equal, Positive, decide
-from replication.verify.reading import fields, matrix, rational, symmetric
-from replication.verify.theorem import require
+from replication.verify.algebra.work import estimate_length, spend_on_products
+from replication.verify.dualrate.loop import Loop, on_loop
+from replication.verify.kernel import Below, Equal, Positive, decide, holds
+from replication.verify.predicate import Says
+from replication.verify.reading import fields, integer, matrix, positive, rational, several, sized, symmetric
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, require
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,3 +140,133 @@ def energy(lyapunov: Lyapunov, moment: Moment) -> arb:
     """V = χᵀP χ."""
     chi = arb_mat(moment.x.tolist() + (moment.x - moment.zeta).tolist())
     return (chi.transpose() * arb_mat(lyapunov.P) * chi)[0, 0]
+
+
+# Statements on P, on (15) and (18), and on the result itself: a loop that refutes it.
+
+
+SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
+
+
+@on_loop(
+    "dualrate.lyapunov",
+    source="shao",
+    witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
+    holds=True,
+    says="Lyapunov equation",
+)
+def lyapunov(plant: Loop, P: fmpq_mat) -> None:
+    """For <the printed data of the plant {plant.name}|this plant> the Lyapunov equation is solved exactly by a positive
+    definite matrix.
+
+    ÃᵀP + P Ã = −I has a positive definite solution.
+    """
+    require_solution(plant, P)
+
+
+@on_loop(
+    "dualrate.prediction-bound",
+    source="shao",
+    parameters={"longest": positive},
+    witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
+    holds=False,
+    says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
+)
+def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
+    """For the plant {plant.name} and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
+    some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most
+    {side:up}.
+    """
+    gap, side = prediction_sides(plant, lyapunov, chi, longest)
+    decide(Below(side, gap, f"(15) is not proved to fail for all periods up to {longest} s"))
+    return Found(words={"gap": gap, "side": side})
+
+
+@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION}, says="condition (18)")
+def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
+    """The loop< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) <{verb} (18), whose left side is|has α₄
+    λ_max(P) T, which must be below one, at> {side:down} to {side:up}.
+    """
+    side = condition_per_second(plant, lyapunov) * arb(plant.T)
+    undecided = f"the left side of (18) is {side.str(8)}: not decided"
+    met = holds(Below(side, 1, undecided))
+    if not met:
+        decide(Below(1, side, undecided))
+    return Found(words={"verb": "meets" if met else "does not meet", "side": side}, holds=met)
+
+
+# The scalar loop A = B = C = 1, L = 2 for all periods at once: with h = e^T − 1 its matrices are rational in h.
+#
+# Ā = 1 + h, B̄ = h, F = 1/(1 + h), G = h/(1 + h) and H = 2h/(1 + h), so (1 + h)^{2M} det(I − Φ) is a polynomial in h.
+
+
+H = fmpq_poly([0, 1])
+GROWTH = 1 + H
+"""e^T."""
+
+
+def determinant(loop: Loop, ratio: int) -> fmpq_poly:
+    """(1 + h)^{2M} det(I − Φ) of the alternating predictive observer, Φ over z = (x, ζ).
+
+    x and ζ at phase k, and what stands for the measurement then, are carried times (1 + h)^k.
+    """
+    one, L = fmpq(1), loop.L[0, 0]
+    shapes = [M.nrows() for M in (loop.A, loop.B, loop.C)]
+    unit = shapes == [1, 1, 1] and (loop.A[0, 0], loop.B[0, 0], loop.C[0, 0]) == (one, one, one)
+    require(unit and L == 2, "the argument needs A = B = C = 1 and L = 2")
+    columns = []
+    for x, zeta in ((fmpq_poly([1]), fmpq_poly([0])), (fmpq_poly([0]), fmpq_poly([1]))):
+        measured = x
+        for k in range(ratio):
+            spend_on_products(k + 1, (k + 1) * (estimate_length([loop.K[0, 0]]) + 2), "det(I − Φ)")
+            u = loop.K[0, 0] * zeta
+            predicted = GROWTH * (GROWTH * zeta + H * u)
+            x, zeta = GROWTH * (GROWTH * x + H * u), zeta + H * u + L * H * measured
+            measured = predicted
+        columns.append((x, zeta))
+    (a, c), (b, d) = columns
+    scale = GROWTH**ratio
+    return (scale - a) * (scale - d) - b * c
+
+
+def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
+    """Refuse unless the polynomial in h is negative for all 0 < T ≤ longest.
+
+    With k its lowest power: the positive ones of the other coefficients, at the largest h, do not outweigh the lowest.
+    """
+    coefficients = polynomial.coeffs()
+    lowest = next((k for k, c in enumerate(coefficients) if c != 0), None)
+    require(lowest is not None, "det(I − Φ) vanishes for every period")
+    reach, low = arb(longest).exp() - 1, lowest or 0
+    rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
+    decide(Below(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))
+
+
+LARGEST_RATIO = 100
+"""Of a ratio for which det(I − Φ) is expanded for all periods at once."""
+
+
+@on_loop(
+    "dualrate.counterexample",
+    source="shao",
+    parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
+    witness={"lyapunov": SOLUTION},
+    holds=False,
+    says=Says(quantity="stability result", setting={}, universal=True),
+)
+def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
+    """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable
+    for every T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
+
+    A loop that is unstable for every period that (18) allows, for each of the ratios M.
+
+    det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
+    """
+    allowed = 1 / condition_per_second(plant, lyapunov)
+    decide(Below(allowed, longest, f"(18) may allow periods above {longest} s"))
+    require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
+    require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
+    for ratio in ratios:
+        require_negative(determinant(plant, ratio), longest)
+    listed = ", ".join(map(str, ratios))
+    return Found(words={"K": plant.K[0, 0], "L": plant.L[0, 0], "listed": listed, "allowed": allowed})

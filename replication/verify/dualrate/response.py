@@ -1,4 +1,4 @@
-"""The loop's response to y_d = sin σt: its steady state, and the largest error of that between and at all instants.
+"""The loop's response to y_d = sin σt: its steady state, statements on the largest errors of tracking and estimate.
 
 With s = jσ all signals of the steady state are Im(amplitude · e^{st}) with amplitudes of period M T: at the slow
 instants X = (e^{sMT} I − Φ)^{-1} Γ, where Γ is what the command alone brings about in one slow period.
@@ -6,19 +6,33 @@ instants X = (e^{sMT} I − Φ)^{-1} Γ, where Γ is what the command alone brin
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
+from math import factorial
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
-from replication.verify.algebra.linear import identity, largest, solved, zeros
+from replication.verify.algebra.linear import above, below, identity, largest, solved, zeros
 from replication.verify.algebra.work import BALL, spend
-from replication.verify.dualrate.loop import Loop, Observer, Passage, monodromy, pass_period
+from replication.verify.dualrate.loop import (
+    INTERPOLATED,
+    OBSERVER,
+    Loop,
+    Observer,
+    Passage,
+    held_over,
+    monodromy,
+    on_loop,
+    pass_period,
+)
 from replication.verify.kernel import Below, Within, decide, holds
-from replication.verify.reading import fields, integer, positive, rational, sequence
-from replication.verify.theorem import Refused, require
+from replication.verify.predicate import NO_READING, Says
+from replication.verify.reading import Reader, integer, one_of, positive, rational, record, sequence, several, sized
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, Refused, require
 
 TERMS, PIECES, PARTS = 24, 32, 2000
 """Of the Taylor polynomials; of a fast period; that a piece may be cut into before the bound is given up."""
@@ -138,23 +152,6 @@ def steady_motion(
     return Motion(N=N, row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales), begun
 
 
-@dataclass(frozen=True, kw_only=True)
-class Place:
-    """Where an error is large: a time after the instant of a phase; and the weights in which the motion is bounded."""
-
-    phase: int
-    time: fmpq
-    scales: Sequence[fmpq]
-
-
-def read_place(value: Any, path: str, loop: Loop) -> Place:
-    """{phase, time, scales}; refused unless phase and time lie within a slow period."""
-    phase, time, scales = fields(value, path, "phase", "time", "scales")
-    at, after = integer(phase, f"{path}.phase"), rational(time, f"{path}.time")
-    require(at < loop.M and 0 <= after <= loop.T, f"{path}.phase or {path}.time lies outside the slow period")
-    return Place(phase=at, time=after, scales=sequence(scales, f"{path}.scales", positive, loop.order + 2))
-
-
 def error_at(moving: Motion, start: acb_mat, time: fmpq) -> arb:
     """|y − y_d| at a time after an instant."""
     return abs((moving.row * (moving.N * acb(time)).exp() * start)[0, 0])
@@ -173,16 +170,10 @@ def pieces(moving: Motion, start: acb_mat, length: fmpq) -> Iterator[tuple[acb_p
     for k in range(1, TERMS):
         rows.append(rows[-1] * moving.N / k)
     of_error = acb_mat([row.entries() for row in rows])
-    tail = moving.output_size() * reach**TERMS / arb.fac_ui(TERMS) * reach.exp()
+    tail = moving.output_size() * reach**TERMS / factorial(TERMS) * reach.exp()
     for _ in range(PIECES):
         yield acb_poly((of_error * v).entries()), tail * moving.size(v)
         v = step * v
-
-
-def require_all_below(moving: Motion, begun: Sequence[acb_mat], length: fmpq, bound: fmpq) -> None:
-    """Refuse unless |y − y_d| ≤ bound in all fast periods of a slow one."""
-    for start in begun:
-        require_error_below(moving, start, length, bound)
 
 
 def require_error_below(moving: Motion, start: acb_mat, length: fmpq, bound: fmpq) -> None:
@@ -208,3 +199,176 @@ def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
         if not holds(Below(polynomial(arb(middle)) + steepest * arb(b - middle), 0, "this part")):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")
+
+
+# Statements: bounds of the largest errors, and which of two observers errs less.
+
+
+MOST = 6
+"""Frequencies of a theorem, those of Table I."""
+INSTANTS = {"all": "at all times", "fast": "at the fast instants"}
+READINGS: Mapping[tuple[str, str], str] = {
+    ("printed", "all"): "literal",
+    ("printed", "fast"): "fast-instants",
+    ("corrected", "all"): "corrected-feedforward",
+    ("corrected", "fast"): "corrected-feedforward-fast-instants",
+}
+"""Under which reading a command and instants are those of both columns of Table I."""
+COLUMNS = (Observer.PMI, Observer.APO)
+
+
+@dataclass(frozen=True)
+class Error:
+    """Bounds of a largest error in percent of the amplitude; where the lower one is met: a time after the instant of a
+    phase; and the weights in which the motion is bounded."""
+
+    lower: fmpq
+    upper: fmpq
+    phase: int
+    time: fmpq
+    scales: Sequence[fmpq]
+
+
+def read_error(value: Any, path: str, loop: Loop) -> Error:
+    """{lower, upper, phase, time, scales}; refused unless phase and time lie within a slow period."""
+    readers: dict[str, Reader] = {
+        "lower": positive,
+        "upper": positive,
+        "phase": integer,
+        "time": rational,
+        "scales": sized(sequence, positive, loop.order + 2),
+    }
+    found = Error(**record(value, path, readers))
+    inside = found.phase < loop.M and 0 <= found.time <= loop.T
+    require(inside, f"{path}.phase or {path}.time lies outside the slow period")
+    return found
+
+
+def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    observer, rest = parameters["observer"], (parameters["feedforward"], parameters["instants"])
+    if rest == ("printed", "all") and observer not in (Observer.PMI, Observer.SRC):
+        # Other readings of DRC-PMI leave DRC-APO as it is.
+        other = ("literal", *INTERPOLATED.values()) if observer == Observer.APO else (INTERPOLATED.get(observer, ""),)
+        return tuple(name for name in other if name) or (NO_READING,)
+    return (READINGS[rest],) if observer in COLUMNS else (NO_READING,)
+
+
+def _compared(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """The reading under which one of two observers is that of DRC-PMI, and the error is that at the fast instants."""
+    found = [INTERPOLATED[name] for name in (parameters["observer"], parameters["than"]) if name in INTERPOLATED]
+    return tuple(f"estimate-{name}" for name in found or ["literal"])
+
+
+def _setting(i: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    fixed = {name: value for name, value in parameters.items() if name != "frequencies"}
+    return {**fixed, "frequency": parameters["frequencies"][min(i, len(parameters["frequencies"]) - 1)]}
+
+
+def _bounds(i: int, known: Mapping[str, Any]) -> Found:
+    error = known["errors"][min(i, len(known["errors"]) - 1)]
+    return Found(lower=error.lower, upper=error.upper)
+
+
+@on_loop(
+    "dualrate.tracking-errors",
+    source="shao",
+    parameters={
+        "observer": OBSERVER,
+        "feedforward": sized(one_of, Feedforward),
+        "instants": sized(one_of, INSTANTS),
+        "frequencies": sized(several, positive, MOST),
+    },
+    witness={"errors": Depends(lambda given: sized(sequence, sized(read_error, given.plant), len(given.frequencies)))},
+    says=tuple(
+        Says(
+            quantity="largest tracking error",
+            setting=partial(_setting, i),
+            readings=_readings,
+            found=partial(_bounds, i),
+        )
+        for i in range(MOST)
+    ),
+)
+def tracking_errors(
+    plant: Loop,
+    observer: Observer,
+    feedforward: Feedforward,
+    instants: str,
+    frequencies: list[fmpq],
+    errors: list[Error],
+) -> Found:
+    """With y_d = sin σt and the command <{command}|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = {input}>, held over
+    {hold}, the largest tracking error of {observer.words}< of the plant {plant.name}|> {where} of the steady state is
+    {sizes}.
+
+    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state.
+
+    The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
+    rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
+    largest modulus of the amplitude.
+    """
+    for frequency, error in zip(frequencies, errors, strict=True):
+        moving, begun = steady_motion(plant, observer, frequency, error.scales, feedforward)
+        reached = error_at(moving, begun[error.phase], error.time)
+        decide(Below(error.lower / 100, reached, f"the error at the given time is not as large, σ = {frequency}"))
+        if instants == "all":
+            for start in begun:
+                require_error_below(moving, start, plant.T, error.upper / 100)
+        else:
+            require(error.time == 0, "the given time is not that of a fast instant")
+            most = largest([abs((moving.row * start)[0, 0]) for start in begun])
+            decide(Below(most, error.upper / 100, f"the largest error is above the bound, σ = {frequency}"))
+    sizes = (
+        f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
+        for frequency, error in zip(frequencies, errors, strict=True)
+    )
+    return Found(
+        words={
+            "command": feedforward.words,
+            "hold": held_over(observer),
+            "input": feedforward.formula,
+            "where": INSTANTS[instants],
+            "sizes": ", ".join(sizes),
+        }
+    )
+
+
+@on_loop(
+    "dualrate.estimates-ordered",
+    source="shao",
+    parameters={"observer": OBSERVER, "than": OBSERVER, "frequency": positive},
+    holds=True,
+    says=(
+        Says(quantity="better estimate", readings=_compared),
+        Says(
+            quantity="better estimate",
+            setting=lambda given: {**given, "observer": given["than"], "than": given["observer"]},
+            readings=_compared,
+            found=lambda known: Found(holds=False),
+        ),
+    ),
+)
+def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
+    """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
+    y_d' + a₃ y_d>, held over {hold}, the largest error of C x̂ at the fast instants in the steady state< of the plant
+    {plant.name}|> is {sizes}.
+
+    The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
+
+    As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
+    """
+    errors = [_estimation_error(plant, compared, frequency) for compared in (observer, than)]
+    decide(Below(errors[0], errors[1], f"the estimation errors are {errors[0].str(5)} and {errors[1].str(5)}"))
+    sizes = (
+        f"{below(100 * error.lower().fmpq(), 4)} to {above(100 * error.upper().fmpq(), 4)} percent of the amplitude in "
+        f"{compared.words}"
+        for error, compared in zip(errors, (observer, than), strict=True)
+    )
+    return Found(words={"hold": held_over(observer, than), "sizes": ", ".join(sizes)})
+
+
+def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
+    require_position_form(loop)
+    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
+    passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
+    return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

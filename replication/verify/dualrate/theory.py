@@ -1,80 +1,28 @@
-"""Statements on the stability result of Shao et al., Sec. IV: its steps, its condition, and a loop that refutes it."""
+"""Statements on the steps of the stability result of Shao et al., Sec. IV."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
-from typing import Any
 
-from flint import arb, fmpq, fmpq_mat, fmpq_poly
+from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import identity
-from replication.verify.algebra.symbolic import Symbolic, letters, one, symbols, unit
-from replication.verify.algebra.work import estimate_length, spend_on_products
-from replication.verify.dualrate import lyapunov as equation
-from replication.verify.dualrate.loop import Loop, on_loop
-from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
-from replication.verify.kernel import Below, Identity, Nonnegative, decide, holds
+from replication.verify.algebra.symbolic import IDENTITY, letters, number
+from replication.verify.kernel import Identity, Nonnegative, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
+from replication.verify.reading import one_of, positive, record, sized
 from replication.verify.statement import Depends, statement
-from replication.verify.theorem import Found, require
-
-# The scalar loop A = B = C = 1, L = 2 for all periods at once: with h = e^T − 1 its matrices are rational in h.
-#
-# Ā = 1 + h, B̄ = h, F = 1/(1 + h), G = h/(1 + h) and H = 2h/(1 + h), so (1 + h)^{2M} det(I − Φ) is a polynomial in h.
-
-
-H = fmpq_poly([0, 1])
-GROWTH = 1 + H
-"""e^T."""
-
-
-def determinant(loop: Loop, ratio: int) -> fmpq_poly:
-    """(1 + h)^{2M} det(I − Φ) of the alternating predictive observer, Φ over z = (x, ζ).
-
-    x and ζ at phase k, and what stands for the measurement then, are carried times (1 + h)^k.
-    """
-    one, L = fmpq(1), loop.L[0, 0]
-    shapes = [M.nrows() for M in (loop.A, loop.B, loop.C)]
-    unit = shapes == [1, 1, 1] and (loop.A[0, 0], loop.B[0, 0], loop.C[0, 0]) == (one, one, one)
-    require(unit and L == 2, "the argument needs A = B = C = 1 and L = 2")
-    columns = []
-    for x, zeta in ((fmpq_poly([1]), fmpq_poly([0])), (fmpq_poly([0]), fmpq_poly([1]))):
-        measured = x
-        for k in range(ratio):
-            spend_on_products(k + 1, (k + 1) * (estimate_length([loop.K[0, 0]]) + 2), "det(I − Φ)")
-            u = loop.K[0, 0] * zeta
-            predicted = GROWTH * (GROWTH * zeta + H * u)
-            x, zeta = GROWTH * (GROWTH * x + H * u), zeta + H * u + L * H * measured
-            measured = predicted
-        columns.append((x, zeta))
-    (a, c), (b, d) = columns
-    scale = GROWTH**ratio
-    return (scale - a) * (scale - d) - b * c
-
-
-def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
-    """Refuse unless the polynomial in h is negative for all 0 < T ≤ longest.
-
-    With k its lowest power: the positive ones of the other coefficients, at the largest h, do not outweigh the lowest.
-    """
-    coefficients = polynomial.coeffs()
-    lowest = next((k for k, c in enumerate(coefficients) if c != 0), None)
-    require(lowest is not None, "det(I − Φ) vanishes for every period")
-    reach, low = arb(longest).exp() - 1, lowest or 0
-    rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
-    decide(Below(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))
-
+from replication.verify.theorem import Found
 
 # Identities of Shao et al. with a letter for every matrix: they hold for any number of states, inputs and outputs.
 
 
-ONE = (1, 1)
+@statement("dualrate.error-equations", source="shao", holds=True, says="equations (9) and (10)")
+def error_equations() -> None:
+    """(9) equals (10), for all matrices and states of any size.
 
-
-def require_error_equations() -> None:
-    """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
+    With y_p (case 1) and with y (case 2) at t_k.
+    """
     A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
     zeta = x - xi
     for used in (predicted, y):
@@ -85,8 +33,12 @@ def require_error_equations() -> None:
         decide(Identity(second, rest, "the second row of (9) = (10)"))
 
 
-def require_second_case() -> None:
-    """(9) with ȳ(t_k) = y(t_k) is (10) without its last term."""
+@statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
+def second_case() -> None:
+    """In Case 2 (9) equals (10) without its last term, for all matrices and states of any size.
+
+    In Case 2 ȳ(t_k) = y(t_k).
+    """
     A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
     zeta = x - xi
     first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
@@ -95,21 +47,27 @@ def require_second_case() -> None:
     decide(Identity(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2"))
 
 
-def require_collected() -> None:
-    """The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
+@statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
+def collected_constant() -> None:
+    """The last four terms of (16) add up to at most α₄ √V V_m with the constant of (17), for all loops.
+
+    The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
 
     All factors are non-negative, so that these bounds may be put in their places. Both sides times r.
     """
     names = ("a1", "a2", "a3", "c1", "L", "KL", "most", "V", "Vm")
-    a1, a2, a3, c1, L, KL, most, V, Vm = (symbol.entry for symbol in symbols(dict.fromkeys(names, ONE)).values())
+    a1, a2, a3, c1, L, KL, most, V, Vm = map(number, names)
     PB, PL = most * c1, most * L
     terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
     total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
-    decide(Identity(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)"))
+    decide(Identity(terms, total * V * Vm, "(16) = (17)"))
 
 
-def require_sampled_observer() -> None:
-    """(7) solves (3): the derivatives at t = 0 of both, which determine them.
+@statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
+def sampled_observer() -> None:
+    """At the instants (7) has the estimates of (3), for all matrices of any size.
+
+    (7) solves (3): the derivatives at t = 0 of both, which determine them.
 
     By (3), the derivative k + 1 of z is Â times the derivative k, and Â z + B u + L ȳ for k = 0. By (7), the derivative
     k is F_k ζ + G_k u + H_k ȳ with F_k = Â^k of e^{Ât}, and G_k = F_{k−1} B, H_k = F_{k−1} L of its integral times B
@@ -117,15 +75,12 @@ def require_sampled_observer() -> None:
     """
     A, B, L, zeta, u, y = letters("A", "B", "L", "zeta", "u", "y")
     pushed = B @ u + L @ y
-    solution, rate, F = zeta, pushed, unit(1, one())
+    solution, rate, F = zeta, pushed, IDENTITY
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
-        decide(
-            Identity(
-                solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
-            )
-        )
+        sampled = F @ zeta + previous @ pushed
+        decide(Identity(solution, sampled, f"(3) = (7) in the {derivative} derivative"))
 
 
 def require_rates() -> None:
@@ -146,64 +101,6 @@ SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
 """State and estimate as combinations of (x, ξ)."""
 
 
-def require_weight(signal: str, weight: fmpq) -> None:
-    """Refuse unless |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
-    m = fmpq_mat([list(SIGNALS[signal])])
-    decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
-
-
-def require_contraction() -> None:
-    """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
-    E, c = (symbol.entry for symbol in symbols({"E": ONE, "c": ONE}).values())
-    left, right = 1 - (E + (1 - E) * c), (1 - E) * (1 - c)
-    decide(Identity(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)"))
-
-
-LARGEST_RATIO = 100
-"""Of a ratio for which det(I − Φ) is expanded for all periods at once."""
-SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
-
-
-@statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
-def sampled_observer() -> None:
-    """At the instants (7) has the estimates of (3), for all matrices of any size."""
-    require_sampled_observer()
-
-
-@statement("dualrate.error-equations", source="shao", holds=True, says="equations (9) and (10)")
-def error_equations() -> None:
-    """(9) equals (10), for all matrices and states of any size."""
-    require_error_equations()
-
-
-@statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
-def second_case() -> None:
-    """In Case 2 (9) equals (10) without its last term, for all matrices and states of any size."""
-    require_second_case()
-
-
-@statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
-def collected_constant() -> None:
-    """The last four terms of (16) add up to at most α₄ √V V_m with the constant of (17), for all loops."""
-    require_collected()
-
-
-@on_loop(
-    "dualrate.lyapunov",
-    source="shao",
-    witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
-    holds=True,
-    says="Lyapunov equation",
-)
-def lyapunov(plant: Loop, P: fmpq_mat) -> None:
-    """For <the printed data of the plant {plant.name}|this plant> the Lyapunov equation is solved exactly by a positive
-    definite matrix.
-
-    ÃᵀP + P Ã = −I has a positive definite solution.
-    """
-    equation.require_solution(plant, P)
-
-
 STEPS: Mapping[str, Mapping[str, str]] = {
     "output": {"CA": "x", "CBK": "zeta"},
     "feedback": {"KÂ": "zeta", "KBK": "zeta", "KLC": "x"},
@@ -211,28 +108,12 @@ STEPS: Mapping[str, Mapping[str, str]] = {
 """Terms of (12) and (14) by what their matrix multiplies: the state, or the estimate."""
 
 
-def read_quantity(value: Any, path: str) -> str:
-    """One of `STEPS`."""
-    name = text(value, path)
-    require(name in STEPS, f"{path} must be one of {', '.join(STEPS)}")
-    return name
-
-
-def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
-    """The weight of each term."""
-    terms = STEPS[quantity]
-    return {
-        term: positive(weight, f"{path}.{term}")
-        for term, weight in zip(terms, fields(value, path, *terms), strict=True)
-    }
-
-
 @statement(
     "dualrate.step-bound",
     source="shao",
     parameters={
-        "quantity": read_quantity,
-        "weights": Depends(lambda given: sized(read_weights, given.quantity)),
+        "quantity": sized(one_of, STEPS),
+        "weights": Depends(lambda given: sized(record, dict.fromkeys(STEPS[given.quantity], positive))),
     },
     holds=True,
     says=Says(
@@ -252,7 +133,10 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     """
     require_rates()
     for term, weight in weights.items():
-        require_weight(STEPS[quantity][term], weight)
+        # |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal.
+        signal = STEPS[quantity][term]
+        m = fmpq_mat([list(SIGNALS[signal])])
+        decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
     equations = {
         "output": "(12) and (13) hold",
         "feedback": "(14) holds with |e_p(t_k)| (t − t_k) where e_p(t_k) is printed",
@@ -261,67 +145,12 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     return Found(words={"equations": equations[quantity], "factors": factors})
 
 
-@on_loop(
-    "dualrate.prediction-bound",
-    source="shao",
-    parameters={"longest": positive},
-    witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
-    holds=False,
-    says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
-)
-def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
-    """For the plant {plant.name} and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
-    some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most
-    {side:up}.
-    """
-    gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
-    decide(Below(side, gap, f"(15) is not proved to fail for all periods up to {longest} s"))
-    return Found(words={"gap": gap, "side": side})
-
-
-@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION}, says="condition (18)")
-def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
-    """The loop< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) <{verb} (18), whose left side is|has α₄
-    λ_max(P) T, which must be below one, at> {side:down} to {side:up}.
-    """
-    side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
-    undecided = f"the left side of (18) is {side.str(8)}: not decided"
-    met = holds(Below(side, 1, undecided))
-    if not met:
-        decide(Below(1, side, undecided))
-    return Found(words={"verb": "meets" if met else "does not meet", "side": side}, holds=met)
-
-
 @statement("dualrate.contraction", source="shao", holds=True, says="contraction (22)")
 def contraction() -> None:
     """The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).
 
-    φ < 1 under (18), since 0 < E < 1 for T > 0 and 0 ≤ c < 1 by (18).
+    φ = E + (1 − E) c with E = e^{−T/(2 λ_max)} and c the left side of (18). φ < 1 under (18), since 0 < E < 1 for T > 0
+    and 0 ≤ c < 1 by (18).
     """
-    require_contraction()
-
-
-@on_loop(
-    "dualrate.counterexample",
-    source="shao",
-    parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
-    witness={"lyapunov": SOLUTION},
-    holds=False,
-    says=Says(quantity="stability result", setting={}, universal=True),
-)
-def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
-    """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable
-    for every T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
-
-    A loop that is unstable for every period that (18) allows, for each of the ratios M.
-
-    det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
-    """
-    allowed = 1 / equation.condition_per_second(plant, lyapunov)
-    decide(Below(allowed, longest, f"(18) may allow periods above {longest} s"))
-    require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
-    require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
-    for ratio in ratios:
-        require_negative(determinant(plant, ratio), longest)
-    listed = ", ".join(map(str, ratios))
-    return Found(words={"K": plant.K[0, 0], "L": plant.L[0, 0], "listed": listed, "allowed": allowed})
+    E, c = map(number, "Ec")
+    decide(Identity(1 - (E + (1 - E) * c), (1 - E) * (1 - c), "1 − φ = (1 − E)(1 − c)"))

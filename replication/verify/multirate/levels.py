@@ -153,21 +153,20 @@ TWO: Table = {"sensors": CHOSEN["sensors"], "shorter": PERIODS, "longer": PERIOD
 PHASES: Table = {name: reader for name, reader in CHOSEN.items() if name != "relative"}
 
 
-def _together(periods: list[int], given: Any) -> Any:
-    """The reader of a plant with all sensors at instant 0."""
-    chosen = SimpleNamespace(sensors=given.sensors, periods=periods, offsets=[0] * len(periods))
-    return lambda value, path: read_sensing(value, path, chosen)
-
-
-def _both(given: Any) -> Any:
-    return lambda value, path: [_together(periods, given)(value, path) for periods in (given.shorter, given.longer)]
+def read_both(value: Any, path: str, given: Any) -> list[Sensing]:
+    """A plant with the shorter periods and with the longer ones, all sensors at instant 0."""
+    chosen = (
+        SimpleNamespace(sensors=given.sensors, periods=periods, offsets=[0] * len(periods))
+        for periods in (given.shorter, given.longer)
+    )
+    return [read_sensing(value, path, each) for each in chosen]
 
 
 @statement(
     "multirate.shorter-periods",
     source="okajima2023",
     parameters=TWO,
-    plant=Depends(_both),
+    plant=Depends(lambda given: sized(read_both, given)),
     witness={
         "level": positive,
         "P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant[1].order), given.plant[1].phases)),

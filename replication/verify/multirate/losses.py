@@ -77,16 +77,9 @@ def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
     return Lossy(cases, seen([case.arrived for case in cases]))
 
 
-def one_or_none(value: Any, path: str) -> int:
-    """0 or 1."""
-    read = integer(value, path)
-    require(read <= 1, f"{path} must be 0 or 1, got {read}")
-    return read
-
-
 LOST: Table = {
     **{name: CHOSEN[name] for name in ("sensors", "periods", "offsets")},
-    "together": one_or_none,
+    "together": sized(integer, 0, 1),
     "misses": Depends(lambda given: sized(sequence, integer, 1 if given.together else len(given.sensors))),
 }
 """together: whether the samples of one instant travel in one packet; misses: most losses in a row, of each channel."""
@@ -113,19 +106,7 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.system.noises, given.
         "v": NOISES,
     },
 )
-def gain_under_losses(
-    plant: Lossy,
-    lower: fmpq,
-    upper: fmpq,
-    L: Matrices,
-    at: list[int],
-    to: list[list[int]],
-    P: Matrices,
-    word: list[int],
-    turn: fmpq_mat,
-    v: Matrices,
-    **chosen: Any,
-) -> Found:
+def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word: list[int], **given: Any) -> Found:
     """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), and for
     losses of at most {misses} {sent} in a row, the error system of the gains in this certificate, one for each case,
     is stable in every pattern of losses, and its largest l2 gain over all patterns is between {lower:down} and
@@ -134,10 +115,14 @@ def gain_under_losses(
     Storage functions on the nodes from above; from below a disturbance in a pattern that repeats.
     """
     steps = plant.system.error_system(L)
-    require_storage(plant, steps, at, to, P, upper)
-    require_walk(plant.cases, word)
-    require_lower(lower, attained([steps[i] for i in word], plant.system.W, turn, v))
-    return Found(words={"sent": "packets" if chosen["together"] else "samples of each sensor"})
+    require_storage(plant, steps, given["at"], given["to"], given["P"], upper)
+    # All nodes are reached from the start, which takes nothing with the error at zero.
+    require(all(i < len(plant.cases) for i in word), "witness.word has a case that is not there")
+    walk = zip(word, [*word[1:], word[0]], strict=True)
+    joined = all(plant.cases[i].after == plant.cases[j].before for i, j in walk)
+    require(joined, "witness.word is no pattern that can repeat")
+    require_lower(lower, attained([steps[i] for i in word], plant.system.W, given["turn"], given["v"]))
+    return Found(words={"sent": "packets" if given["together"] else "samples of each sensor"})
 
 
 def require_storage(
@@ -161,12 +146,3 @@ def require_storage(
             fits = target < len(at) and at[target] == plant.cases[number].after
             require(fits, f"case {number} does not lead from storage function {i} to {target}")
             require_fall(steps[number], plant.system.W, (P[i], P[target]), level, f"case {number} of storage {i}")
-
-
-def require_walk(cases: Sequence[Case], word: Sequence[int]) -> None:
-    """Refuse unless each case begins where the one before it ended, and the first where the last did: then the pattern
-    can repeat for ever. All nodes are reached from the start, which takes nothing with the error at zero.
-    """
-    require(all(i < len(cases) for i in word), "witness.word has a case that is not there")
-    joined = all(cases[i].after == cases[j].before for i, j in zip(word, [*word[1:], word[0]], strict=True))
-    require(joined, "witness.word is no pattern that can repeat")

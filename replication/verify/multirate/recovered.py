@@ -46,11 +46,6 @@ RECOVERED_A, RECOVERED_PLANT, ANY_A = ("diagonal in steps",), ("plant found by s
 """Readings of the paper: which of its matrices are found by search."""
 
 
-def diagonal_of(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What the poles of A depend on."""
-    return {"diagonal": parameters["diagonal"]}
-
-
 def reading_of(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """Of the two diagonals with the stated poles, one has two decimals, and the other one has not."""
     short = all((rational(entry, "diagonal") * 100).denominator == 1 for entry in parameters["diagonal"])
@@ -69,7 +64,10 @@ on_recovered = partial(statement, source="okajima2023", plant=read_stated, param
 @on_recovered(
     "multirate.recovered-poles",
     holds=True,
-    says=tuple(Says(quantity=one, setting=diagonal_of, readings=RECOVERED_A) for one in ("poles", "unstable plant")),
+    says=tuple(
+        Says(quantity=one, setting=lambda given: {"diagonal": given["diagonal"]}, readings=RECOVERED_A)
+        for one in ("poles", "unstable plant")
+    ),
 )
 def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
     """With the diagonal {shown} of A, its other entries as printed, A has poles that are those of Sec. IV-C within

@@ -1,5 +1,5 @@
 """Statements on filters under nonuniform sampling: levels, and what the method rests on."""
 
-from replication.verify.nonuniform import identities, levels, smallgain, theory
+from replication.verify.nonuniform import grid, identities, levels, smallgain
 
-__all__ = ["identities", "levels", "smallgain", "theory"]
+__all__ = ["grid", "identities", "levels", "smallgain"]

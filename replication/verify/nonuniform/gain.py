@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, complex_of, energy, identity, solved, zeros
+from replication.verify.algebra.linear import block, circle_point, complex_of, energy, identity, solved, zeros
 from replication.verify.algebra.work import BALL, STEP, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
-from replication.verify.nonuniform.system import ONE_CELL, Case, CaseOf, Estimator, Plant
+from replication.verify.nonuniform.system import ONE_CELL, Case, Plant
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, several, sized, symmetric
+from replication.verify.statement import Depends, Table
 from replication.verify.theorem import Refused, require
 
 Pair = tuple[int, int]
@@ -74,7 +75,7 @@ def read_storage(value: Any, path: str, size: int, known: Sequence[fmpq] = ONE_C
     return Storage(shares, before, P, [system.cell_of(known, share) for share in shares[:-1]])
 
 
-def require_level(plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: Storage) -> None:
+def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> None:
     """Refuse unless the storage proves that no sequence of the case exceeds the level g.
 
     With `before` the state that precedes d when the period lies in cell a: for every d, a and gain k of the filter, and
@@ -115,7 +116,7 @@ def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], 
 class _Inequality:
     """The inequality of `require_level` on pieces of the range."""
 
-    def __init__(self, plant: Plant, case: CaseOf[Estimator], level: fmpq, P: list[arb_mat]) -> None:
+    def __init__(self, plant: Plant, case: Case, level: fmpq, P: list[arb_mat]) -> None:
         self.plant, self.case, self.P = plant, case, P
         self.states = len(P) // (len(case.filter.cells) - 1)
         output = case.filter.output(plant)
@@ -173,22 +174,28 @@ def complex_vector(value: Any, path: str, size: int) -> acb_mat:
     return acb_mat(size, 1, [complex_of(pair) for pair in pairs])
 
 
-def require_attained(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], z: acb, w: list[acb_mat]) -> None:
+ATTAINED: Table = {
+    "pattern": read_pattern,
+    "turn": rational,
+    "w": Depends(lambda given: sized(sequence, sized(complex_vector, given.plant.B.ncols()), len(given.pattern))),
+}
+"""The witness of a gain: a motion, as `require_motion` takes it."""
+
+
+def require_attained(plant: Plant, case: Case, level: fmpq, **motion: Any) -> None:
     """Refuse unless a pattern of periods and a disturbance, repeated for ever, exceed the level."""
     system.require_stable(plant, case.filter)
-    require_motion(plant, case, level, pattern, z, w)
+    require_motion(plant, case, level, **motion)
 
 
-def require_motion(
-    plant: Plant, case: CaseOf[Estimator], level: fmpq, pattern: list[fmpq], z: acb, w: list[acb_mat]
-) -> None:
+def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]) -> None:
     """`require_attained` for an error system that is known to be stable for every sequence.
 
-    z is a point of the unit circle, w_0 ... w_{p-1} are the complex disturbances of a pattern. With w_{k+p} = z w_k
+    z = circle_point(turn), w_0 ... w_{p-1} are the complex disturbances of a pattern. With w_{k+p} = z w_k
     the stable error system tends to a motion with x_p = z x_0, whose ratio of sum |e|^2 to sum |w|^2 over a pattern is
     what the ratio over N patterns tends to as N grows; the real or the imaginary part of w attains at least as much.
     """
-    output, inputs = acb_mat(case.filter.output(plant)), plant.B.ncols()
+    z, output, inputs = circle_point(turn), acb_mat(case.filter.output(plant)), plant.B.ncols()
     states, cells = output.ncols(), case.filter.cells
     distinct = set(pattern)
     spend(

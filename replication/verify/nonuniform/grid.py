@@ -1,11 +1,11 @@
-"""Theorem 1, eq. (9) and Algorithm 1 in balls: the periods that the small-gain condition covers, and the grid.
+"""Theorem 1, eq. (9) and Algorithm 1 in balls: the periods that the small-gain condition covers, the grid; statements.
 
 alpha(h) = ||A Phi(h) (zI - Phi(h))^{-1}||_inf is that of every filter: Sigma_11 of (7) sees the plant's states only.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isqrt
 from typing import Any
@@ -13,11 +13,22 @@ from typing import Any
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import beside, between, circle_point, energy, hold, identity, solved
-from replication.verify.kernel import Below, Positive, decide
-from replication.verify.nonuniform.gain import complex_vector, require_ratio
-from replication.verify.nonuniform.system import Plant, seconds
-from replication.verify.reading import fields, positive, rational, symmetric
-from replication.verify.theorem import Refused, require
+from replication.verify.kernel import Below, Hurwitz, Positive, decide
+from replication.verify.nonuniform.gain import (
+    ATTAINED,
+    complex_vector,
+    read_storage,
+    require_at,
+    require_attained,
+    require_level,
+    require_ratio,
+)
+from replication.verify.nonuniform.identities import logarithmic_norm, require_sharp_ends
+from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_plant, read_filter, seconds
+from replication.verify.predicate import Says
+from replication.verify.reading import fields, integer, matrix, positive, rational, sequence, sized, symmetric
+from replication.verify.statement import BOTH, Depends
+from replication.verify.theorem import Found, Refused, require
 
 
 @dataclass(frozen=True)
@@ -55,19 +66,6 @@ class Covering:
     passes: int
     first: Interval
 
-    @property
-    def size(self) -> int:
-        """How many there are."""
-        return len(self.elements)
-
-
-def logarithmic_norm(A: fmpq_mat) -> arb:
-    """mu(A), the larger eigenvalue of (A + A')/2, for A of order two."""
-    require(A.nrows() == 2, "the logarithmic norm is written out for two states")
-    S = (A + A.transpose()) / 2
-    mean, half = (S[0, 0] + S[1, 1]) / 2, (S[0, 0] - S[1, 1]) / 2
-    return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
-
 
 def modal(A: fmpq_mat) -> fmpq_mat:
     """[a, b; -b, a] for the eigenvalues a + bi of A of order two; refused unless these are rational and not real."""
@@ -101,16 +99,20 @@ def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
     Above: P > 0 with [P - (A Phi)'(A Phi), 0; 0, g^2 I] - [Phi, I]'P[Phi, I] > 0 (bounded real lemma). Below: the
     response to a rational direction at a point of the unit circle.
     """
-    path = alpha.response.path
+    path, one = alpha.response.path, arb_mat(identity(A.nrows()))
     decide(Positive(alpha.P, f"{path}.P"))
-    one, balls, seen = arb_mat(identity(A.nrows())), arb_mat(alpha.P), arb_mat(A) * Phi
-    state = balls - seen.transpose() * seen - Phi.transpose() * balls * Phi
-    # The sign of the cross term is without effect on definiteness.
-    cross, input_ = Phi.transpose() * balls, one * arb(alpha.upper**2) - balls
-    rows = beside(state, cross).tolist() + beside(cross.transpose(), input_).tolist()
-    decide(Positive(arb_mat(rows), f"{path}: the bounded real lemma at {alpha.upper}"))
+    room = bounded_real(arb_mat(alpha.P), Phi, one, arb_mat(A) * Phi, one * arb(alpha.upper**2))
+    decide(Positive(room, f"{path}: the bounded real lemma at {alpha.upper}"))
     require_response(A, Phi, alpha.lower, alpha.response)
     return between(alpha.lower, alpha.upper)
+
+
+def bounded_real(P: arb_mat, A: arb_mat, B: arb_mat, C: arb_mat, supplied: arb_mat) -> arb_mat:
+    """[P - C'C - A'P A, -A'P B; ., supplied - B'P B]."""
+    cross = -(A.transpose() * P * B)
+    state = P - C.transpose() * C - A.transpose() * P * A
+    rows = beside(state, cross).tolist()
+    return arb_mat(rows + beside(cross.transpose(), supplied - B.transpose() * P * B).tolist())
 
 
 def require_response(A: fmpq_mat, Phi: arb_mat, lower: fmpq, response: Response) -> None:
@@ -180,59 +182,9 @@ def before(first: arb, second: arb) -> bool:
     return False
 
 
-def require_one_interval_is_not_enough(plant: Plant, covering: Covering) -> None:
-    """Refuse unless the interval (9) of the first element leaves out part of the range, which more elements cover."""
-    require(not covers(covering.first, seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
-
-
 def covers(interval: Interval, start: arb, stop: arb) -> bool:
     """Whether an open interval holds all of [start, stop]."""
     return before(interval.lower, start) and before(stop, interval.upper)
-
-
-def require_stall(plant: Plant, alpha: Alpha) -> str:
-    """Refuse unless Algorithm 1 as printed leaves its grid as it is although step 3 fails; in words, how.
-
-    As printed: mu(-A) in the logarithm of U3, alpha in step 3, its root in step 4. Without a set-minus the union of the
-    range and the intervals, as far as sampling periods occur, is the range, and its middle is in the grid already. With
-    a set-minus: if the interval by the root is empty the gap is the whole range; if it covers the range there is none.
-    """
-    start, stop = seconds(plant.h_l), seconds(plant.h_u)
-    h = (start + stop) / 2
-    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    gain = small_gain(plant.A, state_transition(plant, h), alpha)
-    tested, marked = (covered(h, below, above, below, used) for used in (gain, gain.sqrt()))
-    require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
-    if before(marked.upper, marked.lower):
-        return "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
-    require(covers(marked, start, stop), "step 4 adds an element")
-    return "the interval by the root of alpha covers the range, and step 4 has nothing to add"
-
-
-def require_upper_end(plant: Plant) -> str:
-    """Refuse unless U3 with mu(-A) in the logarithm misses the end of what (8) covers; in words, how.
-
-    With e^{mu theta} = 1 + m/alpha the bound of Lemma 3 times alpha is m/mu at the end: one for m = mu(A). For
-    mu(A) > 0 the printed m = mu(-A) > mu(A) goes too far; for mu(A) < 0 < mu(-A) its logarithm is positive and the end
-    lies below the centre. Case U3 needs mu(A) > -alpha; alpha is at least the gain at z = 1.
-    """
-    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    if above > 0:
-        require(before(above, below), "the printed end of U3 does not go too far")
-        return f"as printed the bound exceeds 1/alpha at the end by a factor in {(below / above).str(6)}"
-    decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
-    Phi = state_transition(plant, seconds(plant.middle))
-    one = arb_mat(identity(plant.A.nrows()))
-    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi is not proved invertible")
-    # The squared entries of a matrix of order n add up to at most n times its squared norm.
-    least = energy(at_one) / plant.A.nrows()
-    require(before(-above, least.sqrt()), "case U3 is not met")
-    return "as printed the upper end lies below the centre of the interval"
-
-
-def require_lower_end(plant: Plant) -> None:
-    """Refuse unless mu(-A) > 0, so that case L3 applies."""
-    require(before(arb(0), logarithmic_norm(-plant.A)), "case L3 is not met")
 
 
 def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) -> None:
@@ -241,3 +193,174 @@ def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) ->
     grown = ((arb_mat(A) * theta).exp() - arb_mat(identity(A.nrows()))) * v
     image = solved(arb_mat(A), grown, "A is not proved invertible")
     require_ratio(energy(image), energy(v), lower, "witness.direction: Delta")
+
+
+# Statements on (9), on Algorithm 1, and on what solves (6) on its grid.
+
+
+PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.order))))}
+
+
+@on_plant("nonuniform.upper-end", source="mustafa", holds=True, says="sharp upper end (9)")
+def upper_end(plant: Plant) -> Found:
+    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9), and not before;
+    {printed}.
+
+    U3 with mu(-A) in the logarithm misses the end of what (8) covers.
+    With e^{mu theta} = 1 + m/alpha the bound of Lemma 3 times alpha is m/mu at the end: one for m = mu(A). For
+    mu(A) > 0 the printed m = mu(-A) > mu(A) goes too far; for mu(A) < 0 < mu(-A) its logarithm is positive and the end
+    lies below the centre. Case U3 needs mu(A) > -alpha; alpha is at least the gain at z = 1.
+    """
+    require_sharp_ends()
+    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
+    if above > 0:
+        require(before(above, below), "the printed end of U3 does not go too far")
+        factor = (below / above).str(6)
+        return Found(words={"printed": f"as printed the bound exceeds 1/alpha at the end by a factor in {factor}"})
+    decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
+    Phi = state_transition(plant, seconds(plant.middle))
+    one = arb_mat(identity(plant.order))
+    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi is not proved invertible")
+    # The squared entries of a matrix of order n add up to at most n times its squared norm.
+    least = energy(at_one) / plant.order
+    require(before(-above, least.sqrt()), "case U3 is not met")
+    return Found(words={"printed": "as printed the upper end lies below the centre of the interval"})
+
+
+@on_plant("nonuniform.lower-end", source="mustafa", holds=True, says="sharp lower end (9)")
+def lower_end(plant: Plant) -> None:
+    """At the lower end of (9), case L3, and not before, alpha times the bound of Lemma 3 for -A is one."""
+    require_sharp_ends()
+    require(before(arb(0), logarithmic_norm(-plant.A)), "case L3 is not met")
+
+
+@on_plant(
+    "nonuniform.grid-size",
+    source="mustafa",
+    bound=BOTH,
+    witness=PASSES,
+    says=(
+        Says(quantity="elements of the grid", readings=("bound (9)",)),
+        Says(quantity="Algorithm 1 ends", readings=("grid by (9), corrected",), found=lambda given: Found(holds=True)),
+    ),
+)
+def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]]) -> Found:
+    """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
+    {number} passes.
+    """
+    covering = run_algorithm(plant, passes)
+    size = len(covering.elements)
+    require(lower == size == upper, f"the grid has {size} elements, not {lower} to {upper}")
+    return Found(words={"number": covering.passes})
+
+
+@on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True, says="conservative element")
+def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
+    """With U3 corrected, the interval (9) around the middle of the range leaves out part of it, although the error
+    system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
+    """
+    covering = run_algorithm(plant, passes)
+    decide(Hurwitz(plant.A, "the plant"))
+    require(not covers(covering.first, seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
+    return Found(words={"size": len(covering.elements)})
+
+
+@on_plant(
+    "nonuniform.stalls",
+    source="mustafa",
+    witness=Depends(lambda given: sized(read_alpha, given.plant.order)),
+    holds=False,
+    says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
+)
+def stalls(plant: Plant, witness: Alpha) -> Found:
+    """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
+    with a set-minus as without (the union cut to the range): {how}.
+
+    As printed: mu(-A) in the logarithm of U3, alpha in step 3, its root in step 4. Without a set-minus the union of the
+    range and the intervals, as far as sampling periods occur, is the range, and its middle is in the grid already. With
+    a set-minus: if the interval by the root is empty the gap is the whole range; if it covers the range there is none.
+    """
+    start, stop = seconds(plant.h_l), seconds(plant.h_u)
+    h = (start + stop) / 2
+    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
+    gain = small_gain(plant.A, state_transition(plant, h), witness)
+    tested, marked = (covered(h, below, above, below, used) for used in (gain, gain.sqrt()))
+    require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
+    how = "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
+    if not before(marked.upper, marked.lower):
+        require(covers(marked, start, stop), "step 4 adds an element")
+        how = "the interval by the root of alpha covers the range, and step 4 has nothing to add"
+    return Found(words={"how": how})
+
+
+@on_plant(
+    "nonuniform.same-level",
+    source="mustafa",
+    parameters={"cells": sized(integer, 1)},
+    witness={
+        "cell": integer,
+        "alpha": positive,
+        "response": Depends(lambda given: sized(read_response, given.plant.order)),
+        "radius": positive,
+        "direction": Depends(lambda given: sized(matrix, given.plant.order, 1)),
+        "filter": Depends(lambda given: sized(read_filter, given.plant)),
+        "level": positive,
+        "storage": Depends(lambda given: sized(read_storage, given.plant.order + given.filter.A.nrows())),
+    },
+    holds=True,
+    says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
+)
+def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
+    """For (13), missing from our copy, as it is reconstructed here, with a scalar scaling: with {cells} cells, in modal
+    coordinates, one level for both channels is at least {forced:down}, whether or not Delta is divided by its norm; a
+    filter of form (4) has the level {level:up} for every sequence.
+
+    Modal coordinates, in which A is [a, b; -b, a], are those of (13) as it is reconstructed; others would change alpha
+    and the norm of Delta.
+    """
+    require(cell < cells, "witness.cell is not one of the cells")
+    h = seconds(along(plant.h_l, plant.h_u, fmpq(2 * cell + 1, 2 * cells)))
+    moved = replace(plant, A=modal(plant.A))
+    require_response(moved.A, state_transition(moved, h), alpha, proof["response"])
+    half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
+    require_radius(moved.A, half, radius, proof["direction"])
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
+    require_level(plant, case, level, proof["storage"])
+    forced = min(alpha, alpha * radius)
+    decide(Below(level, forced, f"the level {level} of the filter is not below {forced}"))
+    return Found(words={"forced": forced})
+
+
+# A solution of (6) on the grid of the corrected Algorithm 1 that does not solve (6) at all periods of the range.
+
+
+@on_plant(
+    "nonuniform.grid-solution-fails",
+    source="mustafa",
+    witness={
+        **PASSES,
+        "level": positive,
+        "filter": Depends(lambda given: sized(read_filter, given.plant)),
+        "P": Depends(lambda given: sized(symmetric, given.plant.order + given.filter.A.nrows())),
+        **ATTAINED,
+    },
+    holds=False,
+    says=Says(quantity="grid solutions of (6) are valid", setting={}, readings=("grid by (9), corrected",)),
+)
+def grid_solution_fails(
+    plant: Plant, passes: list[list[Alpha]], level: fmpq, filter: Filter, P: fmpq_mat, **motion: Any
+) -> Found:
+    """A filter and a matrix solve (6) with the level {level:up} at all {size} elements of the grid of Algorithm 1, U3
+    corrected, alpha in both steps and a set-minus in step 4; they do not solve (6) at all periods of the range, for the
+    gain of this filter over them is above that level.
+
+    With P the inverse of P-bar, (6) is [P - C-bar' C-bar, 0; 0, g^2 I] - M'P M > 0 (Schur complements); at all periods
+    it would give the level to every sequence (Lemma 1).
+    """
+    decide(Positive(P, "witness.P"))
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=filter, level=level)
+    elements = run_algorithm(plant, passes).elements
+    for h in elements:
+        require_at(plant, case, level, P, h)
+    require_attained(plant, case, level, **motion)
+    return Found(words={"size": len(elements)})

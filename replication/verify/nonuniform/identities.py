@@ -5,49 +5,63 @@ Matrices are letters, so that the identities hold for plants, filters and signal
 
 from __future__ import annotations
 
-from flint import fmpq
+from flint import arb, fmpq, fmpq_mat
 
-from replication.verify.algebra.symbolic import blocks, letters, one, symbols, unit
+from replication.verify.algebra.symbolic import IDENTITY, blocks, letters, number
 from replication.verify.kernel import Equal, Identity, decide
+from replication.verify.nonuniform.system import Plant, on_plant
+from replication.verify.predicate import Says
 from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
-ONE = (1, 1)
 
-
-def require_lemma_2() -> None:
-    """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A.
+@statement("nonuniform.lemma-2", source="mustafa", holds=True, says="Lemma 2")
+def lemma_2() -> None:
+    """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B.
 
     All factors are functions of A and commute, so one symbol stands for each: a for A, p for e^{h_0 A}, d and e for the
     integrals of e^{tA} from 0 to h_0 and to theta. Then e^{theta A} = 1 + a e, and with p it gives h_0 + theta; the
     integral to there is e + (1 + a e) d. Gamma = (integral) B, with b for B.
     """
-    a, p, d, e, b = (symbol.entry for symbol in symbols(dict.fromkeys("apdeb", ONE)).values())
+    a, p, d, e, b = map(number, "apdeb")
     moved = 1 + a * e
     decide(Equal(moved * p, p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)"))
     decide(Equal((e + moved * d) * b, d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2"))
 
 
-def require_lemma_3() -> None:
-    """d|x|^2/dt = 2 x'Sx along x' = Ax, S = (A + A')/2, which is at most 2 mu |x|^2, mu the largest eigenvalue of S.
+def logarithmic_norm(A: fmpq_mat) -> arb:
+    """mu(A), the larger eigenvalue of (A + A')/2, for A of order two."""
+    require(A.nrows() == 2, "the logarithmic norm is written out for two states")
+    S = (A + A.transpose()) / 2
+    mean, half = (S[0, 0] + S[1, 1]) / 2, (S[0, 0] - S[1, 1]) / 2
+    return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
+
+
+@on_plant("nonuniform.lemma-3", source="mustafa", holds=True, says=Says(quantity="Lemma 3", universal=True))
+def lemma_3(plant: Plant) -> Found:
+    """|e^(At)| <= e^(mu t) for all t >= 0 and every A; here mu(A) lies in {mu:ball 10}.
+
+    d|x|^2/dt = 2 x'Sx along x' = Ax, S = (A + A')/2, which is at most 2 mu |x|^2, mu the largest eigenvalue of S.
 
     For A of order two mu = (tr S + r)/2 with r = ((s_11 - s_22)^2 + 4 s_12^2)^(1/2), the larger root of det(S - mu I):
     the matrix mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
     """
     A, x = letters("A", "x")
     decide(Identity(x.T @ (A @ x) + (A @ x).T @ x, x.T @ ((A + A.T) * fmpq(1, 2)) @ x * 2, "the rate of |x|^2"))
-    s_11, s_12, s_22, r = (
-        symbol.entry for symbol in symbols(dict.fromkeys(("s_11", "s_12", "s_22", "r"), ONE)).values()
-    )
+    s_11, s_12, s_22, r = map(number, ("s_11", "s_12", "s_22", "r"))
     mu = (s_11 + s_22 + r) / 2
     decide(Equal((mu - s_11) + (mu - s_22), r, "the trace of mu I - S is not r"))
     determinant = (mu - s_11) * (mu - s_22) - s_12 * s_12
-    decide(
-        Equal(4 * determinant, r * r - ((s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12), "det(mu I - S) is not zero")
-    )
+    square = (s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12
+    decide(Equal(4 * determinant, r * r - square, "det(mu I - S) is not zero"))
+    return Found(words={"mu": logarithmic_norm(plant.A)})
 
 
-def require_map() -> None:
-    """Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^{-1} Sigma_12 is the map from w to e at a constant Delta.
+@on_plant("nonuniform.map", source="mustafa", holds=True, says="map of the error system")
+def loop_map(plant: Plant) -> Found:
+    """For signals of any size w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 Sigma_12.
+    As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
+    ({s} x {n}).
 
     With the state v, W = zI - A-bar(h_0) and its inverse R: eta = C_1 v + D w and xi = Delta eta close the loop (7).
     First, (W - B_1 Delta C_1) v = (B + B_1 Delta D) w: the loop is the error system at h_0 + theta. Then, with
@@ -61,6 +75,17 @@ def require_map() -> None:
     reached = R @ (B_1 @ Delta @ eta + B @ w)
     decide(Identity(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta"))
     decide(Identity(C @ reached, S_21 @ Delta @ eta + S_22 @ w, "the output e"))
+    n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
+    require(m != n and s != n, "the printed order of the factors has a value here: m = n or s = n")
+    return Found(words={"n": n, "m": m, "s": s})
+
+
+@statement("nonuniform.congruence", source="mustafa", holds=True, says="congruence (10)")
+def congruence() -> None:
+    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), block by block, for plants and signals of
+    any size and filters of the plant's order.
+    """
+    require_congruence()
 
 
 def require_congruence() -> None:
@@ -71,7 +96,7 @@ def require_congruence() -> None:
     """
     names = ("Z", "U", "V", "Phi", "A_f", "Gamma", "B_f", "C_f", "C", "D", "L")
     Z, U, V, Phi, A_f, Gamma, B_f, C_f, C, D, L = letters(*names, symmetric=("Z",))
-    zero, same = Z * 0, unit(1, one())
+    zero, same = Z * 0, IDENTITY
     below = U.T @ Z
     Y = Z - V @ below
     F, G, Q = V @ B_f, C_f @ below, V @ A_f @ below
@@ -83,6 +108,14 @@ def require_congruence() -> None:
     decide(Identity(J_1 @ A_bar @ T, moved, "J_1'APJ_1 in (10)"))
     decide(Identity(J_1 @ B_bar, blocks([[Z @ Gamma], [Y @ Gamma + F @ D]]), "J_1'B in (10)"))
     decide(Identity(blocks([[L, -C_f]]) @ T, blocks([[L - G, L]]), "CPJ_1 = [L - G, L]"))
+
+
+@statement("nonuniform.recovery", source="mustafa", holds=True, says="recovery (11)")
+def recovery() -> None:
+    """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for any
+    size of plant and signals and filters of its order.
+    """
+    require_recovery()
 
 
 def require_recovery() -> None:
@@ -105,10 +138,10 @@ def require_sharp_ends() -> None:
     E = e^{m theta} has the rate m E, so f grows at the rate alpha + m f. The time log(1 + m f/alpha)/m has the rate
     1/(alpha + m f) in f. Both are zero at f = 0, so each is the inverse function of the other: f = 1 at the end.
     """
-    alpha, m, E, f = (symbol.entry for symbol in symbols(dict.fromkeys(("alpha", "m", "E", "f"), ONE)).values())
+    alpha, m, E, f = map(number, ("alpha", "m", "E", "f"))
     m_f, inside = alpha * (E - 1), alpha + m * f
-    decide(Equal(m_f.derivative("E_0_0") * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
-    decide(Equal(inside.derivative("f_0_0"), m, "the logarithm of (9) is not the time to reach a level at this rate"))
+    decide(Equal(m_f.derivative("E") * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
+    decide(Equal(inside.derivative("f"), m, "the logarithm of (9) is not the time to reach a level at this rate"))
 
 
 # Lemma 1, the stability of Theorems 1 to 3 and the level of Theorem 3, for plants, filters and signals of any size.

@@ -6,17 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, circle_point, energy, hold, identity, product, solved, zeros
+from replication.verify.algebra.linear import block, energy, hold, identity, product, solved, zeros
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import AtMost, Hurwitz, Positive, decide
 from replication.verify.nonuniform import gain, system
-from replication.verify.nonuniform.gain import Storage, require_attained, require_level, require_motion, require_ratio
+from replication.verify.nonuniform.gain import (
+    ATTAINED,
+    Storage,
+    require_attained,
+    require_level,
+    require_motion,
+    require_ratio,
+)
 from replication.verify.nonuniform.system import (
     PERIODS,
     Case,
-    CaseOf,
     Filter,
     Plant,
     Time,
@@ -26,7 +32,7 @@ from replication.verify.nonuniform.system import (
 )
 from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import fields, matrices, positive, rational, sequence, sized, square, text
-from replication.verify.statement import BOTH, LOWER, UPPER, Depends, Table
+from replication.verify.statement import BOTH, LOWER, UPPER, Depends
 from replication.verify.theorem import Found, require
 
 # A level that no filter of form (4) attains at a constant period: disturbances that the measurements do not show.
@@ -44,7 +50,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
     w -> y lie outside the unit circle. Truncated in the distant past it keeps its ratio up to any small number,
     because what the truncation shows decays with the plant, and a filter with A_f Schur answers little to it.
     """
-    n = plant.A.nrows()
+    n = plant.order
     Phi, Gamma = hold(plant.A, plant.B, seconds(period))
     L = arb_mat(plant.L)
     x = arb_mat(len(start), 1, [arb(entry) for entry in start])
@@ -132,14 +138,7 @@ WITHIN_RANGE = Says(
 CASE = Depends(lambda given: sized(system.read_case, given.plant))
 LEVEL = Depends(lambda given: sized(system.read_case, given.plant, "level"))
 STORED = {
-    "storage": Depends(
-        lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.parameters.filter.A.nrows())
-    )
-}
-ATTAINED: Table = {
-    "pattern": gain.read_pattern,
-    "turn": rational,
-    "w": Depends(lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))),
+    "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.parameters.filter.A.nrows()))
 }
 
 
@@ -157,30 +156,28 @@ def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -
 
 
 @on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
-def gain_lower(plant: Plant, parameters: Case, lower: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]) -> None:
+def gain_lower(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> None:
     """The gain of the given filter {parameters.scope} is more than {lower:down}."""
-    require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
+    require_attained(plant, parameters, lower, **motion)
 
 
 @on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False, says=OF_FILTER)
-def breaks_level(
-    plant: Plant, parameters: Case, lower: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]
-) -> None:
+def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> None:
     """The given filter does not have the level {parameters.level:down} {parameters.scope}: its gain is more than
     {lower:down}.
     """
-    require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
+    require_attained(plant, parameters, lower, **motion)
     decide(AtMost(parameters.level, lower, f"the bound {lower} is below the level {parameters.level}"))
 
 
 @on_plant(
     "nonuniform.optimum-upper",
     source="mustafa",
-    parameters={"from": text, "to": text, "weight": system.read_weight},
+    parameters={"from": text, "to": text, "weight": system.WEIGHT},
     bound=UPPER,
     witness={
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.filter.A.nrows())),
     },
     says=OF_ANY,
 )
@@ -278,7 +275,7 @@ def read_stamped(value: Any, path: str, plant: Plant) -> Stamped:
 
 def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, Stamped]:
     """The same for the state T x; no gain depends on that."""
-    n, m = plant.A.nrows(), plant.B.ncols()
+    n, m = plant.order, plant.B.ncols()
     back = solved(T, identity(n), "witness.T is not invertible")
     enter, leave = (block([[M, zeros(n, m)], [zeros(m, n), identity(m)]]) for M in (T, back))
     entries = [product(product(enter, entry), leave) for entry in filter_.entries]
@@ -291,8 +288,8 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
     bound=BOTH,
     witness={
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),
-        "T": Depends(lambda given: sized(square, given.plant.A.nrows())),
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows(), given.filter.cells)),
+        "T": Depends(lambda given: sized(square, given.plant.order)),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order, given.filter.cells)),
         **ATTAINED,
     },
     says=Says(
@@ -302,15 +299,7 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
     ),
 )
 def stamped_gain(
-    plant: Plant,
-    lower: fmpq,
-    upper: fmpq,
-    filter: Stamped,
-    T: fmpq_mat,
-    storage: Storage,
-    pattern: list[fmpq],
-    turn: fmpq,
-    w: list[acb_mat],
+    plant: Plant, lower: fmpq, upper: fmpq, filter: Stamped, T: fmpq_mat, storage: Storage, **motion: Any
 ) -> Found:
     """The filter with time stamps that stands here has a gain of more than {lower:down} and at most {upper:up}
     {scope}; its error settles for every such sequence.
@@ -322,7 +311,7 @@ def stamped_gain(
     The storage is written for the state T x: balls are narrow where it is about the identity.
     """
     moved, chosen = in_coordinates(plant, filter, T)
-    case = CaseOf(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
     require_level(moved, case, upper, storage)
-    require_motion(moved, case, lower, pattern, circle_point(turn), w)
+    require_motion(moved, case, lower, **motion)
     return Found(words={"scope": case.scope})

@@ -3,6 +3,8 @@
 For a constant change theta = h - h_0 the norm in (8) is that of T(z) = A Phi (zI - Phi)^-1 Delta(theta), Phi at h_0.
 All factors are functions of A: with an eigenvalue a of A, T(z) has the eigenvalue (e^{ah} - e^{a h_0})/(z - e^{a h_0}),
 the largest modulus of which over the circle is r(a, h) = |e^{ah} - e^{a h_0}|/(1 - |e^{a h_0}|).
+
+And what the printed filter is: its output matrix, its observer, its size.
 """
 
 from __future__ import annotations
@@ -18,10 +20,11 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import above as above_
 from replication.verify.algebra.linear import below as below_
-from replication.verify.algebra.linear import beside, circle_point, complex_of, hold, identity, largest, solved
+from replication.verify.algebra.linear import circle_point, complex_of, hold, identity, largest, rounded_ends, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import Below, Hurwitz, Positive, decide, holds
 from replication.verify.nonuniform.gain import require_everywhere
+from replication.verify.nonuniform.grid import bounded_real
 from replication.verify.nonuniform.system import (
     PERIODS,
     Filter,
@@ -34,9 +37,19 @@ from replication.verify.nonuniform.system import (
     step_at,
 )
 from replication.verify.predicate import Says
-from replication.verify.reading import MAX_ENTRIES, fields, positive, rational, sequence, sized, symmetric, text
+from replication.verify.reading import (
+    MAX_ENTRIES,
+    fields,
+    integer,
+    positive,
+    rational,
+    sequence,
+    sized,
+    symmetric,
+    text,
+)
 from replication.verify.statement import Depends
-from replication.verify.theorem import Found, Refused, require
+from replication.verify.theorem import Found, require
 
 CONDITION = Says(quantity="condition (8)", setting={}, readings=("constant change", "any change"))
 HALVINGS = 12
@@ -78,7 +91,7 @@ def breaks_condition(plant: Plant, period: str) -> Found:
 @on_plant(
     "nonuniform.meets-condition-8",
     source="mustafa",
-    witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.A.nrows())))},
+    witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order)))},
     holds=True,
     says=CONDITION,
 )
@@ -106,26 +119,21 @@ def meets_condition(plant: Plant, P: list[fmpq_mat]) -> Found:
 
 
 class _Gain:
-    """The bounded real lemma for T at the level one: [P - C'C - Phi'P Phi, -Phi'P D; ., I - D'P D] > 0, C = A Phi."""
+    """The bounded real lemma for T at the level one: C = A Phi."""
 
     def __init__(self, plant: Plant, P: fmpq_mat) -> None:
         self.plant, self.P = plant, arb_mat(P)
         self.Phi = hold(plant.A, plant.B, seconds(plant.middle))[0]
-        seen = arb_mat(plant.A) * self.Phi
         decide(Positive(self.P, "witness.P"))
-        self.state = self.P - seen.transpose() * seen - self.Phi.transpose() * self.P * self.Phi
 
     def fails(self, a: fmpq, b: fmpq, transitions: list[tuple[int, int]]) -> list[tuple[int, int]]:
         """The piece, unless the inequality holds for the changes to all periods between the shares a and b."""
-        plant, n = self.plant, self.plant.A.nrows()
+        plant, n = self.plant, self.plant.order
         spend(30 * n**3 * BALL, "condition (8)")
         h = seconds(along(plant.h_l, plant.h_u, a)).union(seconds(along(plant.h_l, plant.h_u, b)))
-        one = arb_mat(identity(n))
         D = hold(plant.A, identity(n), h - seconds(plant.middle))[1]
-        cross = -(self.Phi.transpose() * self.P * D)
-        rows = beside(self.state, cross).tolist()
-        rows += beside(cross.transpose(), one - D.transpose() * self.P * D).tolist()
-        return [] if holds(Positive(arb_mat(rows), "the bounded real lemma")) else transitions
+        room = bounded_real(self.P, self.Phi, D, arb_mat(plant.A) * self.Phi, arb_mat(identity(n)))
+        return [] if holds(Positive(room, "the bounded real lemma")) else transitions
 
 
 # The output matrices C_f with which a filter with given A_f and B_f keeps a level at the middle period: a box of them.
@@ -136,9 +144,6 @@ class _Gain:
 #     sum Re(u_k f(z_k))' C_f' <= sum Re(u_k l(z_k)) + g sum |u_k|,
 #
 # a half-space for every choice of the u_k; that of each entry and side has a normal near to an axis.
-
-
-BITS = 40
 
 
 @dataclass(frozen=True)
@@ -168,7 +173,7 @@ def _setting(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {"level": str(Decimal(level.numerator) / level.denominator)}
 
 
-POINTS = Depends(lambda given: sized(read_points, given.plant.A.nrows()))
+POINTS = Depends(lambda given: sized(read_points, given.plant.order))
 
 
 @on_filtered(
@@ -182,13 +187,9 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
     """With the given A_f and B_f and the level {level:up} at the constant period {period} s, the entries of C_f lie
     within {entries}.
     """
-    if plant.filter is None:
-        raise Refused("plant lacks the field filter")
-    single = plant.B.ncols() == plant.C.nrows() == plant.L.nrows() == 1
-    require(
-        single and plant.filter.A.nrows() == plant.A.nrows(), "for one input, output and estimate, and equal orders"
-    )
-    sides = [[half_space(plant, plant.filter, level, points) for points in side] for side in (above, below)]
+    filter_, single = plant.printed, plant.B.ncols() == plant.C.nrows() == plant.L.nrows() == 1
+    require(single and filter_.A.nrows() == plant.order, "for one input, output and estimate, and equal orders")
+    sides = [[half_space(plant, filter_, level, points) for points in side] for side in (above, below)]
     # With m the largest entry in size, c_i <= limit + tilt m and -c_i <= limit + tilt m.
     tilts = [
         largest([abs(entry - (sign if i == j else 0)) for j, entry in enumerate(normal)]) * len(normal)
@@ -199,7 +200,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
     decide(Below(tilt, 1, "the half-spaces do not bound C_f"))
     spare = tilt * most / (1 - tilt)
     upper, lower = ([limit + spare for _, limit in side] for side in sides)
-    items = tuple((_floor(-low), -_floor(-high)) for low, high in zip(lower, upper, strict=True))
+    items = tuple((rounded_ends(-low)[0], rounded_ends(high)[1]) for low, high in zip(lower, upper, strict=True))
     require(all(low <= high for low, high in items), "no C_f has this level")
     entries = " and ".join(f"[{below_(low, 4)}, {above_(high, 4)}]" for low, high in items)
     return Found(words={"entries": entries, "period": in_words(plant.middle)}, items=items)
@@ -207,7 +208,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
 
 def half_space(plant: Plant, filter_: Filter, level: fmpq, points: list[Point]) -> tuple[list[arb], arb]:
     """The normal of a half-space in which C_f' lies, and its limit."""
-    n = plant.A.nrows()
+    n = plant.order
     spend(len(points) * 10 * n**3 * BALL, "the responses on the unit circle")
     step = acb_mat(step_at(plant, seconds(plant.middle)))
     Phi, Gamma = (acb_mat([row[part] for row in step.tolist()]) for part in (slice(0, n), slice(n, None)))
@@ -226,5 +227,25 @@ def _response(A: acb_mat, driven: acb_mat, z: acb) -> acb_mat:
     return found
 
 
-def _floor(ball: arb) -> fmpq:
-    return fmpq((ball * 2**BITS).lower().floor().unique_fmpz(), 2**BITS)
+@on_filtered("nonuniform.sizes", source="mustafa", holds=True, says="size of F")
+def sizes(plant: Plant) -> Found:
+    """F, to be multiplied by C ({r} x {n}) and added to a block of size {n} x {n}, is {n} x {r}, not {r} x {n}."""
+    n, r, B = plant.order, plant.C.nrows(), plant.printed.B
+    require((B.nrows(), B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
+    require(r != n, "both sizes are the same here")
+    return Found(words={"n": n, "r": r})
+
+
+@on_filtered(
+    "nonuniform.observer-column",
+    source="mustafa",
+    parameters={"column": integer},
+    says=Says(quantity="column of the observer", readings=("filter as an observer",)),
+)
+def observer_column(plant: Plant, column: int) -> Found:
+    """Column {place} of Phi(h) - B_f C at the period {period} s has its entries in {entries:ball 8}."""
+    require(column < plant.order, "parameters.column is not one of the columns")
+    whole = hold(plant.A, plant.B, seconds(plant.middle))[0] - arb_mat(plant.printed.B * plant.C)
+    entries = [row[column] for row in whole.tolist()]
+    words = {"place": column + 1, "entries": entries, "period": in_words(plant.middle)}
+    return Found(words=words, items=tuple(rounded_ends(entry) for entry in entries))

@@ -8,15 +8,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import beside, block, characteristic_polynomial, generator, hold
 from replication.verify.kernel import Hurwitz, Within, decide
-from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
+from replication.verify.reading import (
+    fields,
+    known_fields,
+    matrix,
+    one_of,
+    positive,
+    rational,
+    sequence,
+    sized,
+    states,
+    text,
+)
 from replication.verify.statement import statement
-from replication.verify.theorem import require
+from replication.verify.theorem import Refused, require
 
 PRECISION = 128
 """Bits of the balls."""
@@ -26,20 +37,6 @@ Ends = tuple[Time, Time]
 PERIODS = ("h_l", "middle", "h_u")
 """Names of the periods of a range, in increasing order."""
 ONE_CELL = (fmpq(0), fmpq(1))
-
-
-class Estimator(Protocol):
-    """What makes an error system x+ = M(h) [x; w], e = C-bar x: one M for each cell of the period before."""
-
-    @property
-    def cells(self) -> Sequence[fmpq]:
-        """Where the cells end, as shares of the way between the ends of the range: from 0 to 1."""
-
-    def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
-        """M = [A-bar, B-bar] after each cell, for [Phi, Gamma] in a ball."""
-
-    def output(self, plant: Plant) -> fmpq_mat:
-        """C-bar."""
 
 
 @dataclass(frozen=True)
@@ -52,18 +49,18 @@ class Filter:
 
     @property
     def cells(self) -> Sequence[fmpq]:
-        """It does not know the period: one cell."""
+        """Where the cells end, as shares of the way between the ends of the range: it does not know the period."""
         return ONE_CELL
 
     def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
-        """Eq. (5), (n + nf, n + nf + m)."""
+        """M = [A-bar, B-bar] of eq. (5) after each cell, for [Phi, Gamma] in a ball: (n + nf, n + nf + m)."""
         n, nf = plant.A.nrows(), self.A.nrows()
         upper = [[*row[:n], *[arb(0)] * nf, *row[n:]] for row in step.tolist()]
         lower = arb_mat(block([[self.B * plant.C, self.A, self.B * plant.D]])).tolist()
         return [arb_mat(upper + lower)]
 
     def output(self, plant: Plant) -> fmpq_mat:
-        """[L, -C_f] of eq. (5)."""
+        """C-bar = [L, -C_f] of eq. (5)."""
         return block([[plant.L, -self.C]])
 
 
@@ -81,15 +78,26 @@ class Plant:
     filter: Filter | None = None
 
     @property
+    def order(self) -> int:
+        """The number n of states."""
+        return int(self.A.nrows())
+
+    @property
     def middle(self) -> Time:
         """The period in the middle of the range."""
         return along(self.h_l, self.h_u, fmpq(1, 2))
 
+    @property
+    def printed(self) -> Filter:
+        """The filter that is printed with it; refused without one."""
+        if self.filter is None:
+            raise Refused("plant lacks the field filter")
+        return self.filter
+
     def period(self, name: str, path: str) -> Time:
         """The period that goes by this name."""
         periods = dict(zip(PERIODS, (self.h_l, self.middle, self.h_u), strict=True))
-        require(name in periods, f"{path} must be one of {', '.join(periods)}, got {name!r:.20}")
-        return periods[name]
+        return periods[one_of(name, path, periods)]
 
 
 def read_plant(value: Any, path: str = "plant") -> Plant:
@@ -128,16 +136,16 @@ def read_filter(value: Any, path: str, plant: Plant) -> Filter:
     )
 
 
-Kind_co = TypeVar("Kind_co", bound=Estimator, covariant=True)
-
-
 @dataclass(frozen=True, kw_only=True)
-class CaseOf(Generic[Kind_co]):
-    """A filter, both ends of a range of periods, a weight, and the level in question, or 0."""
+class Case:
+    """A filter, both ends of a range of periods, a weight, and the level in question, or 0.
+
+    filter: a `Filter`, or what else makes an error system x+ = M(h) [x; w], e = C-bar x by `cells`, `steps`, `output`.
+    """
 
     ends: Ends
     weight: str
-    filter: Kind_co
+    filter: Any
     level: fmpq
 
     @property
@@ -151,9 +159,6 @@ class CaseOf(Generic[Kind_co]):
     def least(self) -> str:
         """The shortest period, in words."""
         return in_words(self.ends[0])
-
-
-Case = CaseOf[Filter]
 
 
 def in_words(time: Time) -> str:
@@ -175,11 +180,8 @@ def read_ends(plant: Plant, start: Any, stop: Any) -> Ends:
     return ends
 
 
-def read_weight(value: Any, path: str) -> str:
-    """How the samples are weighted: `samples` alike, or `duration` by their periods."""
-    weight = text(value, path)
-    require(weight in ("samples", "duration"), f"the weight must be samples or duration, got {weight!r:.20}")
-    return weight
+WEIGHT = sized(one_of, ("samples", "duration"))
+"""The reader of how the samples are weighted: all alike, or by their periods."""
 
 
 def read_case(value: Any, path: str, plant: Plant, *level: str) -> Case:
@@ -188,7 +190,7 @@ def read_case(value: Any, path: str, plant: Plant, *level: str) -> Case:
     given = dict(zip(names, fields(value, path, *names), strict=True))
     return Case(
         ends=read_ends(plant, given["from"], given["to"]),
-        weight=read_weight(given["weight"], f"{path}.weight"),
+        weight=WEIGHT(given["weight"], f"{path}.weight"),
         level=positive(given["level"], f"{path}.level") if level else fmpq(0),
         filter=plant.filter or read_filter(given["filter"], f"{path}.filter", plant),
     )

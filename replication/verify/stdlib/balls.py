@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from decimal import ROUND_UP, Context, Decimal
 from fractions import Fraction
 from functools import cache
-from math import factorial, frexp, isqrt, log
+from math import frexp, isqrt, log
 from operator import add, mul
 from typing import Any
 
@@ -102,11 +102,6 @@ class arb(Ring):
         if value is None or far is None:
             raise TypeError(f"cannot enclose {middle!r:.40} and {radius!r:.40}")
         self.m, self.r = value.m, value.r + abs(far.m) + far.r
-
-    @staticmethod
-    def of_float(value: float) -> arb:
-        """The number nearby; for guesses."""
-        return ball(int(Fraction(value) * ONE), 0)
 
     def __add__(self, other: Any) -> Any:
         b = other if isinstance(other, arb) else enclosed(other)
@@ -242,14 +237,19 @@ class arb(Ring):
         return _logarithm(self.lower()).union(_logarithm(self.upper()))
 
     @staticmethod
+    @cache
     def pi() -> arb:
-        """The ratio of a circle's circumference to its diameter."""
-        return _pi()
+        """Machin's formula 16 arctan(1/5) - 4 arctan(1/239); the terms alternate and fall."""
 
-    @staticmethod
-    def fac_ui(number: int) -> arb:
-        """number!"""
-        return arb(factorial(number))
+        def arctan(over: int) -> arb:
+            total, power, order = arb(0), ONE // over, 1
+            while power:
+                term = ball((-1) ** (order // 2) * (power // order), 2)
+                total, power, order = total + term, power // over**2, order + 2
+            return ball(total.m, total.r + 2)
+
+        one, other = arctan(5), arctan(239)
+        return ball(16 * one.m - 4 * other.m, 16 * one.r + 4 * other.r)
 
     def __float__(self) -> float:
         return self.m / ONE
@@ -284,7 +284,7 @@ def ball(m: int, r: int) -> arb:
 def _logarithm(x: arb) -> arb:
     """With a guess y and t = x e^-y - 1, |t| <= 1/2: log x = y + log(1 + t), and |log(1 + t)| <= 2 |t|."""
     mantissa, exponent = frexp(x.m / ONE) if x.m < ONE << 900 else (0.5, x.m.bit_length() - BITS)
-    y = last = arb.of_float(log(mantissa) + exponent * log(2))
+    y = last = arb(Fraction(log(mantissa) + exponent * log(2))).mid()
     for _ in range(6):
         t = x * (-y).exp() - 1
         if abs(t) < fmpq(1, 2):
@@ -293,20 +293,6 @@ def _logarithm(x: arb) -> arb:
     if not abs(t) <= fmpq(1, 2):
         raise Refused("a logarithm is not enclosed")
     return arb(last, (abs(t) * 2).upper())
-
-
-@cache
-def _pi() -> arb:
-    """Machin's formula 16 arctan(1/5) - 4 arctan(1/239); the terms alternate and fall."""
-
-    def arctan(over: int) -> arb:
-        total, power, order = arb(0), ONE // over, 1
-        while power:
-            total, power, order = total + ball((-1) ** (order // 2) * (power // order), 2), power // over**2, order + 2
-        return ball(total.m, total.r + 2)
-
-    one, other = arctan(5), arctan(239)
-    return ball(16 * one.m - 4 * other.m, 16 * one.r + 4 * other.r)
 
 
 Table = list[list[int]]

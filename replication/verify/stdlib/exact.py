@@ -186,26 +186,63 @@ def shaped(rows: Any, columns: int | None, entries: Iterable[Any] | None) -> lis
     return [flat[i * columns : (i + 1) * columns] for i in range(rows)]
 
 
-class fmpq_mat(Ring):
+class Matrix(Ring):
+    """What all matrices have in common: rows, and how many columns, which an empty one has too."""
+
+    __slots__ = ("columns", "rows")
+    columns: int
+    rows: list[list[Any]]
+
+    def __init__(self, value: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
+        table = shaped(value, columns, entries)
+        if table is None:
+            table, columns = value.tolist(), value.ncols()
+        self.columns = columns if columns is not None else len(table[0]) if table else 0
+        if any(len(row) != self.columns for row in table):
+            raise ValueError("the rows of a matrix differ in length")
+        self.keep(table)
+
+    def keep(self, table: list[list[Any]]) -> None:
+        """Take these rows."""
+        raise NotImplementedError
+
+    def nrows(self) -> int:
+        """The number of rows."""
+        return len(self.rows)
+
+    def ncols(self) -> int:
+        """The number of columns."""
+        return self.columns
+
+    def tolist(self) -> list[list[Any]]:
+        """Its rows."""
+        return [[*row] for row in self.rows]
+
+    def entries(self) -> list[Any]:
+        """All entries, row by row."""
+        return [entry for row in self.tolist() for entry in row]
+
+    def charpoly(self) -> Any:
+        """det(z I - M)."""
+        raise NotImplementedError
+
+    def det(self) -> Any:
+        """The determinant: that of -M is the last coefficient of det(z I - M)."""
+        return self.charpoly().coeffs()[0] * (-1) ** self.nrows()
+
+
+class fmpq_mat(Matrix):
     """A matrix of integers `rows` over one denominator `low` > 0, without a common factor."""
 
-    __slots__ = ("columns", "low", "rows")
-    columns: int
+    __slots__ = ("low",)
     low: int
-    rows: Rows
 
-    def __init__(self, rows: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
-        table = shaped(rows, columns, entries)
-        if table is None:
-            self.rows, self.low, self.columns = [[*row] for row in rows.rows], rows.low, rows.columns
-            return
+    def keep(self, table: list[list[Any]]) -> None:
+        """Over the least common denominator."""
         if not all(isinstance(entry, (int, fmpq)) for row in table for entry in row):
             raise TypeError("a matrix of rationals has an entry that is none")
         self.low = lcm(*{entry.denominator for row in table for entry in row})
         self.rows = [[entry.numerator * (self.low // entry.denominator) for entry in row] for row in table]
-        self.columns = columns if columns is not None else len(table[0]) if table else 0
-        if any(len(row) != self.columns for row in table):
-            raise ValueError("the rows of a matrix differ in length")
 
     @classmethod
     def over(cls, rows: Rows, low: int, columns: int) -> fmpq_mat:
@@ -216,30 +253,17 @@ class fmpq_mat(Ring):
         made.low, made.columns = low // common, columns
         return made
 
-    def nrows(self) -> int:
-        """The number of rows."""
-        return len(self.rows)
-
-    def ncols(self) -> int:
-        """The number of columns."""
-        return self.columns
-
     def __getitem__(self, place: tuple[int, int]) -> fmpq:
         return fmpq(self.rows[place[0]][place[1]], self.low)
 
     def __setitem__(self, place: tuple[int, int], value: Any) -> None:
         table = self.tolist()
         table[place[0]][place[1]] = value
-        changed = fmpq_mat(table)
-        self.rows, self.low = changed.rows, changed.low
+        self.keep(table)
 
     def tolist(self) -> list[list[fmpq]]:
         """Its rows."""
         return [[fmpq(entry, self.low) for entry in row] for row in self.rows]
-
-    def entries(self) -> list[fmpq]:
-        """All entries, row by row."""
-        return [fmpq(entry, self.low) for row in self.rows for entry in row]
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, fmpq_mat):
@@ -308,11 +332,6 @@ class fmpq_mat(Ring):
     def rank(self) -> int:
         """The rank."""
         return eliminated([[*row] for row in self.rows], self.columns)[0]
-
-    def det(self) -> fmpq:
-        """The determinant: that of -M is the last coefficient of det(z I - M)."""
-        last: fmpq = self.charpoly().coeffs()[0] * (-1) ** self.nrows()
-        return last
 
     def charpoly(self) -> fmpq_poly:
         """det(z I - M), by Hessenberg's form modulo a number that is more than twice all coefficients."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
-from replication.verify.stdlib.balls import Ring, acb, arb, ball, enclosed, exponential, times
-from replication.verify.stdlib.exact import Polynomial, shaped
+from replication.verify.stdlib.balls import acb, arb, ball, enclosed, exponential, times
+from replication.verify.stdlib.exact import Matrix, Polynomial
 
 Rows = list[list[Any]]
 
@@ -20,41 +19,18 @@ def _balls(m: list[list[int]], r: list[list[int]]) -> Rows:
     return [[ball(*entry) for entry in zip(*pair, strict=True)] for pair in zip(m, r, strict=True)]
 
 
-class _Matrix(Ring):
-    """What real and complex matrices have in common: rows of numbers."""
+class _Matrix(Matrix):
+    """What real and complex matrices have in common."""
 
-    __slots__ = ("columns", "rows")
+    __slots__ = ()
     entry: Any
-    rows: Rows
-    columns: int
 
-    def __init__(self, value: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
-        rows = shaped(value, columns, entries)
-        if rows is None:
-            rows, columns = value.tolist(), value.ncols()
-        self.rows = [[x if isinstance(x, self.entry) else self.entry(x) for x in row] for row in rows]
-        self.columns = columns if columns is not None else len(rows[0]) if rows else 0
-        if any(len(row) != self.columns for row in rows):
-            raise ValueError("the rows of a matrix differ in length")
-
-    def nrows(self) -> int:
-        """The number of rows."""
-        return len(self.rows)
-
-    def ncols(self) -> int:
-        """The number of columns."""
-        return self.columns
+    def keep(self, table: Rows) -> None:
+        """As balls."""
+        self.rows = [[x if isinstance(x, self.entry) else self.entry(x) for x in row] for row in table]
 
     def __getitem__(self, place: tuple[int, int]) -> Any:
         return self.rows[place[0]][place[1]]
-
-    def tolist(self) -> Rows:
-        """Its rows."""
-        return [[*row] for row in self.rows]
-
-    def entries(self) -> list[Any]:
-        """All entries, row by row."""
-        return [entry for row in self.rows for entry in row]
 
     def transpose(self) -> Any:
         """The transpose."""
@@ -116,10 +92,6 @@ class _Matrix(Ring):
             found.append(-current.trace() / k)
             current = current + one * found[-1]
         return (acb_poly if self.entry is acb else arb_poly)(found[::-1])
-
-    def det(self) -> Any:
-        """The determinant."""
-        return self.charpoly()(self.entry(0)) * (-1) ** self.nrows()
 
 
 class arb_mat(_Matrix):
