@@ -10,7 +10,7 @@ import numpy as np
 from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
-from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
+from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
@@ -58,6 +58,7 @@ def _optimum(system: DelayPlant) -> float:
     return riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
 
 
+@one_process()
 def synthesised(plant: Json, degree: int) -> Json:
     """Least γ of Theorem 3 at one degree, for the rules of Z_2, each with what the solver said.
 
@@ -263,6 +264,7 @@ def one_disturbance(plant: Json, level: float, degree: int) -> Json:
     return {"level": level, "solver": certificate.solution.report.to_dict()}
 
 
+@one_process()
 def against_delay(plant: Json, delays: list[float], degree: int) -> Json:
     """Least γ of Theorem 3 and by collocation as the (single) delay varies."""
     sos, chebyshev = [], []
