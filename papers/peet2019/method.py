@@ -232,14 +232,16 @@ def _solvable(drift: Array, process: Array, output: Array, sensor: Array, gamma:
     """Whether the Riccati equation at level γ has a stabilising solution Y >= 0."""
     n = drift.shape[0]
     hamiltonian = np.block([[drift.T, output / gamma**2 - sensor], [-process, -drift]])
-    _, vectors, stable = scipy.linalg.schur(hamiltonian, output="complex", sort="lhp")
     eigenvalues = np.linalg.eigvals(hamiltonian)
-    if stable != n or np.any(np.abs(eigenvalues.real) <= AXIS * (1.0 + np.abs(eigenvalues))):
+    if np.any(np.abs(eigenvalues.real) <= AXIS * (1.0 + np.abs(eigenvalues))):
+        return False
+    _, vectors, stable = scipy.linalg.schur(hamiltonian, output="real", sort="lhp")
+    if stable != n:
         return False
     top, bottom = vectors[:n, :n], vectors[n:, :n]
     if np.linalg.cond(top) > 1e14:
         return False
-    solution = (bottom @ np.linalg.inv(top)).real
+    solution = bottom @ np.linalg.inv(top)
     least = float(np.linalg.eigvalsh((solution + solution.T) / 2.0)[0])
     return least >= -1e-9 * (1.0 + float(np.abs(solution).max()))
 

@@ -13,7 +13,7 @@ from papers.okajima2023.experiments.declared import EXPERIMENTS, HALF_UNIT_OF_PO
 from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.central_path import central_path
 from papers.okajima2023.method.input_recovery import recover_inputs, schedule_of
-from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
+from papers.okajima2023.method.recovery import error_poles, exact_diagonals, recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, PLANT, matrix
 from papers.okajima2023.printed import GAINS as PRINTED_GAINS
 from replication.errors import AuditError, InfeasibleError, InvalidInputError
@@ -167,12 +167,14 @@ def test_planted_outputs_are_found_as_by_brute_force() -> None:
     assert found["tried"] == len(misfits)
     assert found["fits"] == sum(misfit <= 1 for misfit in misfits)
     assert [found["best_misfit"], found["second_misfit"]] == pytest.approx(misfits[:2], rel=1e-6)
-    recovered = np.sort_complex([complex(*pole) for pole in found["error_poles"]])
+    poles = error_poles(A_PLANTED.tolist(), rounded(gains, 3), found["C"])
+    recovered = np.sort_complex([complex(*pole) for pole in poles])
     # What rounding the gains to three decimals moves: the poles are simple here, so about as much.
     np.testing.assert_allclose(recovered, np.sort_complex(stated), atol=5e-3)
     other = brute_force_misfits(A_PLANTED, np.round(gains, 3)[::-1], stated, 1)
-    assert found["reversed_best_misfit"] == pytest.approx(min(other), rel=1e-6)
-    assert found["reversed_fits"] == sum(misfit <= 1 for misfit in other)
+    turned = recover_outputs(A_PLANTED.tolist(), rounded(gains, 3)[::-1], pairs, 1)
+    assert turned["best_misfit"] == pytest.approx(min(other), rel=1e-6)
+    assert turned["fits"] == sum(misfit <= 1 for misfit in other)
 
 
 def test_outputs_of_section_4c() -> None:
@@ -181,9 +183,11 @@ def test_outputs_of_section_4c() -> None:
     assert found["C"] == C_RECOVERED
     assert found["fits"] == 1
     assert found["best_misfit"] < 0.5 < 1 < found["second_misfit"]
-    assert found["reversed_fits"] == 0
-    assert found["reversed_best_misfit"] > 1
-    assert np.hypot(*found["error_poles"][0]) < 1 < np.hypot(*found["error_poles_printed_C"][0])
+    other = recover_outputs(A_RECOVERED, GAINS[::-1], STATED_ERROR_POLES, 3)
+    assert other["fits"] == 0
+    assert other["best_misfit"] > 1
+    shown, printed = (error_poles(A_RECOVERED, GAINS, C) for C in (found["C"], PLANT["C"]))
+    assert np.hypot(*shown[0]) < 1 < np.hypot(*printed[0])
     assert json.loads(json.dumps(found)) == found
 
 

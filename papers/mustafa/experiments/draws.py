@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem, subject
-from replication.estimation.nonuniform.bounds.worst_case import error_ratio, simulate_error
+from replication.estimation.nonuniform.bounds.worst_case import error_ratio
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
@@ -45,7 +45,7 @@ def draws(
     system, span = problem(plant, periods)
     filter_, w = subject(system, span, printed), _disturbance(size, decay, frequency, steps)
     sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))[part::parts]
-    errors = np.array([simulate_error(system, filter_, h, w)[:, 0] for h in sequences])
+    errors = filter_.errors(system, sequences, w)[..., 0]
     return {
         "k": list(range(steps)),
         "w": w[:, 0].tolist(),
@@ -79,8 +79,8 @@ def laws(
     rng = np.random.default_rng(seed)
     found: Json = {}
     for law in LAWS:
-        sequences = [_sequence(law, span, steps, rng) for _ in range(seeds)]
-        errors = [simulate_error(both, beside, h, w) for h in sequences]
+        sequences = np.array([_sequence(law, span, steps, rng) for _ in range(seeds)])
+        errors = beside.errors(both, sequences, w)
         found[law] = {
             "filter": [error_ratio(h, w, e[:, :size_z]) for h, e in zip(sequences, errors, strict=True)],
             "none": [error_ratio(h, w, e[:, size_z:]) for h, e in zip(sequences, errors, strict=True)],

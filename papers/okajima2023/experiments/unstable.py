@@ -9,7 +9,15 @@ import numpy as np
 
 from papers.okajima2023.experiments.designs import Json, Matrix, build, design, norm_of_gains
 from papers.okajima2023.method.input_recovery import recover_inputs
-from papers.okajima2023.method.recovery import by_modulus, exact_diagonals, recover_outputs, recover_poles, upper_half
+from papers.okajima2023.method.recovery import (
+    by_modulus,
+    error_poles,
+    exact_diagonals,
+    recover_outputs,
+    recover_poles,
+    upper_half,
+)
+from papers.okajima2023.printed import PLANT
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.validation import Array
@@ -47,6 +55,7 @@ def recovered(
     A = np.array(printed_A)
     A[np.diag_indices(len(A))] = state["fits"][0]
     outputs = recover_outputs(A.tolist(), printed_gains, stated_error_poles, bound)
+    other = recover_outputs(A.tolist(), printed_gains[::-1], stated_error_poles, bound)
     wider = recover_outputs(A.tolist(), printed_gains, stated_error_poles, wider_bound)
     inputs = recover_inputs(A.tolist(), outputs["C"], printed_gains)
     plant = {"A": A.tolist(), "B_d": inputs["B_d"], "C": outputs["C"], "D": inputs["D"]}
@@ -56,8 +65,14 @@ def recovered(
     monodromy = build(plant, PERIODS, OFFSETS, [0, 1]).error_system(gains + change).monodromy()
     return {
         "state": state,
-        "outputs": outputs,
-        "wider": {key: wider[key] for key in ("bound", "tried", "fits", "C", "best_misfit", "second_misfit")},
+        "outputs": {
+            **outputs,
+            "error_poles": error_poles(A.tolist(), printed_gains, outputs["C"]),
+            "error_poles_printed_C": error_poles(A.tolist(), printed_gains, PLANT["C"]),
+            "reversed_fits": other["fits"],
+            "reversed_best_misfit": other["best_misfit"],
+        },
+        "wider": wider,
         "inputs": inputs,
         "design": design(plant, PERIODS, OFFSETS, [0, 1]),
         "gains": norm_of_gains(plant, PERIODS, OFFSETS, printed_gains, half_unit),

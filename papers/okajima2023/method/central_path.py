@@ -25,6 +25,8 @@ DECREMENT = 1e-6
 FULL_STEP = 0.25
 """Below this decrement full Newton steps converge quadratically; above it damped ones keep every F_k positive."""
 MAX_STEPS = 300
+INSIDE = 0.5
+"""Length of the longest step along the path in the norm of the barrier; below one, every F_k stays positive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +68,16 @@ def _follow(layout: Layout, blocks: list[Inequalities], x: Array, gap: float, fa
     order = sum(block.constant.shape[-1] for block in blocks)
     current = max(float(x[layout.level]), gap)
     while True:
-        x, report = _centre(x, layout.level, order / current, blocks)
+        x, tangent, report = _centre(x, layout.level, order / current, blocks)
         design = layout.design(x, report)
         yield CentralPoint(design.level, current, design.gains, report)
         if current <= gap:
             return
-        current = max(current / factor, gap)
+        following = max(current / factor, gap)
+        step = order / following - order / current
+        # Along the tangent as far as all F_k are positive for certain, in the norm of the barrier.
+        x = x + min(step, INSIDE / float(np.sqrt(-tangent[layout.level]))) * tangent
+        current = following
 
 
 def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blocks: list[Inequalities]) -> Array:
@@ -119,8 +125,11 @@ def _positive_definite(matrix: Array) -> bool:
     return bool(np.linalg.eigvalsh(matrix)[0] > 0)
 
 
-def _centre(x: Array, level: int, t: float, blocks: list[Inequalities]) -> tuple[Array, SolverReport]:
-    """Damped Newton method for the minimum of t x[level] - sum_k log det F_k(x) from an interior point."""
+def _centre(x: Array, level: int, t: float, blocks: list[Inequalities]) -> tuple[Array, Array, SolverReport]:
+    """Damped Newton method for the minimum of t x[level] - sum_k log det F_k(x) from an interior point.
+
+    The minimum, and how it moves with t.
+    """
     for count in range(1, MAX_STEPS + 1):
         try:
             gradient, hessian = _derivatives(x, blocks)
@@ -134,7 +143,8 @@ def _centre(x: Array, level: int, t: float, blocks: list[Inequalities]) -> tuple
         decrement = float(np.sqrt(max(0.0, -gradient @ step)))
         x = x + step / (1 + decrement if decrement > FULL_STEP else 1.0)
         if decrement <= DECREMENT:
-            return x, _report("Centred", count, decrement)
+            pull = scale * np.eye(len(x))[level]
+            return x, -scale * scipy.linalg.cho_solve(cholesky, pull), _report("Centred", count, decrement)
     raise SolverError(f"no centre at t = {t:.3g}: Newton decrement {decrement:.3g} after {MAX_STEPS} steps; {_ADVICE}")
 
 

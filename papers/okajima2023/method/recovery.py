@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from papers.okajima2023.printed import PLANT
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer, positive_scalar
 
@@ -29,6 +28,8 @@ REAL = 1e-9
 """Imaginary part below which a root counts as real."""
 DIAGONAL_RANGE = (0.5, 1.5)
 """Diagonal entries of A that are tried; those of eq. (41) lie inside."""
+TOGETHER, AT_ONCE = 4096, 64
+"""Matrices C whose traces are found together; those whose misfit is."""
 
 
 def recover_poles(printed_A: Matrix, stated_poles: Poles, step: float) -> Json:
@@ -92,30 +93,18 @@ def exact_diagonals(printed_A: Matrix, poles: Poles) -> list[list[float]]:
     return [[a, float(second(a)), float(third(a))] for a in real]
 
 
-def recover_outputs(
-    A: Matrix,
-    printed_gains: list[Matrix],
-    stated_error_poles: Poles,
-    bound: int,
-    printed_C: Matrix | None = None,
-) -> Json:
+def recover_outputs(A: Matrix, printed_gains: list[Matrix], stated_error_poles: Poles, bound: int) -> Json:
     """Find the integer C, entries up to `bound`, for which the printed gains (N, n, q) give the stated poles of A_e.
 
     misfit: the largest distance of a coefficient of the characteristic polynomial of A_e from that of the stated poles,
-    divided by what rounding of the gains and of the poles explains (linearised); a candidate fits up to 1. The same
-    search for A_e0 ... A_e5 answers whether the product could be meant in the other order. printed_C: the C of
-    Sec. IV-A, for comparison, unless given. Poles of A_e are [real, imaginary] by decreasing modulus. Raises
+    divided by what rounding of the gains and of the poles explains (linearised); a candidate fits up to 1. The search
+    with the gains reversed, which reverses the product, answers whether it could be meant in the other order. Raises
     InvalidInputError if the shapes do not fit.
     """
     state, bound = as_matrix("A", A, rows=len(A), columns=len(A)), positive_integer("bound", bound)
     gains = gains_array(printed_gains, len(state))
     target = _target(_stated("stated_error_poles", stated_error_poles, len(state)))
     found = _search(state, gains, target, bound)
-    # Reversing time reverses the product.
-    other = _search(state, gains[::-1], target, bound)
-    shown = as_matrix(
-        "printed_C", PLANT["C"] if printed_C is None else printed_C, rows=gains.shape[2], columns=len(state)
-    )
     return {
         "bound": bound,
         "tried": found.tried,
@@ -123,11 +112,12 @@ def recover_outputs(
         "best_misfit": found.best,
         "second_misfit": found.second,
         "C": found.C.tolist(),
-        "error_poles": by_modulus(np.linalg.eigvals(_monodromy(_factors(state, gains, found.C)))),
-        "error_poles_printed_C": by_modulus(np.linalg.eigvals(_monodromy(_factors(state, gains, shown)))),
-        "reversed_fits": other.fits,
-        "reversed_best_misfit": other.best,
     }
+
+
+def error_poles(A: Matrix, gains: list[Matrix], C: Matrix) -> list[list[float]]:
+    """Poles of A_e as [real, imaginary] by decreasing modulus."""
+    return by_modulus(np.linalg.eigvals(_monodromy(_factors(np.array(A), np.array(gains), np.array(C)))))
 
 
 class _Target(NamedTuple):
@@ -151,21 +141,21 @@ def _search(A: Array, gains: Array, target: _Target, bound: int) -> _Found:
     """Exhaustive search by branch and bound: the misfit of the trace alone is a lower bound of the misfit."""
     q = gains.shape[2]
     rows = np.array(list(itertools.product(range(-bound, bound + 1), repeat=len(A))), dtype=float)
-    heads = list(itertools.product(rows, repeat=q - 1))
-
-    def candidates(head: tuple[Array, ...]) -> Array:
-        return np.stack([*(np.broadcast_to(row, rows.shape) for row in head), rows], axis=1)
-
-    lowest = np.concatenate([_trace_misfit(A, gains, candidates(head), target) for head in heads])
+    heads = np.array(list(itertools.product(rows, repeat=q - 1))).reshape(-1, q - 1, len(A))
+    size = max(1, TOGETHER // len(rows))
+    lowest = np.concatenate(
+        [_trace_misfit(A, gains, heads[i : i + size], rows, target).ravel() for i in range(0, len(heads), size)]
+    )
+    order = np.argsort(lowest)
     best: list[tuple[float, int, Array]] = []
-    fits = 0
-    for place in np.argsort(lowest, kind="stable").tolist():
-        if len(best) == 2 and lowest[place] > max(1.0, best[1][0]):
-            break
-        C = candidates(heads[place // len(rows)])[place % len(rows)]
-        misfit = _misfit(A, gains, C, target)
-        fits = fits + 1 if misfit <= 1 else fits
-        best = sorted([*best, (misfit, place, C)], key=lambda item: item[:2])[:2]
+    fits = start = 0
+    while start < len(order) and (len(best) < 2 or lowest[order[start]] <= max(1.0, best[1][0])):
+        places = order[start : start + AT_ONCE]
+        C = np.concatenate([heads[places // len(rows)], rows[places % len(rows), None]], axis=1)
+        misfits = _misfit(A, gains, C, target)
+        fits += int(np.count_nonzero(misfits <= 1))
+        best = sorted([*best, *zip(misfits.tolist(), places.tolist(), C, strict=True)], key=lambda item: item[:2])[:2]
+        start += AT_ONCE
     return _Found(lowest.size, fits, best[0][0], best[1][0], best[0][2])
 
 
@@ -182,47 +172,48 @@ def _monodromy(factors: Array) -> Array:
     return total
 
 
-def _trace_misfit(A: Array, gains: Array, C: Array, target: _Target) -> Array:
-    """Misfit of the trace of A_e for a stack of C (m, q, n), all but their last rows alike, from its exact gradient.
+def _trace_misfit(A: Array, gains: Array, heads: Array, rows: Array, target: _Target) -> Array:
+    """Misfit of the trace of A_e, from its exact gradient, for each C of a head (h, q - 1, n) and a last row (m, n).
 
-    Of shape (m,).
+    Of shape (h, m).
     """
+    N, n, q = gains.shape
     # Candidates last, where they are multiplied at once.
-    measured, stack = _measured(gains), np.ascontiguousarray(C.transpose(1, 2, 0))
-    # Where the last sensor is not measured, there is one factor for all of them.
+    measured, stack = _measured(gains), np.empty((q, n, len(heads), len(rows)))
+    stack[:-1], stack[-1] = heads.transpose(1, 2, 0)[..., None], rows.T[:, None]
+    # Where the last sensor is not measured, there is one factor for all rows.
     factors = [
-        A[:, :, None] - _product(gain[:, :, None], stack if last else stack[:, :, :1])
+        A[:, :, None, None] - _product(gain[:, :, None, None], stack if last else stack[..., :1])
         for gain, last in zip(gains, measured[:, -1], strict=True)
     ]
-    N, n = len(gains), len(A)
-    before, after = [np.eye(n)[:, :, None]], [np.eye(n)[:, :, None]]
+    before, after = [np.eye(n)[:, :, None, None]], [np.eye(n)[:, :, None, None]]
     for k in range(N - 1):
         before.append(_product(factors[k], before[-1]))
         after.append(_product(after[-1], factors[N - 1 - k]))
-    reach = np.full(len(C), target.reach[0])
-    for k in np.flatnonzero(measured.any(axis=1)).tolist():
+    reach = np.full(stack.shape[2:], target.reach[0])
+    for k, sensor in np.argwhere(measured).tolist():
         # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
-        gradient = _product(stack, _product(before[k], after[N - 1 - k]))
-        reach += HALF_UNIT_GAIN * measured[k] @ np.abs(gradient).sum(axis=1)
+        gradient = _product(stack[sensor : sensor + 1], _product(before[k], after[N - 1 - k]))
+        reach += HALF_UNIT_GAIN * np.abs(gradient).sum(axis=(0, 1))
     trace = np.trace(_product(factors[-1], before[-1]))
     return np.asarray(np.abs(-trace - target.coefficients[0]) / reach)
 
 
 def _product(left: Array, right: Array) -> Array:
-    """Of matrices (p, q, m) and (q, r, m), those with the same last index multiplied; m may be one in either."""
-    return np.asarray((left[:, :, None] * right).sum(axis=1))
+    """Of matrices (p, q, ..) and (q, r, ..), those with the same last indices multiplied."""
+    return np.asarray(sum(left[:, j, None] * right[None, j] for j in range(len(right))))
 
 
-def _misfit(A: Array, gains: Array, C: Array, target: _Target) -> float:
-    """Misfit of all coefficients for one C (q, n)."""
+def _misfit(A: Array, gains: Array, C: Array, target: _Target) -> Array:
+    """Misfit of all coefficients for each C (m, q, n)."""
     entries = np.argwhere(np.broadcast_to(_measured(gains)[:, None, :], gains.shape))
     shifted = np.repeat(gains[None], 1 + len(entries), axis=0)
     for number, entry in enumerate(entries, start=1):
         shifted[(number, *entry)] += HALF_UNIT_GAIN
-    coefficients = _characteristic(_monodromy(_factors(A, shifted, C)))
+    coefficients = _characteristic(_monodromy(_factors(A, shifted, C[:, None])))
     # A coefficient is affine in every single entry of a gain, so one difference is the whole effect of its rounding.
-    reach = np.abs(coefficients[1:] - coefficients[0]).sum(axis=0) + target.reach
-    return float(np.max(np.abs(coefficients[0] - target.coefficients) / reach))
+    reach = np.abs(coefficients[:, 1:] - coefficients[:, :1]).sum(axis=1) + target.reach
+    return np.asarray(np.max(np.abs(coefficients[:, 0] - target.coefficients) / reach, axis=1))
 
 
 def _characteristic(matrices: Array) -> Array:

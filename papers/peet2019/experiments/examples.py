@@ -10,7 +10,7 @@ import numpy as np
 from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
-from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
+from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
@@ -58,6 +58,7 @@ def _optimum(system: DelayPlant) -> float:
     return riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
 
 
+@one_process()
 def synthesised(plant: Json, degree: int) -> Json:
     """Least γ of Theorem 3 at one degree, for the rules of Z_2, each with what the solver said.
 
@@ -124,12 +125,13 @@ def refuted(task: Program) -> bool:
 def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int]) -> Json:
     """A certificate at `level`, its Galerkin check, and the H∞ norm of the error system at two collocation orders."""
     system = delay_system(**plant)
-    certificate = _certificate(system, level, degree, epsilon)
+    optimum = _optimum(system)
+    certificate = certificate_at(system, level * optimum, degree, epsilon=epsilon)
     gains = observer_gains(certificate)
     verified = check(certificate)
     norms = [hinf_norm(error_system(system, gains, order)) for order in orders]
     return {
-        "optimum": _optimum(system),
+        "optimum": optimum,
         "level": certificate.gamma,
         "norms": [norm.upper for norm in norms],
         "orders": orders,
@@ -191,14 +193,15 @@ def without_histories(plant: Json, level: float, degree: int, epsilon: float, or
     norm: H∞ norm from w to z_e, None if the loop is unstable.
     """
     system, net = delay_system(**plant), grid(order, Scheme.CHEBYSHEV)
-    values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), net.points)
+    certificate = _certificate(system, level, degree, epsilon)
+    values = evaluate(observer_gains(certificate), net.points)
     dead = {name: np.zeros_like(getattr(values, name)) for name in ("l2", "l3", "l5", "l6", "l7")}
     printed, meant = assembled(system, replace(values, **dead), net), assembled(system, values, net)
     abscissa = spectral_abscissa(printed)
     return {
         "abscissa": abscissa,
         "norm": hinf_norm(printed).upper if abscissa < 0.0 else None,
-        "level": level * _optimum(system),
+        "level": certificate.gamma,
         "all_gains": hinf_norm(meant).upper,
     }
 
@@ -263,6 +266,7 @@ def one_disturbance(plant: Json, level: float, degree: int) -> Json:
     return {"level": level, "solver": certificate.solution.report.to_dict()}
 
 
+@one_process()
 def against_delay(plant: Json, delays: list[float], degree: int) -> Json:
     """Least γ of Theorem 3 and by collocation as the (single) delay varies."""
     sos, chebyshev = [], []

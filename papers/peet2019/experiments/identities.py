@@ -60,7 +60,8 @@ class Poly:
     def at2(self, s: Array | float, theta: Array | float, slope: tuple[int, int] = (0, 0)) -> Array:
         """Values (len(s), len(θ), rows, columns), differentiated `slope` times in s and θ (0 or 1 each)."""
         first, second = _powers(s, self.c.shape[0], slope[0]), _powers(theta, self.c.shape[1], slope[1])
-        return np.asarray(np.einsum("tk,ul,klij->tuij", first, second, self.c), dtype=float)
+        inner = (first @ self.c.reshape(len(self.c), -1)).reshape(len(first), self.c.shape[1], -1)
+        return np.asarray((second @ inner).reshape(len(first), len(second), *self.c.shape[2:]))
 
 
 def _powers(s: Array | float, count: int, slope: int) -> Array:

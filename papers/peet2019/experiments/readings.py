@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from papers.peet2019.experiments.examples import LOOSE
-from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.conic.sdpa import one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, Index, cone_map
@@ -142,6 +142,7 @@ def least(system: DelayPlant, reading: Rule, epsilon: float, degree: int = 1) ->
     return float(solve_sdpa(program(reduced(assembly), epsilon), LOOSE).linear[0])
 
 
+@one_process()
 def least_gains(plants: dict[str, Json], degrees: dict[str, list[int]]) -> Json:
     """By reading, example and degree: γ at ε = 0.
 
@@ -161,6 +162,7 @@ def least_gains(plants: dict[str, Json], degrees: dict[str, list[int]]) -> Json:
     }
 
 
+@one_process()
 def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -> Json:
     """For each reading and example, degree 1: γ at ε = 0, and where it may be below every print, ε > 0 for the print.
 

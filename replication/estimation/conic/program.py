@@ -9,11 +9,8 @@ under matrix inequalities by the second (`program_under`).
 
 from __future__ import annotations
 
-import os
-import sys
 import warnings
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from typing import Any
@@ -118,20 +115,6 @@ def minimise_modelled(
     )
     raise_unless_solved(report, accept=accept)
     return report, constraints
-
-
-@contextmanager
-def quiet_stdout() -> Iterator[None]:
-    """Silence the remarks that SDPA's compiled code writes to file descriptor 1; its status says the same."""
-    sys.stdout.flush()
-    saved, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(sink, 1)
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(sink)
 
 
 Indices = npt.NDArray[np.intp]

@@ -10,14 +10,17 @@ coordinates of the point where it stopped.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import signal
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
-from typing import TypeVar, cast
+from typing import Any
 
 import numpy as np
 import scipy
@@ -31,11 +34,9 @@ from replication.estimation.conic.program import (
     Solution,
     SolverReport,
     program_under,
-    quiet_stdout,
 )
 from replication.estimation.validation import Array
 
-T = TypeVar("T")
 ENDLESS = 1e9
 """A trace, in the units of the program, beyond which no matrix is looked for; those that are found stay far below."""
 
@@ -51,7 +52,9 @@ class SdpaOptions:
     Attributes
     ----------
     tolerance : float
-        Relative gap and residuals asked for.
+        Residuals asked for.
+    gap_asked : float, optional
+        Relative gap asked for, where another one than `tolerance`.
     scale : float
         The start is scale·I, larger than the solution.
     iterations : int
@@ -67,6 +70,7 @@ class SdpaOptions:
     """
 
     tolerance: float = 1e-9
+    gap_asked: float | None = None
     scale: float = 1e2
     iterations: int = 100
     step: float = 0.9
@@ -83,7 +87,7 @@ class SdpaOptions:
             As its parameters are called.
         """
         return {
-            "epsilonStar": float(self.tolerance),
+            "epsilonStar": float(self.tolerance if self.gap_asked is None else self.gap_asked),
             "epsilonDash": float(self.tolerance),
             "lambdaStar": float(self.scale),
             "maxIteration": int(self.iterations),
@@ -93,20 +97,8 @@ class SdpaOptions:
 
 def run_sdpa(program: Program, options: Options, threads: int = 1) -> tuple[Array, Array, SolverReport]:
     """The points x and y at which SDPA ended, and what it said, without residuals."""
-    from sdpap.param import param  # slow to load
-    from sdpap.sdpacall import sdpacall
-    from sdpap.symcone import SymCone
-
-    option = param({**options, "print": "no", "numThreads": threads})
-    arguments = (
-        scipy.sparse.csc_matrix(program.a),
-        scipy.sparse.csc_matrix(program.b[:, None]),
-        scipy.sparse.csc_matrix(program.c[:, None]),
-        SymCone(f=0, l=program.linear, q=(), s=program.blocks),
-        option,
-    )
-    with quiet_stdout(), _libraries().limit(limits=threads):
-        x, y, _, info = _apart(lambda: sdpacall.solve_sdpa(*arguments))
+    with one_process() as process:
+        x, y, info = process.answer(program, options, threads)
     report = SolverReport(
         name="SDPA",
         version=version("sdpa-python"),
@@ -114,34 +106,98 @@ def run_sdpa(program: Program, options: Options, threads: int = 1) -> tuple[Arra
         options=dict(options),
         iterations=int(info["iteration"]),
     )
-    return x.toarray().ravel(), y.toarray().ravel(), report
+    return x, y, report
 
 
-def _apart(call: Callable[[], T]) -> T:
-    """What `call` returns, from a process of its own; raises SdpaGaveUp if that process ends without an answer.
+@contextmanager
+def one_process() -> Iterator[_Process]:
+    """Programs that are solved meanwhile share a process, which is begun when the first one comes.
 
-    Where a factorisation fails beyond repair, SDPA ends its process, silently and with exit code 0.
+    To begin and end one takes longer than a small program.
     """
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        try:
-            with os.fdopen(writing, "wb") as stream:
-                pickle.dump(call(), stream)
-        finally:
-            os._exit(0)
-    os.close(writing)
+    if (shared := _shared.get()) is not None:
+        yield shared
+        return
+    process = _Process()
+    token = _shared.set(process)
     try:
-        with os.fdopen(reading, "rb") as stream:
-            answer = stream.read()
-    except BaseException:
-        os.kill(child, signal.SIGKILL)
-        raise
+        yield process
     finally:
-        os.waitpid(child, 0)
-    if not answer:
-        raise SdpaGaveUp("SDPA gave up in the middle of a factorisation; rescale the plant, or ask for another level")
-    return cast(T, pickle.loads(answer))
+        _shared.reset(token)
+        process.end()
+
+
+class _Process:
+    """Where SDPA is called: where a factorisation fails beyond repair, it ends its process, silently and with exit
+    code 0.
+    """
+
+    def __init__(self) -> None:
+        self.child = 0
+
+    def answer(self, *asked: Any) -> Any:
+        """What `_called` gives; raises SdpaGaveUp if the process ends without an answer. The next one gets another."""
+        if not self.child:
+            self._begin()
+        try:
+            pickle.dump(asked, self._asked)
+            self._asked.flush()
+            return pickle.load(self._told)
+        except (EOFError, BrokenPipeError):
+            self.end()
+            raise SdpaGaveUp(
+                "SDPA gave up in the middle of a factorisation; rescale the plant, or ask for another level"
+            ) from None
+        except BaseException:
+            os.kill(self.child, signal.SIGKILL)
+            self.end()
+            raise
+
+    def _begin(self) -> None:
+        import sdpap.sdpacall  # slow to load; here, for all processes  # noqa: F401
+
+        _libraries()
+        (asked, asking), (telling, tell) = os.pipe(), os.pipe()
+        self.child = os.fork()
+        if self.child == 0:
+            try:
+                os.close(asking)
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # SDPA's remarks, which its status says too
+                with os.fdopen(asked, "rb") as questions, os.fdopen(tell, "wb") as answers:
+                    while True:
+                        pickle.dump(_called(*pickle.load(questions)), answers)
+                        answers.flush()
+            finally:
+                os._exit(0)
+        os.close(asked)
+        os.close(tell)
+        self._asked, self._told = os.fdopen(asking, "wb"), os.fdopen(telling, "rb")
+
+    def end(self) -> None:
+        """End the process and wait for it, if there is one."""
+        if self.child:
+            with contextlib.suppress(BrokenPipeError):  # of what it never read
+                self._asked.close()
+            self._told.close()
+            os.waitpid(self.child, 0)
+            self.child = 0
+
+
+_shared: ContextVar[_Process | None] = ContextVar("_shared", default=None)
+
+
+def _called(program: Program, options: Options, threads: int) -> tuple[Array, Array, dict[str, Any]]:
+    """x, y and what SDPA says of them."""
+    from sdpap.param import param  # slow to load
+    from sdpap.sdpacall import sdpacall
+    from sdpap.symcone import SymCone
+
+    option = param({**options, "print": "no", "numThreads": threads})
+    matrices = (scipy.sparse.csc_matrix(part) for part in (program.a, program.b[:, None], program.c[:, None]))
+    cone = SymCone(f=0, l=program.linear, q=(), s=program.blocks)
+    with _libraries().limit(limits=threads):
+        x, y, _, info = sdpacall.solve_sdpa(*matrices, cone, option)
+    return x.toarray().ravel(), y.toarray().ravel(), info
 
 
 @cache
@@ -205,6 +261,7 @@ RESIDUAL = 1e-7
 """Largest violation of the inequalities with which a point counts as a solution."""
 
 
+@one_process()
 def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, SolverReport]:
     """Minimise cost'x subject to the inequalities of `group`, each of which has all unknowns in their order.
 

@@ -144,17 +144,17 @@ class Filter(Estimator):
         return np.hstack([np.eye(n + m, n), np.zeros((n + m, nf)), np.eye(n + m, m, -n)])
 
     def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
-        """Plant and filter side by side."""
-        n, transitions = plant.order, plant.transitions(periods)
-        output = self.error_output(plant)
-        drives, noises = transitions[:, :n, n:] @ w[:, :, None], plant.D @ w[:, :, None]
-        x, estimate = np.zeros(n), np.zeros(len(self.A))
-        states = [np.concatenate([x, estimate])]
-        for step, drive, noise in zip(transitions[:, :n, :n], drives[:, :, 0], noises[:, :, 0], strict=True):
-            estimate = self.A @ estimate + self.B @ (plant.C @ x + noise)
-            x = step @ x + drive
-            states.append(np.concatenate([x, estimate]))
-        return np.asarray((output @ np.array(states)[:, :, None])[:, :, 0])
+        """Plant and filter side by side; periods (.., K) of several sequences, which see the same w, at once."""
+        n, output = plant.order, self.error_output(plant)
+        distinct, which = np.unique(periods, return_inverse=True)
+        transitions = np.moveaxis(plant.transitions(distinct)[which.reshape(periods.shape)], -3, 0)
+        drives, noises = transitions[..., :n, n:], plant.D @ w[:, :, None]
+        states = np.zeros((len(transitions) + 1, *transitions.shape[1:-2], n + len(self.A), 1))
+        for k, (step, drive, noise) in enumerate(zip(transitions[..., :n, :n], drives, noises, strict=True)):
+            x, estimate = states[k, ..., :n, :], states[k, ..., n:, :]
+            states[k + 1, ..., n:, :] = self.A @ estimate + self.B @ (plant.C @ x + noise)
+            states[k + 1, ..., :n, :] = step @ x + drive @ w[k, :, None]
+        return np.asarray(np.moveaxis((output @ states)[..., 0], 0, -2))
 
     def require_settling(self, plant: SampledPlant) -> None:
         """A_f must be Schur stable."""

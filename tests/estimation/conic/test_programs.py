@@ -154,13 +154,29 @@ def test_it_is_asked_again_for_fewer_iterations(monkeypatch: pytest.MonkeyPatch)
     assert LEAST <= report.options["maxIteration"] <= 30 < OPTIONS["maxIteration"]
 
 
-def test_an_error_within_the_call_is_that_error() -> None:
-    def fail() -> None:
-        raise SystemExit(3)
-
-    with pytest.raises(sdpa.SdpaGaveUp):
-        sdpa._apart(fail)
-    assert sdpa._apart(lambda: {"x": np.arange(3.0)})["x"].tolist() == [0.0, 1.0, 2.0]
+def test_programs_meanwhile_share_a_process_until_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = program_under(COST, GROUP)
+    alone = sdpa.run_sdpa(program, OPTIONS)
+    monkeypatch.setattr(sdpacall, "solve_sdpa", giving_up_beyond(30))
+    with sdpa.one_process() as process:
+        few = sdpa.run_sdpa(program, {**OPTIONS, "maxIteration": 30})
+        first = process.child
+        with sdpa.one_process() as inner:
+            assert inner is process
+            assert sdpa.run_sdpa(program, {**OPTIONS, "maxIteration": 30})[0].tolist() == few[0].tolist()
+        assert process.child == first > 0
+        with pytest.raises(sdpa.SdpaGaveUp):
+            sdpa.run_sdpa(program, OPTIONS)
+        with pytest.raises(ChildProcessError):
+            os.waitpid(first, 0)
+        monkeypatch.setattr(sdpacall, "solve_sdpa", real_solve)
+        again = sdpa.run_sdpa(program, OPTIONS)
+        second = process.child
+        assert second not in (0, first)
+    assert process.child == 0
+    with pytest.raises(ChildProcessError):
+        os.waitpid(second, 0)
+    assert [part.tolist() for part in again[:2]] == [part.tolist() for part in alone[:2]]
 
 
 def test_duals_that_are_no_proof_open_the_gap() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program, Solution
-from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
+from replication.estimation.conic.sdpa import SdpaOptions, one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
@@ -73,6 +73,7 @@ class LeastGain:
     solution: Solution
 
 
+@one_process()
 def minimum_gain(
     system: DelayPlant,
     degree: int,

@@ -107,13 +107,14 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
     Raises InfeasibleError if the error system is unstable.
     """
     positive_scalar("relative", relative)
-    abscissa = spectral_abscissa(error)
+    error = _balanced(error)
+    triangle, basis = scipy.linalg.schur(error.a, output="complex")
+    values, sides = np.diag(triangle), (error.c @ basis, basis.conj().T @ error.b)
+    abscissa = float(values.real.max())
     if abscissa >= 0.0:
         raise InfeasibleError(f"the error system is unstable (abscissa {abscissa:.3g}): its norm is infinite")
-    error = _balanced(error)
-    values = np.linalg.eigvals(error.a)
     starts = np.concatenate([[0.0], np.abs(values.imag), np.abs(values)])
-    frequency, lower = _peak(error, np.unique(starts))
+    frequency, lower = _peak(triangle, *sides, np.unique(starts))
     while True:
         level = lower * (1.0 + 2.0 * relative)
         crossings = _crossings(error, level)
@@ -121,7 +122,7 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
             return NormBracket(lower, level, frequency, abscissa)
         edges = np.sort(crossings)
         middles = np.concatenate([edges, (edges[1:] + edges[:-1]) / 2.0])
-        best, value = _peak(error, middles)
+        best, value = _peak(triangle, *sides, middles)
         if value <= lower:  # the crossing is rounding: the level is met to the accuracy of the eigenvalues
             return NormBracket(lower, level, frequency, abscissa)
         frequency, lower = best, value
@@ -133,11 +134,9 @@ def _balanced(error: ErrorSystem) -> ErrorSystem:
     return ErrorSystem(a, error.b / scale[:, None], error.c * scale)
 
 
-def _peak(error: ErrorSystem, omega: Array) -> tuple[float, float]:
-    """Frequency and largest singular value over the given frequencies; one Schur form serves all of them."""
-    triangle, basis = scipy.linalg.schur(error.a, output="complex")
-    b, c = basis.conj().T @ error.b, error.c @ basis
-    eye = np.eye(error.a.shape[0])
+def _peak(triangle: Array, c: Array, b: Array, omega: Array) -> tuple[float, float]:
+    """Frequency and largest singular value over the given frequencies, in the Schur basis."""
+    eye = np.eye(len(triangle))
     gains = [float(np.linalg.norm(c @ scipy.linalg.solve_triangular(1j * w * eye - triangle, b), 2)) for w in omega]
     best = int(np.argmax(gains))
     return float(omega[best]), gains[best]

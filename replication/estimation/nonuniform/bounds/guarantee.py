@@ -42,6 +42,8 @@ PIECES = 4
 """Pieces of a cell at the start, or more: on none of them does the norm of [[A, B], [0, 0]] times its length exceed
 one."""
 MAX_PIECES = 4096
+TOGETHER = 4096
+"""Vertices of transitions that are looked at together, whose matrices then stay in the cache of the processor."""
 HALVINGS = 14
 MAX_HALVED = 64
 """If more pieces than this, and than four times those at the start, ask for more than the target, the storage matrices
@@ -115,28 +117,31 @@ def _pieces(system: ErrorSystem, ends: tuple[float, float]) -> int:
 
 def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Array:
     """The squared level that each vertex of each piece asks for in each transition, (transitions, K, DEGREE + 1)."""
-    shape = (len(P), *hull.periods.shape)
     steps = system.steps(hull.vertices.reshape(-1, *hull.vertices.shape[2:]))
-    weights = system.weights(hull.periods.ravel())
-    output = system.output
+    missed = np.repeat(_missed(system, hull), hull.periods.shape[1])
+    step, storage = np.linalg.norm(steps, axis=(1, 2)), np.linalg.norm(P_next, 2, axis=(1, 2))[:, None]
+    # Bound of the norm of what the remainder of the hull and rounding can add to M'PM.
+    allowances = storage * (2 * step * missed + missed**2) + system.rounding(step, storage)
+    if not np.all(np.isfinite(allowances)):
+        return np.full((len(P), *hull.periods.shape), np.inf)
+    weights, output = system.weights(hull.periods.ravel()), system.output
     size = output.shape[1]
-    missed = np.repeat(_missed(system, hull), shape[2])
-    needs = []
-    for current, following in zip(P, P_next, strict=True):
-        allowance = _allowance(system, steps, following, missed)
-        if not np.all(np.isfinite(allowance)):
-            return np.full(shape, np.inf)
-        gram = np.swapaxes(steps, 1, 2) @ following @ steps
-        left = current - gram[:, :size, :size] - weights[:, None, None] * (output.T @ output)
-        left -= allowance[:, None, None] * np.eye(size)
-        smallest = np.linalg.eigvalsh(left)[:, 0]
+    needs, together = [], max(1, TOGETHER // len(steps))
+    for first in range(0, len(P), together):
+        some = slice(first, first + together)
+        allowance = allowances[some]
+        gram = np.swapaxes(steps, 1, 2) @ P_next[some, None] @ steps
+        left = P[some, None] - gram[..., :size, :size] - weights[:, None, None] * (output.T @ output)
+        left -= allowance[..., None, None] * np.eye(size)
+        smallest = np.linalg.eigvalsh(left)[..., 0]
         good = smallest > 0
         need = UNPROVED * (1 - smallest)
-        cross = gram[good, :size, size:]
-        inner = gram[good, size:, size:] + np.swapaxes(cross, 1, 2) @ np.linalg.solve(left[good], cross)
-        need[good] = (np.linalg.eigvalsh(inner)[:, -1] + allowance[good]) / weights[good]
+        cross, inner = gram[good, :size, size:], gram[good, size:, size:]
+        inner = inner + np.swapaxes(cross, 1, 2) @ np.linalg.solve(left[good], cross)
+        weight = np.broadcast_to(weights, good.shape)[good]
+        need[good] = (np.linalg.eigvalsh(inner)[:, -1] + allowance[good]) / weight
         needs.append(need)
-    return np.array(needs).reshape(shape)
+    return np.concatenate(needs).reshape(len(P), *hull.periods.shape)
 
 
 def _missed(system: ErrorSystem, hull: Enclosure) -> Array:
@@ -149,12 +154,6 @@ def _missed(system: ErrorSystem, hull: Enclosure) -> Array:
     frame = np.eye(len(hull.generator))
     frame[:n, :n] = np.linalg.qr(system.T[:, :n], mode="r")
     return np.asarray(np.minimum(plain, hull.remainder(frame) * np.linalg.norm(frame @ entry, 2)))
-
-
-def _allowance(system: ErrorSystem, steps: Array, P: Array, missed: Array) -> Array:
-    """Bound of the norm of what the remainder of the hull and rounding can add to M'PM, of shape (V,)."""
-    step, storage = np.linalg.norm(steps, axis=(1, 2)), float(np.linalg.norm(P, 2))
-    return np.asarray(storage * (2 * step * missed + missed**2) + system.rounding(step, storage))
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ class ErrorSystem:
         whole = self.T / self.units
         return np.asarray(self.level**2 * whole.T @ P @ whole)
 
-    def rounding(self, step: Array, storage: float) -> Array:
+    def rounding(self, step: Array, storage: Array | float) -> Array:
         """What rounding can do to M'PM for steps M of norm `step` and P of norm `storage`."""
         # The change of coordinates T magnifies rounding by its condition.
         size = ROUNDING * max(float(np.linalg.cond(self.T)), 1.0) * len(self.T)
