@@ -94,7 +94,7 @@ def test_a_row_of_several_numbers_has_the_narrowest_band() -> None:
     with mock.patch.object(shown, "strip") as drawn:
         seen(record)
     (_, band), _ = drawn.call_args
-    assert (band.low, band.high) == (-2.0, 2.0)
+    assert band == (-2.0, 2.0)
 
 
 @pytest.mark.parametrize(

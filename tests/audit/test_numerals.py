@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.judge import numerals
-from replication.audit.report.entries import Band, Mark, _clip, span_of, strip
+from replication.audit.judge.agreement import Interval, Measured
+from replication.audit.judge.printed import parse
+from replication.audit.report.entries import strip
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -122,16 +124,21 @@ def test_layouts_and_exact_fractions() -> None:
     assert numerals.short(True) == "yes"
 
 
-BAND = Band(-0.5, 0.5)
+BAND = (-0.5, 0.5)
+
+
+def beside(units: float, *bracket: float) -> Measured:
+    """A number so many units beside a printed 0, perhaps with a bracket."""
+    low, high = map(Fraction, bracket or (units, units))
+    return Measured(parse("0").entries[0], "", None, Fraction(units), Interval(low, high), bool(bracket))
 
 
 @given(st.floats(-1.4, 1.4))
 def test_the_dot_lies_in_the_band_exactly_if_the_number_does(units: float) -> None:
-    text = strip([Mark(units)], BAND)
+    text = strip([beside(units)], BAND)
     band = re.search(r'class="band" x="([\d.]+)" y="2" width="([\d.]+)"', text)
     dot = re.search(r'class="(in|out)" cx="([\d.]+)"', text)
-    assert band is not None
-    assert dot is not None
+    assert band is not None and dot is not None
     start, width, place = float(band[1]), float(band[2]), float(dot[2])
     drawn_inside = start - 0.02 <= place <= start + width + 0.02
     assert (dot[1] == "in") == (abs(units) <= 0.5)
@@ -139,17 +146,24 @@ def test_the_dot_lies_in_the_band_exactly_if_the_number_does(units: float) -> No
 
 
 @pytest.mark.parametrize(("units", "tip"), [(7.0, "M131,"), (-7.0, "M1,")])
-def test_off_the_scale_is_an_arrow(units: float, tip: str) -> None:
-    text = strip([Mark(units)], BAND)
-    assert f'<path class="out" d="{tip}' in text
-    assert "<circle" not in text
-    assert "<circle" in strip([Mark(units)], BAND, span_of([Mark(units)], BAND))
+def test_off_the_scale_is_an_arrow_and_a_bracket_ends_at_the_edge(units: float, tip: str) -> None:
+    text = strip([beside(units)], BAND)
+    assert f'<path class="out" d="{tip}' in text and "<circle" not in text
+    assert "<circle" in strip([beside(units)], BAND, span=10.0)
+    assert 'class="bracket" d="M7,5v8M7,9H125m' in strip([beside(0.0, -abs(units), abs(units))], BAND)
 
 
-def test_a_bracket_decides_and_its_words_say_so() -> None:
-    assert 'aria-label="bracket not within what the print allows"' in strip([Mark(0.4, 0.3, 0.6)], BAND)
-    assert 'aria-label="bracket within what the print allows"' in strip([Mark(0.4, 0.3, 0.5)], BAND)
-    assert 'aria-label="1 of 2 entries within what the print allows"' in strip([Mark(0.4), Mark(0.7)], BAND)
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ([beside(0.4, 0.3, 0.6)], "bracket not within"),
+        ([beside(0.4, 0.3, 0.5)], "bracket within"),
+        ([beside(0.7)], "computed value not within"),
+        ([beside(0.4), beside(0.7)], "1 of 2 entries within"),
+    ],
+)
+def test_a_bracket_decides_and_its_words_say_so(numbers: list[Measured], words: str) -> None:
+    assert f'aria-label="{words} what the print allows"' in strip(numbers, BAND)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +186,3 @@ def test_a_bracket_decides_and_its_words_say_so() -> None:
 )
 def test_agreement_is_the_common_beginning_with_the_points_aligned(printed: str, computed: str, common: str) -> None:
     assert computed[: numerals.agreement(printed, computed)] == common
-
-
-def test_nothing_is_drawn_beyond_the_ends_of_the_line() -> None:
-    assert _clip(7.0, 2.0) == _clip(2.0, 2.0) > _clip(1.0, 2.0) > _clip(-2.0, 2.0) == _clip(-9.0, 2.0)

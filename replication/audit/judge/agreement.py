@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -129,6 +130,15 @@ class Measured:
     def units(self, number: Fraction) -> Fraction:
         """How far a number lies from the print, in units of its last place."""
         return (number - self.entry.value) / self.entry.unit
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The bracket, or the number where there is none, in the same units; an end that is not known is far away."""
+        low, high = self.bracket.low, self.bracket.high
+        return (
+            -math.inf if low is None else float(self.units(low)),
+            math.inf if high is None else float(self.units(high)),
+        )
 
     @property
     def prefix(self) -> str:
