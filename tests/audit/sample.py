@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import msgspec
-from cases import altered
+from cases import altered, proved
 
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.judge.verdict import make_record
@@ -75,8 +75,7 @@ def claim(
     return make_record(
         made,
         evidence,
-        proof,
-        inferred=inferred,
+        proved(made.erratum, proof and proof.holds, inference=inferred),
         readings=READINGS,
         code="papers/doe1999/claims.py:42",
         seconds=1.234,

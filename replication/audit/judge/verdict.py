@@ -31,7 +31,6 @@ from replication.audit.model import (
     Kind,
     Outcome,
     Policy,
-    Proof,
     Reading,
     Verdict,
 )
@@ -51,17 +50,14 @@ TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests noth
 class Case:
     """All that a verdict depends on.
 
-    proof_holds: of the claim's erratum, None if its proof could not be run. inferred, scanned: whether that is an
-    inference, or a slip that may be of the text at hand.
-    readings: those of the paper. target: the printed value, if the claim has one; or why it cannot be read.
+    erratum: that of the claim, with the outcome of its proof. readings: those of the paper. target: the printed value,
+    if the claim has one; or why it cannot be read.
     printed: whether the evidence is for the text as printed, without the correction of the erratum.
     """
 
     claim: StatedClaim
     evidence: Evidence
-    proof_holds: bool | None
-    inferred: bool
-    scanned: bool
+    erratum: ErratumRecord | None
     readings: Mapping[str, Reading]
     target: Target | AuditError | None
     printed: bool = False
@@ -82,21 +78,19 @@ class Case:
 def judge(
     claim: StatedClaim,
     evidence: Evidence,
-    proof_holds: bool | None = None,
+    erratum: ErratumRecord | None = None,
     target: Target | None = None,
     *,
-    inferred: bool = False,
-    scanned: bool = False,
     readings: Iterable[Reading] = (),
 ) -> Judgement:
     """The verdict on `claim`, with its reason, deviation and rounding intervals; never raises.
 
     Evidence that cannot be compared (no number, wrong layout, not finite, contradictory) gives `Verdict.ERROR`.
-    proof_holds: of the claim's erratum, None if its proof could not be run. target: the printed value, if it was read.
-    inferred, scanned: whether the erratum is an inference, or may be of the text at hand. readings: those of the paper.
+    erratum: that of the claim, with the outcome of its proof. target: the printed value, if it was read. readings:
+    those of the paper.
     """
     known = {reading.name: reading for reading in readings}
-    case = Case(claim, evidence, proof_holds, inferred, scanned, known, target or _target(claim))
+    case = Case(claim, evidence, erratum, known, target or _target(claim))
     try:
         judgement = with_own(claim, case.rested, _judge(case))
     except AuditError as error:
@@ -136,7 +130,8 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     What rests on a slip of the text at hand alone is judged as the paper must have it.
     """
     evidence, meant = case.evidence, case.claim.meant
-    if case.scanned and not case.inferred and case.proof_holds:
+    proof = case.erratum if case.erratum is not None and not case.erratum.error else None
+    if proof is not None and proof.scan and proof.holds and not proof.inference:
         return slipped(erratum, _found(_corrected(case) if meant else case))
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if meant and evidence.as_printed is not None:
@@ -157,15 +152,15 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     reason = f"With erratum {erratum}: {corrected.reason} {before}"
     if corrected.verdict not in AGREES:
         return msgspec.structs.replace(corrected, reason=reason)
-    if case.proof_holds is None:
+    if proof is None:
         raise AuditError(f"the proof of erratum {erratum} could not be run, so its correction does not count")
-    if not case.proof_holds:
+    if not proof.holds:
         reason = f"The proof of the erratum does not hold. {reason}"
-    elif case.inferred:
+    elif proof.inference:
         verdict, reason = Verdict.COMPATIBLE, f"{reason} The erratum is an inference."
     else:
         verdict = once_corrected(corrected.verdict)
-    if case.proof_holds:
+    if proof.holds:
         corrected = touched(corrected, Policy.ERRATUM)
     return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
 
@@ -377,10 +372,8 @@ OUTCOMES = (
 def make_record(
     claim: Claim,
     evidence: Evidence | None,
-    proof: Proof | None = None,
+    erratum: ErratumRecord | None = None,
     *,
-    inferred: bool = False,
-    scanned: bool = False,
     readings: Iterable[Reading] = (),
     code: str = "",
     seconds: float = 0.0,
@@ -391,10 +384,9 @@ def make_record(
 ) -> ClaimRecord:
     """The record of `claim` with its verdict; never raises.
 
-    evidence: what the claim answered, None after a failure. proof: that of the claim's erratum, None without one or
-    when it failed. inferred, scanned: whether the erratum is an inference, or may be of the text at
-    hand. readings: those of the paper. code: file:line of the
-    answer. seconds: of its experiments. error: the failure, or empty.
+    evidence: what the claim answered, None after a failure. erratum: that of the claim, with the outcome of its proof.
+    readings: those of the paper. code: file:line of the answer. seconds: of its experiments. error: the failure, or
+    empty.
     certificates: those that support the claim; what they prove takes the place of what was computed.
     unproved: why no theorem is possible. untraced: what its experiments did that nothing can follow.
     """
@@ -410,9 +402,7 @@ def make_record(
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
-    holds = None if proof is None else proof.holds
-    judgement = judge(stated, usable, holds, inferred=inferred, scanned=scanned, readings=readings)
-    judgement = _with_untraced(judgement, usable)
+    judgement = _with_untraced(judge(stated, usable, erratum, readings=readings), usable)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
     judgement = change(judgement, proved=standing.proved, supported=standing.supported, unproved=unproved)
@@ -432,10 +422,8 @@ def rejudge(
 
     What its certificates prove is taken from its judgement, which `check` compares with them.
     """
-    erratum = errata.get(record.claim.erratum) if record.claim.erratum is not None else None
-    holds = erratum.holds if erratum is not None and not erratum.error else None
-    sort = {"inferred": erratum is not None and erratum.inference, "scanned": erratum is not None and erratum.scan}
-    judgement = judge(record.claim, record.evidence, holds, target, readings=readings, **sort)
+    erratum = errata.get(record.claim.erratum or "")
+    judgement = judge(record.claim, record.evidence, erratum, target, readings=readings)
     kept = record.judgement
     told = {name: getattr(kept, name) for name in ("proved", "supported", "unproved")}
     return msgspec.structs.replace(_with_untraced(judgement, record.evidence), **told)

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.brief import Brief, Consequence
-from replication.audit.model import Evidence, Judgement, Kind, Reading, SolverRecord, Verdict
+from replication.audit.model import Erratum, Evidence, Judgement, Kind, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import CommonLevel, Coverage, Formula, ScopeItem, Sensitivity, Table
 from replication.audit.people import Reply
 from replication.audit.project import Settings
@@ -124,6 +124,13 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     code: str
     error: str
     scan: bool = False
+
+    @classmethod
+    def of(cls, paper: str, erratum: Erratum, proof: Proof | None, *, code: str = "", error: str = "") -> ErratumRecord:
+        """That of an erratum as its paper declares it; proof: None after the failure that `error` tells."""
+        proof = proof or Proof(holds=False, text="")
+        outcome = {name: getattr(proof, name) for name in Proof.__struct_fields__}
+        return cls(paper=paper, code=code, error=error, **shared(cls, erratum), **outcome)
 
 
 class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -15,6 +15,7 @@ from papers.shao.plants import PARAMETERS, plants
 from replication.audit.judge.validate import validate_claims
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Verdict
+from replication.audit.store.records import ErratumRecord
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.verify import subjects
@@ -51,12 +52,11 @@ FINDINGS_USE = ("shao.longer", "shao.eigenvalues", "shao.theorem", "shao.table",
 def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
     claim = CLAIMS[claim_id]
     found = results or {name: result(name) for name in claim.uses}
-    proof, inferred = None, False
+    proof = None
     if claim.erratum is not None:
         erratum = next(e for e in PAPER.errata if e.id == claim.erratum)
-        proof = erratum.prove({name: result(name) for name in erratum.uses})
-        inferred = erratum.inference
-    return make_record(claim, claim.answer(found), proof, inferred=inferred, readings=PAPER.readings).verdict
+        proof = ErratumRecord.of("shao", erratum, erratum.prove({name: result(name) for name in erratum.uses}))
+    return make_record(claim, claim.answer(found), proof, readings=PAPER.readings).verdict
 
 
 def test_table_was_transcribed_twice_with_the_same_outcome() -> None:

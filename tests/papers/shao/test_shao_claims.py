@@ -41,6 +41,7 @@ from papers.shao.printed import (
 )
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.store.records import ErratumRecord
 from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import Points, time_response
 
@@ -69,9 +70,8 @@ def verdict(name: str, change: Change | None = None, printed: str | None = None)
         short = {key.removeprefix("shao."): value for key, value in results.items()}
         change(short)
         results = {f"shao.{key}": value for key, value in short.items()}
-    proof = errata[0].prove(results) if errata else None
-    inferred = any(erratum.inference for erratum in errata)
-    return make_record(claim, claim.answer(results), proof, inferred=inferred, readings=PAPER.readings).verdict
+    proof = ErratumRecord.of("shao", errata[0], errata[0].prove(results)) if errata else None
+    return make_record(claim, claim.answer(results), proof, readings=PAPER.readings).verdict
 
 
 def put(path: str, value: Any) -> Change:
