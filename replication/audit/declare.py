@@ -396,7 +396,7 @@ def paper(
     return Paper(
         key=key,
         claims=tuple(
-            replace(
+            msgspec.structs.replace(
                 claim,
                 id=one(claim.id),
                 uses=full(claim.uses),

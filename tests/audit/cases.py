@@ -8,7 +8,18 @@ from msgspec.structs import replace
 
 from replication.audit.judge import verdict
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Evidence, Experiment, Judgement, Kind, Proof, SolverRecord, Verdict
+from replication.audit.model import (
+    Claim,
+    Erratum,
+    Evidence,
+    Experiment,
+    Judgement,
+    Kind,
+    Proof,
+    SolverRecord,
+    StatedClaim,
+    Verdict,
+)
 from replication.audit.parts import Figure, FigureData, Paper, ScopeItem
 from replication.audit.store.records import (
     SCHEMA_VERSION,
@@ -19,7 +30,6 @@ from replication.audit.store.records import (
     PaperRecord,
     ResultsFile,
     RunRecord,
-    StatedClaim,
     shared,
 )
 

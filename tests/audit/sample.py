@@ -5,7 +5,6 @@ The paper does not exist and its numbers are made up.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import math
 import re
@@ -71,7 +70,7 @@ def claim(
     proofs = [certificate for certificate in certificates() if made.id in certificate.claims]
     if proofs:
         said = Predicate(of=term("gain", name), relation="is", to=printed, unit="1", reading=made.reading)
-        made = dataclasses.replace(made, says=(said,))
+        made = msgspec.structs.replace(made, says=(said,))
     return make_record(
         made,
         evidence,

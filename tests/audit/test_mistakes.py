@@ -34,7 +34,7 @@ def lab(tmp_path: Path) -> Lab:
             CLAIMS,
             'place="Table 1"',
             'palce="Table 1"',
-            rf"TypeError: .*unexpected keyword argument 'palce'{AT}; correct",
+            rf"TypeError: .*Unexpected keyword argument 'palce'{AT}; correct",
         ),
         (CLAIMS, "def draw(", "def draw(:", r"SyntaxError: .*\[papers/toy2020/claims\.py:\d+\]; correct"),
         (CLAIMS, "from typing import Any", "import numpyy", rf"No module named 'numpyy'{AT}"),

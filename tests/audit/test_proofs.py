@@ -18,8 +18,8 @@ from replication.audit.judge.agreement import Interval
 from replication.audit.judge.match import NO_PREDICATE, compared
 from replication.audit.judge.proofs import wanted, with_proofs
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Evidence, Kind, Outcome, Verdict
-from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, StatedClaim, shared
+from replication.audit.model import Claim, Evidence, Kind, Outcome, StatedClaim, Verdict
+from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, shared
 from replication.errors import AuditError
 from replication.verify.predicate import Exported, Predicate, Relation, Term, term
 

@@ -12,8 +12,7 @@ from fractions import Fraction
 from replication.audit.judge import numerals
 from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
 from replication.audit.judge.uncertainty import reach, said, weighed, widest
-from replication.audit.model import Evidence, Judgement, Verdict
-from replication.audit.store.records import StatedClaim
+from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
 
 

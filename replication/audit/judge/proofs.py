@@ -14,9 +14,9 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.match import Match, match
-from replication.audit.model import Claim, Evidence, Kind, Numbers
+from replication.audit.model import Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
-from replication.audit.store.records import CertificateRecord, StatedClaim
+from replication.audit.store.records import CertificateRecord
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 from replication.machine.theory import STATEMENTS, sum_for

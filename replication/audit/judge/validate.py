@@ -14,9 +14,9 @@ import msgspec
 
 from replication.audit.judge.policies import OF_READINGS, repeated
 from replication.audit.judge.proofs import BY_KIND
-from replication.audit.model import NO_READING, Claim, Kind, Policy, Reading, Verdict
+from replication.audit.model import NO_READING, Claim, Kind, Policy, Reading, StatedClaim, Verdict
 from replication.audit.parts import Paper
-from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, StatedClaim, shared
+from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, shared
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, meant
 from replication.verify.predicate import ESTIMATORS, YES_NO, Predicate, in_words, unit_of

@@ -32,9 +32,10 @@ from replication.audit.model import (
     Outcome,
     Policy,
     Reading,
+    StatedClaim,
     Verdict,
 )
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord
 from replication.errors import AuditError
 
 SMALLEST_PROBABILITY_REASON = (

@@ -15,9 +15,9 @@ from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target, rounds_to
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Evidence, Kind, Policy, Verdict
+from replication.audit.model import Evidence, Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
-from replication.audit.store.records import ClaimRecord, ResultsFile, StatedClaim
+from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
 
 # What hangs on a claim, as declared or by one rule for all papers, and how a paper stands by its gravest claims

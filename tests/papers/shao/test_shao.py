@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from computed import result
@@ -110,7 +111,7 @@ def test_every_erratum_holds() -> None:
 
 
 def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
-    claim = replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
+    claim = msgspec.structs.replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
     evidence = claim.answer({"shao.motor": result("shao.motor")})
     assert make_record(claim, evidence, readings=PAPER.readings).verdict is Verdict.DIFFERS
 

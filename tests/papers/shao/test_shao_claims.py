@@ -9,6 +9,7 @@ from dataclasses import asdict, replace
 from functools import cache
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from computed import result
@@ -63,7 +64,7 @@ def results_of(names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def verdict(name: str, change: Change | None = None, printed: str | None = None) -> Verdict:
-    claim = CLAIMS[name] if printed is None else replace(CLAIMS[name], printed=printed)
+    claim = CLAIMS[name] if printed is None else msgspec.structs.replace(CLAIMS[name], printed=printed)
     errata = [erratum for erratum in PAPER.errata if erratum.id == claim.erratum]
     results = results_of((*claim.uses, *(use for erratum in errata for use in erratum.uses)))
     if change is not None:
