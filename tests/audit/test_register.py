@@ -14,7 +14,7 @@ from replication.audit.inspect.headline import counts
 from replication.audit.judge.policies import once
 from replication.audit.project import Settings
 from replication.audit.report.claim import anchor
-from replication.audit.report.page import build_register, entry, render_register
+from replication.audit.report.page import build_register, render_register
 from replication.audit.store.records import ResultsFile, write_results
 from replication.errors import AuditError, InvalidInputError
 
@@ -62,7 +62,7 @@ def project(results: ResultsFile, folder: Path, *, report: bool = True) -> Path:
 
 
 def test_each_paper_has_its_counts(made: ResultsFile) -> None:
-    shown = Seen(render_register([entry(made, "")]))
+    shown = Seen(render_register([(made, "")]))
     head, *rows = shown.rows
     for paper, row in zip(made.papers, rows, strict=False):
         claims = [claim for claim in made.claims if claim.paper == paper.key]
@@ -94,7 +94,7 @@ def test_nothing_of_a_project_becomes_markup(made: ResultsFile) -> None:
     papers = tuple(replace(paper, title=EVIL, authors=(EVIL,)) for paper in made.papers)
     settings = Settings(title=EVIL, subject=EVIL, authors=(EVIL,))
     run = replace(made.run, commit=EVIL, date=EVIL)
-    shown = Seen(render_register([entry(replace(made, project=settings, papers=papers, run=run), "")]))
+    shown = Seen(render_register([(replace(made, project=settings, papers=papers, run=run), "")]))
     assert "script" not in shown.tags and "img" not in shown.tags
     assert any(EVIL in cell for row in shown.rows for cell in row)
 

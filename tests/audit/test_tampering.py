@@ -306,7 +306,7 @@ def test_what_a_section_derives_is_handed_over_as_a_number(
     (sources_copied_to(tmp_path, monkeypatch) / "cite.html.j2").write_text("<p>{{ shown.text }}</p>\n")
 
     def shown(content: dict[str, Any]) -> None:
-        monkeypatch.setattr(sections, "_SECTIONS", (("cite", "Derived", lambda results, read: content),))
+        monkeypatch.setattr(sections, "_SECTIONS", (("cite", "Derived", "", lambda results, read: content),))
 
     shown({"text": "0.4711"})
     with pytest.raises(AuditError, match=r"0\.4711"):

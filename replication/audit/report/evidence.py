@@ -153,17 +153,19 @@ class Rung:
 class Ladder:
     """One claim; gap: from the bracket to the nearer end of the interval. inside: whether the bracket lies in it.
 
-    end: the nearer end. bracket: what is proved, rounded outwards. room: how many times its width goes into the gap.
+    near: the gap, of the width of the interval. end: the nearer end. bracket: what is proved, rounded outwards. room:
+    how many times its width goes into the gap.
     """
 
     view: ClaimView
     entry: EntryView
     inside: bool
     gap: float
+    near: float
     end: Fraction
     bracket: Ends
     room: int
-    rungs: tuple[Rung, Rung, Rung]
+    rungs: tuple[Rung, ...]
 
 
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
@@ -173,14 +175,8 @@ def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ..
     found = [made for view in own if (made := _ladder(view)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.
     distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()
-    chosen = sorted(distinct, key=lambda made: (made.inside, made.gap / float(_width(made))))[:MOST]
+    chosen = sorted(distinct, key=lambda made: (made.inside, made.near))[:MOST]
     return tuple(sorted(chosen, key=lambda made: (made.inside, made.view.place)))
-
-
-def _width(made: Ladder) -> Fraction:
-    interval = made.entry.interval
-    assert interval is not None  # `_ladder` makes none without
-    return interval[1] - interval[0]
 
 
 def _ladder(view: ClaimView) -> Ladder | None:
@@ -208,6 +204,7 @@ def _ladder(view: ClaimView) -> Ladder | None:
         entry=entry,
         inside=inside,
         gap=float(gap),
+        near=float(gap) / float(box[1] - box[0]),
         end=end,
         bracket=_outward(ours),
         room=_two_digits(gap / (ours[1] - ours[0])),
@@ -226,19 +223,13 @@ def _two_digits(number: Fraction) -> int:
     return int(round(number, min(0, 1 - math.floor(math.log10(number)))))
 
 
-def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, Rung, Rung]:
-    first = _widened((min(box[0], ours[0]), max(box[1], ours[1])), (box[1] - box[0]) / 4)
-    near = (min(end, ours[0]), max(end, ours[1]))
-    second, third = (_widened(ends, (ends[1] - ends[0]) / part) for ends, part in ((near, 3), (ours, 2)))
-    scale = first[1] - first[0]
-    whole, closer, finest = (
-        _rung(window, scale, box, ours, at) for window, at in ((first, None), (second, end), (third, None))
-    )
-    return whole, closer, finest
-
-
-def _widened(ends: Ends, margin: Fraction) -> Ends:
-    return ends[0] - margin, ends[1] + margin
+def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, ...]:
+    """The whole interval, its nearer end, and the bracket."""
+    around = (min(box[0], ours[0]), max(box[1], ours[1])), (min(end, ours[0]), max(end, ours[1])), ours
+    margins = (box[1] - box[0]) / 4, (around[1][1] - around[1][0]) / 3, (ours[1] - ours[0]) / 2
+    windows = [(low - margin, high + margin) for (low, high), margin in zip(around, margins, strict=True)]
+    scale = windows[0][1] - windows[0][0]
+    return tuple(_rung(window, scale, box, ours, end if n == 1 else None) for n, window in enumerate(windows))
 
 
 def _rung(window: Ends, scale: Fraction, box: Ends, ours: Ends, end: Fraction | None) -> Rung:

@@ -14,7 +14,6 @@ import os
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -39,7 +38,7 @@ from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
 from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
 from replication.audit.report.words import terms
-from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile, RunRecord, read_results, to_json
+from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results, to_json
 from replication.errors import AuditError, InvalidInputError
 from replication.files import made_from, write_atomically, write_page
 
@@ -221,17 +220,6 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else msgspec.json.encode(value).decode()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Entry:
-    """One project, by its results; report: the address of its report, or empty. rows: what is told of each paper."""
-
-    results: ResultsFile
-    rows: tuple[dict[str, Any], ...]
-    counts: Mapping[Verdict, int]
-    total: int
-    report: str
-
-
 def build_register(files: Sequence[Path], output: Path) -> Path:
     """Write the page on these results files, or folders that hold one, at `output`, and return `output`.
 
@@ -242,40 +230,35 @@ def build_register(files: Sequence[Path], output: Path) -> Path:
     for path, times in Counter(path.resolve() for path in paths).items():
         if times > 1:
             raise InvalidInputError(f"{path} is given {times} times; give each project once")
-    entries = [entry(read_results(path), _report(path, output)) for path in paths]
-    write_atomically(output, render_register(entries).encode())
+    write_atomically(output, render_register([(read_results(path), _report(path, output)) for path in paths]).encode())
     return output
 
 
-def render_register(entries: Sequence[Entry]) -> str:
-    """The text of the page, projects by title; the same results give the same text."""
-    ordered = sorted(entries, key=lambda one: (one.results.project.title, one.report))
-    verdicts = [verdict for verdict in Verdict if any(one.counts[verdict] for one in ordered)]
+def render_register(projects: Sequence[tuple[ResultsFile, str]]) -> str:
+    """The text of the page on results, each with the address of its report or nothing; projects by title.
+
+    The same results give the same text.
+    """
+    entries = []
+    for results, report in sorted(projects, key=lambda one: (one[0].project.title, one[1])):
+        rows = [
+            _row([c for c in results.claims if c.paper == paper.key])
+            | {"paper": paper, "report": report and f"{report}#{quote(anchor('paper', paper.key))}"}
+            for paper in results.papers
+        ]
+        entries.append(_row(results.claims) | {"results": results, "report": report, "rows": rows})
+    verdicts = [verdict for verdict in Verdict if any(one["counts"][verdict] for one in entries)]
     template = environment().get_template("register.html.j2")
-    return template.render(entries=ordered, verdicts=verdicts, style=Markup(style_sheet()))
+    return template.render(entries=entries, verdicts=verdicts, style=Markup(style_sheet()))
 
 
-def entry(results: ResultsFile, report: str) -> Entry:
-    """What the page says of a project; report: address of its report, or empty."""
-    return Entry(
-        results=results,
-        rows=tuple(
-            _row(paper, [c for c in results.claims if c.paper == paper.key], report) for paper in results.papers
-        ),
-        counts=counts(results.claims),
-        total=len(once(results.claims)),
-        report=report,
-    )
-
-
-def _row(paper: PaperRecord, own: Sequence[ClaimRecord], report: str) -> dict[str, Any]:
+def _row(own: Sequence[ClaimRecord]) -> dict[str, Any]:
+    """What is told of a paper, or of all, by its claims."""
     return {
-        "paper": paper,
         "counts": counts(own),
         "total": len(once(own)),
         "proved": sum(claim.judgement.proved for claim in once(own)),
         "unexpected": sum(claim.unexpected for claim in own),
-        "report": report and f"{report}#{quote(anchor('paper', paper.key))}",
     }
 
 

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from replication.audit.parts import CommonLevel
-from replication.audit.report.explore import FRAME, scale_of, spread, ticks
+from replication.audit.report.explore import axes, spread
 from replication.audit.store.records import PaperRecord, ResultsFile
 
 
@@ -93,27 +93,28 @@ def chart(shown: Across | None) -> Chart | None:
         return None
     multiples = sorted({m for column in chosen for m in column.costs})
     costs = [1.0, *(cost.most for column in chosen for cost in column.costs.values())]
-    x, y = scale_of([float(m) for m in multiples], False, 0), scale_of(costs, False, 0)
+    frame = axes([float(m) for m in multiples], costs)
     last = min(max(column.costs) for column in chosen)
     chosen.sort(key=lambda column: -column.costs[last].most if last in column.costs else 0.0)
     whole = [column for column in chosen if max(column.costs) == multiples[-1]]
-    ends = [FRAME - y(column.costs[multiples[-1]].most) for column in whole]
+    ends = [frame.y(column.costs[multiples[-1]].most) for column in whole]
     heights = dict(zip(map(id, whole), spread(ends, [NAME_HEIGHT] * len(whole)), strict=True))
     curves = []
     for column in chosen:
-        upper = [(x(m), FRAME - y(cost.most)) for m, cost in sorted(column.costs.items())]
-        lower = [(x(m), FRAME - y(cost.least)) for m, cost in sorted(column.costs.items())]
+        along, found = zip(*sorted(column.costs.items()), strict=True)
+        upper, lower = [cost.most for cost in found], [cost.least for cost in found]
+        dots = tuple((round(frame.x(m), 1), round(frame.y(cost), 1)) for m, cost in zip(along, upper, strict=True))
         name, _, meaning = column.sensor.partition(": ")
         curves.append(
             CostCurve(
                 name=name,
                 meaning=meaning,
                 who=column.paper.cited.partition(" (")[0],
-                path="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in upper),
-                band="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in (*upper, *reversed(lower))),
-                dots=tuple((round(a, 1), round(b, 1)) for a, b in upper),
+                path=frame.path(along, upper),
+                band=frame.path([*along, *reversed(along)], [*upper, *reversed(lower)]),
+                dots=dots,
                 height=heights.get(id(column), 0),
-                end=round(upper[-1][0], 1),
+                end=dots[-1][0],
                 last=column.costs[max(column.costs)].most,
                 multiple=max(column.costs),
             )
@@ -122,8 +123,8 @@ def chart(shown: Across | None) -> Chart | None:
         words=tuple(dict.fromkeys(re.split(r",| \(", curve.name)[0] for curve in curves)),
         measure=chosen[0].measure,
         curves=tuple(curves),
-        x_ticks=tuple((m, round(x(m), 1)) for m in multiples),
-        y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
+        x_ticks=tuple((m, round(frame.x(m), 1)) for m in multiples),
+        y_ticks=frame.y_ticks,
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
         shared=(last, chosen[0].costs[last].most if last in chosen[0].costs else math.nan),
