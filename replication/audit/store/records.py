@@ -29,17 +29,8 @@ from replication.verify.predicate import Exported
 SCHEMA_VERSION = 3
 Name = str
 DECIDING = (
-    "value",
-    "lower",
-    "upper",
-    "holds",
-    "margin",
-    "threshold",
-    "threshold_reason",
-    "probability",
-    "draws",
-    "outcomes",
-    "over_inputs",
+    *("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability", "draws"),
+    *("outcomes", "over_inputs"),
 )
 """The fields of an evidence that a verdict is made from."""
 
