@@ -28,7 +28,6 @@ MODULES = {
     "coq": "proofs",
     "export": "publish",
     "artifact": "publish",
-    "register": "publish",
     "design": "design",
 }
 """The module of each command."""

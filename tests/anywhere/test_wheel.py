@@ -79,13 +79,6 @@ def test_a_paper_of_another_field(stranger: Stranger) -> None:
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_its_results_stand_in_a_register(stranger: Stranger) -> None:
-    done = stranger.run("replication", "register", "report", "--to", "out/register.html")
-    assert done.returncode == 0, done.stdout + done.stderr
-    page = (stranger.home / "out" / "register.html").read_text(encoding="utf-8")
-    assert "Epidemics, replicated" in page and 'href="../report/index.html#' in page
-
-
 def test_a_wrong_number_changes_verdict_and_exit_code(stranger: Stranger) -> None:
     printed = stranger.home / "papers" / "epidemic" / "printed.toml"
     text = printed.read_text(encoding="utf-8")

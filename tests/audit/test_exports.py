@@ -13,7 +13,6 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
-import yaml
 from cases import altered
 from lab import Lab, make_lab
 from sample import results as sample
@@ -60,7 +59,7 @@ def unpack(lab: Lab, where: Path) -> Lab:
 def test_every_export_is_there(texts: dict[str, str], results: ResultsFile) -> None:
     keys = [paper.key for paper in results.papers]
     assert set(texts) == {
-        "badges/all.svg", "claims.jsonld", "citation.bib", "metadata.yaml",
+        "badges/all.svg", "claims.jsonld", "citation.bib",
         *(f"badges/{key}.svg" for key in keys),
     }  # fmt: skip
 
@@ -73,10 +72,9 @@ def test_linked_data_has_each_claim_with_its_verdict(texts: dict[str, str], resu
     assert {node["itemReviewed"]["appearance"]["@id"] for node in graph if "itemReviewed" in node} <= named
 
 
-def test_metadata_names_every_paper(texts: dict[str, str], results: ResultsFile) -> None:
-    content = yaml.safe_load(texts["metadata.yaml"])
-    assert [entry["bib"] for entry in content["replication"]] == [paper.key for paper in results.papers]
+def test_bibtex_names_the_package_and_every_paper(texts: dict[str, str], results: ResultsFile) -> None:
     assert texts["citation.bib"].startswith("@software{")
+    assert all(paper.bibtex in texts["citation.bib"] for paper in results.papers)
 
 
 def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
