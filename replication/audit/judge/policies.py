@@ -12,7 +12,7 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
-from replication.audit.judge.numerals import of_decimals, short
+from replication.audit.judge.numerals import exact, short
 from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, StatedClaim, Verdict
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
@@ -93,7 +93,7 @@ def with_excess(
     if relative is None:
         return judgement
     (number,) = measure(target, evidence)
-    rounded = of_decimals(round(number.value / number.entry.unit) * number.entry.unit)
+    rounded = exact(round(number.value / number.entry.unit) * number.entry.unit)
     words = (
         f"{judgement.reason} The optimum rounds to {rounded}. The least number that rounds to the print is "
         f"{_percent(relative)} above the optimum"

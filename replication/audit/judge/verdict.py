@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_uncertain, judge_value
-from replication.audit.judge.numerals import apart, digits, short
+from replication.audit.judge.numerals import digits, short
 from replication.audit.judge.policies import (
     once_corrected,
     slipped,
@@ -307,7 +307,8 @@ def _statement(case: Case) -> Judgement:
         by = f", by a margin of {short(margin, 3)}"
     if margin is not None and case.evidence.threshold is not None:
         allowed = Fraction(case.evidence.threshold)
-        by = ". Residual {}, allowed {}".format(*apart(allowed - Fraction(margin), allowed, least=3))
+        residual = allowed - Fraction(margin)
+        by = f". Residual {digits(residual, allowed, least=3)}, allowed {digits(allowed, residual, least=3)}"
     words = "The statement holds" if holds else "The statement does not hold"
     if case.claim.kind is Kind.STATISTICAL and case.claim.printed and case.evidence.probability is None:
         words = f"A draw as extreme has probability {'at least' if holds else 'under'} {SMALLEST_PROBABILITY}"

@@ -128,7 +128,6 @@ class Row:
     """
 
     paper: PaperView
-    standing: Standing
     tone: str
     mark: Verdict | None
     verdict: str
@@ -156,7 +155,6 @@ def _row(lane: Lane, told: BriefView | None, figures: Path) -> Row:
     known = {anchor("claim", view.record.id): view.record.evidence.certificates for view in paper.claims}
     return Row(
         paper=paper,
-        standing=stands,
         tone=tone,
         mark=mark,
         verdict=told.verdict.text if told and told.verdict.text else word,
