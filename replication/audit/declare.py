@@ -55,21 +55,17 @@ MARKS: Mapping[str, Relation] = {
 }
 """The relations before a printed bound."""
 
-USUAL = {
-    Kind.VALUE: Verdict.REPRODUCED,
-    Kind.MATRIX: Verdict.REPRODUCED,
-    Kind.BOUND: Verdict.REPRODUCED,
-    Kind.ORDER: Verdict.CONSISTENT,
-    Kind.FEASIBLE: Verdict.CONSISTENT,
-    Kind.STATISTICAL: Verdict.CONSISTENT,
-    Kind.CITED: Verdict.UNDETERMINED,
-}
-"""The verdict that a claim pins unless it says otherwise: agreement, by its kind; see `usual`."""
-
 
 def usual(kind: Kind, printed: str) -> Verdict:
-    """The verdict of agreement: of one printed draw it is `compatible`, of a statement over draws `consistent`."""
-    return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else USUAL[kind]
+    """The verdict that a claim pins unless it says otherwise: agreement.
+
+    Of one printed draw it is `compatible`, of a statement, over draws too, `consistent`.
+    """
+    if kind in (Kind.VALUE, Kind.MATRIX, Kind.BOUND):
+        return Verdict.REPRODUCED
+    if kind is Kind.CITED:
+        return Verdict.UNDETERMINED
+    return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else Verdict.CONSISTENT
 
 
 _made: weakref.WeakSet[Part] = weakref.WeakSet()

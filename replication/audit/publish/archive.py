@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from replication.audit.inspect.headline import tally
+from replication.audit.judge.proofs import sha256
 from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
@@ -145,17 +146,11 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    return tuple(
-        f"{name}: {problem}" for name, digest in _manifest(directory) if (problem := _problem(directory, name, digest))
-    )
-
-
-def _problem(directory: Path, name: str, digest: str) -> str:
-    try:
-        found = hashlib.sha256((directory / name).read_bytes()).hexdigest()
-    except FileNotFoundError:
-        return "missing"
-    return "" if found == digest else "changed"
+    found = {name: (digest, sha256(directory / name)) for name, digest in _manifest(directory)}
+    state = {
+        name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
+    }
+    return tuple(f"{name}: {problem}" for name, problem in state.items())
 
 
 def _manifest(directory: Path) -> Iterator[tuple[str, str]]:
