@@ -203,47 +203,33 @@ def test_a_theorem_that_contradicts_the_evidence_is_an_error(
     assert judged(kind, evidence, certificate(**proof)).verdict is Verdict.ERROR
 
 
+HOLDING, DIGITS = Evidence(method="m", holds=True), {"lower": "133/100", "upper": "133/100"}
 ATTACKS: dict[str, tuple[Kind, Evidence, CertificateRecord, str]] = {
+    **{
+        what: (Kind.VALUE, LEVEL, certificate(of=of, **DIGITS), told)
+        for what, of, told in (
+            ("another plant", term("gain", "other"), "another plant: other, not toy"),
+            ("an own plant of the same name", term("gain", "own plant toy"), "another plant: own plant toy, not toy"),
+            ("an instance", term("gain", "toy", periods=[2, 3]), "for periods [2, 3] of all"),
+            ("another class", term("gain", "toy", "one-step predictors"), "for one-step predictors, not for none"),
+        )
+    },
     "an unrelated theorem": (
         Kind.FEASIBLE,
-        Evidence(method="m", holds=True),
+        HOLDING,
         certificate(of=term("observability", "toy"), holds=True),
         "it is about the observability of (C, A), not the stability of the error system",
-    ),
-    "another plant": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "other"), lower="133/100", upper="133/100"),
-        "another plant: other, not toy",
-    ),
-    "an own plant of the same name": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "own plant toy"), lower="133/100", upper="133/100"),
-        "another plant: own plant toy, not toy",
-    ),
-    "an instance": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "toy", periods=[2, 3]), lower="133/100", upper="133/100"),
-        "for periods [2, 3] of all",
-    ),
-    "another class of estimators": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "toy", "one-step predictors"), lower="133/100", upper="133/100"),
-        "for one-step predictors, not for none",
     ),
     "another reading": (
         Kind.VALUE,
         LEVEL,
-        certificate(readings=("seconds",), lower="133/100", upper="133/100"),
+        certificate(readings=("seconds",), **DIGITS),
         "under the reading seconds only, not none",
     ),
     "the wrong side": (Kind.VALUE, LEVEL, certificate(lower="131/100"), "do not decide whether"),
     "bounds for a statement": (
         Kind.FEASIBLE,
-        Evidence(method="m", holds=True),
+        HOLDING,
         certificate(upper="1"),
         "it is about the worst-case gain of given gains, not the stability",
     ),

@@ -60,8 +60,7 @@ def test_statistical(probability: float | None, holds: bool | None, verdict: Ver
     assert judge(case(Kind.STATISTICAL, evidence)).verdict is verdict
 
 
-def test_cited_needs_its_reason_and_any_kind_may_be_undetermined() -> None:
-    assert judge(case(Kind.CITED, Evidence(method="computed"))).verdict is Verdict.ERROR
+def test_any_kind_may_be_undetermined() -> None:
     for kind in Kind:
         judgement = judge(case(kind, Evidence(method="", not_checkable="taken from elsewhere")))
         assert (judgement.verdict, judgement.reason) == (Verdict.UNDETERMINED, "taken from elsewhere")
@@ -93,6 +92,9 @@ def test_erratum_without_a_printed_reading_says_why() -> None:
     judgement = judge(value_case("1.33", 1.33, erratum="toy.e1", proof_holds=True, note="the formula has no value"))
     assert judgement.verdict is Verdict.REPRODUCED_AFTER_ERRATUM
     assert "the formula has no value" in judgement.reason
+    draw = Evidence(method="m", probability=0.5, as_printed=Evidence(method="m", probability=0.0))
+    tried = case(Kind.STATISTICAL, draw, printed="0.4", erratum="toy.e1", proof_holds=True)
+    assert judge(tried).verdict is Verdict.COMPATIBLE
 
 
 @pytest.mark.parametrize("kind", [Kind.VALUE, Kind.FEASIBLE, Kind.STATISTICAL])
@@ -141,15 +143,6 @@ def test_a_misprinted_result_is_compared_with_what_is_meant(value: float, proof:
     )
 
 
-def test_a_misprinted_result_has_one_answer() -> None:
-    twice = value_case("1", 2.0, as_printed=Evidence(method="m", value=1.4), erratum="e", meant="2", proof_holds=True)
-    assert "leave out as_printed" in judge(twice).reason
-
-
-def test_printed_reading_without_an_erratum_is_an_error() -> None:
-    assert judge(value_case("1.33", 1.33, as_printed=Evidence(method="m", value=1.33))).verdict is Verdict.ERROR
-
-
 @pytest.mark.parametrize("kind", [Kind.VALUE, Kind.ORDER])
 def test_an_erratum_that_is_an_inference_makes_the_claim_compatible(kind: Kind) -> None:
     before = Evidence(method="m", value=2.0, holds=False)
@@ -163,12 +156,6 @@ def test_an_erratum_that_is_an_inference_makes_the_claim_compatible(kind: Kind) 
         Verdict.REPRODUCED,
         Verdict.CONSISTENT,
     )
-
-
-def test_a_draw_that_an_erratum_makes_probable_is_compatible() -> None:
-    after = Evidence(method="m", probability=0.5, as_printed=Evidence(method="m", probability=0.0))
-    tried = case(Kind.STATISTICAL, after, printed="0.4", erratum="toy.e1", proof_holds=True)
-    assert judge(tried).verdict is Verdict.COMPATIBLE
 
 
 def test_an_inference_belongs_to_the_correction_and_not_to_the_text_as_printed() -> None:
@@ -217,11 +204,8 @@ def test_a_reading_is_named_and_an_inference_only_compatible(reading: str, value
     assert judgement.verdict is verdict
     assert (f"reading {reading}:" in judgement.reason) is (reading in ("norm", "fitted"))
     assert ("inference" in judgement.reason) is (verdict is Verdict.COMPATIBLE)
-
-
-def test_a_statement_that_holds_under_a_reading_is_consistent_and_says_so() -> None:
-    judgement = judge(statement_case(Kind.ORDER, True, 0.5, reading="fitted"), readings=READINGS)
-    assert judgement.verdict is Verdict.CONSISTENT and judgement.reason.startswith("Under the reading fitted: ")
+    statement = judge(statement_case(Kind.ORDER, True, 0.5, reading="fitted"), readings=READINGS)
+    assert statement.verdict is Verdict.CONSISTENT and statement.reason.startswith("Under the reading fitted: ")
 
 
 @pytest.mark.parametrize(
@@ -314,6 +298,12 @@ def test_a_reading_has_one_outcome() -> None:
         (value_case("1.33", 1.3, tolerance="wide", tolerance_reason="a test"), "wide"),
         (statement_case(Kind.ORDER, True, tolerance="0.1", tolerance_reason="a test"), "tolerance"),
         (value_case("1.33", 1.33, method=""), "no evidence"),
+        (value_case("1.33", 1.33, as_printed=Evidence(method="m", value=1.33)), "the claim names no erratum"),
+        (
+            value_case("1", 2.0, as_printed=Evidence(method="m", value=1.4), erratum="e", meant="2", proof_holds=True),
+            "leave out as_printed",
+        ),
+        (case(Kind.CITED, Evidence(method="computed")), "must say why"),
     ],
 )
 def test_what_cannot_be_compared_is_an_error(tried: Case, words: str) -> None:
