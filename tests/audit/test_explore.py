@@ -150,7 +150,7 @@ def test_the_ladder_tells_the_distance_to_the_nearer_end(made: ResultsFile) -> N
         assert interval is not None
         assert ladder.inside is (interval[0] <= low and high <= interval[1])
         ends = [abs(end - mine) for end in interval for mine in (low, high)]
-        assert Fraction(ladder.gap) == pytest.approx(min(ends))
+        assert Fraction(ladder.near) * (interval[1] - interval[0]) == pytest.approx(min(ends))
         assert ladder.bracket[0] <= low and high <= ladder.bracket[1]
         assert ladder.bracket[1] - ladder.bracket[0] < 4 * (high - low)
         first, second, third = (rung.factor for rung in ladder.rungs)

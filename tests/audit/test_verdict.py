@@ -286,12 +286,12 @@ def test_a_reading_has_one_outcome() -> None:
         (value_case("1.33", (1.33, 0.0)), "layout"),
         (value_case("(1.33, 2.0)", 1.33), "layout"),
         (value_case("1.33", 1.33, (1.3, 1.3), 1.4), "lower bound"),
-        (value_case("1.33", math.nan), "nan in value"),
-        (value_case("1.33", 1.33, -math.inf, 1.34), "-inf in lower"),
-        (value_case("[1 2; 3 4]", ((1.0, 2.0), (3.0, math.inf))), "inf in value[1][1]"),
+        (value_case("1.33", math.nan), "the evidence.value is nan"),
+        (value_case("1.33", 1.33, -math.inf, 1.34), "the evidence.lower is -inf"),
+        (value_case("[1 2; 3 4]", ((1.0, 2.0), (3.0, math.inf))), "the evidence.value[1][1] is inf"),
         (
             value_case("1.33", 1.33, as_printed=Evidence(method="m", value=math.nan), erratum="e"),
-            "nan in as_printed.value",
+            "the evidence.as_printed.value is nan",
         ),
         (value_case("1.33", 1.3, tolerance="0.1"), "tolerance_reason"),
         (value_case("1.33", 1.3, tolerance="0", tolerance_reason="a test"), "positive"),
@@ -374,8 +374,8 @@ def test_a_threshold_needs_a_reason_and_something_to_compare(kind: Kind, evidenc
         (1.33, "", "1.33"),
         (Evidence(method="", value=1.33), "", "no evidence"),
         (Evidence(method="m"), "", "no value"),
-        (Evidence(method="m", value=math.nan), "", "nan in value"),
-        (Evidence(method="m", value=1.33, quantities={"norm": math.inf}), "", "inf in quantities.norm"),
+        (Evidence(method="m", value=math.nan), "", "the evidence.value is nan"),
+        (Evidence(method="m", value=1.33, quantities={"norm": math.inf}), "", "the evidence.quantities.norm is inf"),
         (Evidence(method="m", value="1.33"), "", "value"),  # type: ignore[arg-type]
         (Evidence(method="m", value=1.33 + 0j), "", "complex"),  # type: ignore[arg-type]
     ],

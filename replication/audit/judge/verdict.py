@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -35,6 +34,7 @@ from replication.audit.model import (
     StatedClaim,
     Verdict,
 )
+from replication.audit.store.cache import require_json
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord
 from replication.errors import AuditError
 
@@ -111,7 +111,7 @@ def _target(claim: StatedClaim) -> Target | AuditError | None:
 
 def _judge(case: Case) -> Judgement:
     claim, evidence = case.claim, case.evidence
-    require_finite("", msgspec.to_builtins(evidence))
+    require_json("the evidence", msgspec.to_builtins(evidence))
     if evidence.not_checkable:
         return Judgement(verdict=Verdict.UNDETERMINED, reason=evidence.not_checkable)
     if not evidence.method:
@@ -241,14 +241,8 @@ def _family(case: Case) -> Judgement:
 
 
 def _under(evidence: Evidence, outcome: Outcome) -> Evidence:
-    return Evidence(
-        method=evidence.method,
-        value=outcome.value,
-        lower=outcome.lower,
-        upper=outcome.upper,
-        holds=outcome.holds,
-        margin=outcome.margin,
-    )
+    found = {name: getattr(outcome, name) for name in ("value", "lower", "upper", "holds", "margin")}
+    return Evidence(method=evidence.method, **found)
 
 
 def _compare(case: Case) -> Judgement:
@@ -348,18 +342,6 @@ def least_rank(draws: int) -> float:
     return 2 / (draws + 1)
 
 
-def require_finite(path: str, value: Any) -> None:
-    """Raise AuditError, naming the entry below `path`, if any number in nested mappings and sequences is not finite."""
-    if isinstance(value, float) and not math.isfinite(value):
-        raise AuditError(f"the evidence holds {value} in {path.rstrip('.')}; only finite numbers are evidence")
-    if isinstance(value, Mapping):
-        for key, entry in value.items():
-            require_finite(f"{path}{key}.", entry)
-    elif isinstance(value, list | tuple):
-        for index, entry in enumerate(value):
-            require_finite(f"{path.rstrip('.')}[{index}].", entry)
-
-
 # Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored.
 #
 # `rejudge` judges a stored record anew. Both go through `judge`, so a verdict set by hand is found out.
@@ -448,7 +430,7 @@ def plain(evidence: Evidence | None) -> Evidence:
         if "$.outcomes" in str(error):
             raise AuditError(f"{error}; {OUTCOMES}") from None
         raise AuditError(f"the evidence is not made of plain numbers: {error}") from None
-    require_finite("", fields)
+    require_json("the evidence", fields)
     return plain
 
 

@@ -47,12 +47,6 @@ def packed(parts: Mapping[str, Any]) -> str:
     return base64.b64encode(zlib.compress(json.dumps(parts, ensure_ascii=False).encode(), 9)).decode()
 
 
-def unpacked(text: str) -> dict[str, str]:
-    """What `packed` packed."""
-    found: dict[str, str] = json.loads(zlib.decompress(base64.b64decode(text)))
-    return found
-
-
 # Proofs that the reader's browser checks: the certificates that `html/check.js` knows, and what each must be about.
 #
 # The page holds a certificate byte for byte, if it is the file that the run verified; beside it stands what the paper's
@@ -151,16 +145,15 @@ class Rung:
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """One claim; gap: from the bracket to the nearer end of the interval. inside: whether the bracket lies in it.
+    """One claim; near: the gap from the bracket to the nearer end of the interval, as a share of the interval.
 
-    near: the gap, of the width of the interval. end: the nearer end. bracket: what is proved, rounded outwards. room:
-    how many times its width goes into the gap.
+    inside: whether the bracket lies in it. end: the nearer end. bracket: what is proved, rounded outwards. room: how
+    many times its width goes into the gap.
     """
 
     view: ClaimView
     entry: EntryView
     inside: bool
-    gap: float
     near: float
     end: Fraction
     bracket: Ends
@@ -203,7 +196,6 @@ def _ladder(view: ClaimView) -> Ladder | None:
         view=view,
         entry=entry,
         inside=inside,
-        gap=float(gap),
         near=float(gap) / float(box[1] - box[0]),
         end=end,
         bracket=_outward(ours),

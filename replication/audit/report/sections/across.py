@@ -13,23 +13,17 @@ from replication.audit.store.records import PaperRecord, ResultsFile
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cost:
-    """One level, and how many times that of the ideal sensor it is, as a bracket."""
-
-    level: CommonLevel
-    least: float
-    most: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class Column:
-    """One kind of sensor, by the estimator of a paper; costs by multiple, the ideal sensor included."""
+    """One kind of sensor, by the estimator of a paper.
+
+    costs: by multiple, how many times the level of the ideal sensor that of this one is, at least and at most.
+    """
 
     paper: PaperRecord
     sensor: str
     measure: str
     ideal: CommonLevel
-    costs: dict[int, Cost]
+    costs: dict[int, tuple[float, float]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,17 +86,17 @@ def chart(shown: Across | None) -> Chart | None:
     if number < 2 or len(chosen) < 2:
         return None
     multiples = sorted({m for column in chosen for m in column.costs})
-    costs = [1.0, *(cost.most for column in chosen for cost in column.costs.values())]
+    costs = [1.0, *(most for column in chosen for _, most in column.costs.values())]
     frame = axes([float(m) for m in multiples], costs)
     last = min(max(column.costs) for column in chosen)
-    chosen.sort(key=lambda column: -column.costs[last].most if last in column.costs else 0.0)
+    chosen.sort(key=lambda column: -column.costs[last][1] if last in column.costs else 0.0)
     whole = [column for column in chosen if max(column.costs) == multiples[-1]]
-    ends = [frame.y(column.costs[multiples[-1]].most) for column in whole]
+    ends = [frame.y(column.costs[multiples[-1]][1]) for column in whole]
     heights = dict(zip(map(id, whole), spread(ends, [NAME_HEIGHT] * len(whole)), strict=True))
     curves = []
     for column in chosen:
         along, found = zip(*sorted(column.costs.items()), strict=True)
-        upper, lower = [cost.most for cost in found], [cost.least for cost in found]
+        lower, upper = zip(*found, strict=True)
         dots = tuple((round(frame.x(m), 1), round(frame.y(cost), 1)) for m, cost in zip(along, upper, strict=True))
         name, _, meaning = column.sensor.partition(": ")
         curves.append(
@@ -115,7 +109,7 @@ def chart(shown: Across | None) -> Chart | None:
                 dots=dots,
                 height=heights.get(id(column), 0),
                 end=dots[-1][0],
-                last=column.costs[max(column.costs)].most,
+                last=column.costs[max(column.costs)][1],
                 multiple=max(column.costs),
             )
         )
@@ -127,7 +121,7 @@ def chart(shown: Across | None) -> Chart | None:
         y_ticks=frame.y_ticks,
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
-        shared=(last, chosen[0].costs[last].most if last in chosen[0].costs else math.nan),
+        shared=(last, chosen[0].costs[last][1] if last in chosen[0].costs else math.nan),
     )
 
 
@@ -145,12 +139,7 @@ def _columns(paper: PaperRecord) -> list[Column]:
         levels = [level for level in paper.common if level.sensor == sensor]
         ideal = next((level for level in levels if level.multiple == 1), None)
         if ideal is not None:
-            costs = {level.multiple: _cost(level, ideal) for level in levels}
+            costs = {level.multiple: (level.lower / ideal.upper, level.upper / ideal.lower) for level in levels}
+            costs[1] = (1.0, 1.0)
             made.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
     return made
-
-
-def _cost(level: CommonLevel, ideal: CommonLevel) -> Cost:
-    if level is ideal:
-        return Cost(level=level, least=1.0, most=1.0)
-    return Cost(level=level, least=level.lower / ideal.upper, most=level.upper / ideal.lower)
