@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import sample
 from cases import altered, claim, results_file
 from msgspec.structs import replace
 
@@ -30,27 +31,13 @@ PAIR = Evidence(method="m", value=(1.0, (2.0, -0.5)))
 
 def certificate(*, of: Term | None = None, readings: tuple[str, ...] = ("none",), **more: Any) -> CertificateRecord:
     """A theorem on the gain, or if it only says yes or no on the stability, of the plant of the paper."""
-    fields: dict[str, Any] = {
-        "paper": "toy",
-        "name": "c",
-        "path": "certificates/toy/c.json",
-        "sha256": "0",
-        "claims": ("toy.c1",),
-        "statement": "method.what",
-        "proved": True,
-        "reason": "",
-        "sentence": "It is so.",
-        "lower": None,
-        "upper": None,
-        "holds": None,
-        "items": (),
-    } | more
-    items = fields["items"] or ((fields["lower"], fields["upper"]),)
+    own = {"paper": "toy", "path": "certificates/toy/c.json", "statement": "method.what", "claims": ("toy.c1",)}
+    made = sample.certificate("c", **(own | more))
+    items = made.items or ((made.lower, made.upper),)
     bounds = any(end for pair in items for end in pair)
     gain = Exported(of=of or GAIN, unit="1", readings=readings, items=items)
-    stable = Exported(of=of or STABLE, unit="yes or no", readings=readings, holds=fields["holds"])
-    says = ([gain] if bounds else []) + ([stable] if fields["holds"] is not None else [])
-    return CertificateRecord(**fields, says=tuple(says))
+    stable = Exported(of=of or STABLE, unit="yes or no", readings=readings, holds=made.holds)
+    return replace(made, says=(*([gain] if bounds else []), *([stable] if made.holds is not None else [])))
 
 
 def stated(kind: Kind, *says: Predicate, printed: str = "1.33", reading: str = "none") -> Claim:
