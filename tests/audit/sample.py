@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import msgspec
-from cases import altered, proved
+from cases import EXPERIMENT, RUN, altered, proved
 
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.judge.verdict import make_record
@@ -26,11 +26,9 @@ from replication.audit.store.records import (
     CertificateRecord,
     ClaimRecord,
     ErratumRecord,
-    ExperimentRecord,
     FigureRecord,
     PaperRecord,
     ResultsFile,
-    RunRecord,
 )
 from replication.audit.store.sources import SourceTree
 from replication.drawing.style import line, new_axes
@@ -212,34 +210,21 @@ def results(directory: Path) -> ResultsFile:
     ids = tuple(record.id for record in made)
     return ResultsFile(
         schema_version=SCHEMA_VERSION,
-        run=RunRecord(
-            package_version="0.1.0",
-            date="2024-02-29T12:00:00Z",
-            commit="0123456789abcdef0123456789abcdef01234567",
-            dirty=False,
-            lock_sha256=hashlib.sha256(b"lock").hexdigest(),
-            python="3.11.7",
-            packages={"numpy": "2.4.6", "scipy": "1.17.1"},
-            blas="openblas 0.3.30",
-            threads=1,
-            cpu="A processor",
-            platform="Linux-6.1-x86_64",
+        run=msgspec.structs.replace(
+            RUN, date="2024-02-29T12:00:00Z", commit="0123456789abcdef" * 2 + "01234567", package_version="0.1.0"
         ),
         papers=(paper_record(ids),),
         claims=made,
         errata=errata(),
         figures=figure_records(directory),
         experiments=(
-            ExperimentRecord(
+            msgspec.structs.replace(
+                EXPERIMENT,
                 name=f"{KEY}.levels",
                 paper=KEY,
-                function="papers.doe1999.experiments.levels",
                 code="papers/doe1999/experiments.py:17",
                 inputs={"periods": [2, 3], "tolerance": 1e-10},
-                key=hashlib.sha256(b"levels").hexdigest(),
-                seconds=1.234,
                 solvers=(SOLVER,),
-                error="",
             ),
         ),
         certificates=certificates(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace as replaced
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -98,43 +99,31 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
 
 
-def stands(
-    *,
-    broken: int = 0,
-    refuted: bool = True,
-    sound: bool = True,
-    failing: int = 0,
-    theorems: int = 1,
-    corrected: bool = False,
-) -> Standing:
-    return Standing(
-        theorems=theorems,
-        refuted=broken * refuted,
-        broken=broken,
-        sound=sound and not broken,
-        corrected=corrected,
-        open=False,
-        failing=failing + broken,
-        claims=9,
-    )
+SOUND = Standing(theorems=1, refuted=0, broken=0, sound=True, corrected=False, open=False, failing=0, claims=9)
+OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted=1, broken=1, failing=1)
 
 
 @pytest.mark.parametrize(
     ("papers", "sentence"),
     [
-        ([stands(broken=1)], "The paper gives a false guarantee."),
-        ([stands(broken=1, refuted=False)], "The paper gives a guarantee that fails."),
-        ([stands()], "In the paper every theorem passes our tests."),
-        ([stands(), stands(sound=False)], "In both papers we refute no theorem."),
-        ([stands(sound=False, failing=1)], "In the paper we refute no theorem; one result differs."),
+        ([FALSE], "The paper gives a false guarantee."),
+        ([replaced(FALSE, refuted=0)], "The paper gives a guarantee that fails."),
+        ([SOUND], "In the paper every theorem passes our tests."),
+        ([SOUND, OPEN], "In both papers we refute no theorem."),
+        ([replaced(OPEN, failing=1)], "In the paper we refute no theorem; one result differs."),
         (
-            [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
+            [
+                FALSE,
+                replaced(SOUND, failing=2),
+                replaced(SOUND, corrected=True),
+                replaced(SOUND, failing=1),
+            ],
             "One of four papers gives a false guarantee. In the other three we refute no theorem once misprints are "
             "corrected; three results differ.",
         ),
-        ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
+        ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "Both papers give a false guarantee."),
         (
-            [stands(broken=1), stands(broken=1), stands(broken=1), stands()],
+            [FALSE, FALSE, FALSE, SOUND],
             "Three of four papers give a false guarantee. In the other every theorem passes our tests.",
         ),
         ([], "There is no claim to judge."),
