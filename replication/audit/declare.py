@@ -25,13 +25,13 @@ from replication.audit.data import PrintedValue
 from replication.audit.judge.policies import repeated
 from replication.audit.judge.printed import number as number
 from replication.audit.judge.printed import parse
-from replication.audit.model import Claim, Experiment, Kind, Verdict
+from replication.audit.model import NUMERIC, Claim, Experiment, Kind, Verdict
 from replication.audit.model import Erratum as Erratum
 from replication.audit.model import Evidence as Evidence
 from replication.audit.model import Proof as Proof
 from replication.audit.model import Reading as Reading
 from replication.audit.model import Results as Results
-from replication.audit.parts import CommonLevel, Paper, ScopeItem, Sensitivity
+from replication.audit.parts import CELL, CommonLevel, Paper, ScopeItem, Sensitivity
 from replication.audit.parts import Figure as Figure
 from replication.audit.parts import FigureData as FigureData
 from replication.audit.parts import Formula as Formula
@@ -44,7 +44,6 @@ from replication.verify.predicate import term as term
 E = TypeVar("E", bound=StrEnum)
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate
-CELL = "claim:"
 MARKS: Mapping[str, Relation] = {
     "<=": "at most",
     ">=": "at least",
@@ -61,7 +60,7 @@ def usual(kind: Kind, printed: str) -> Verdict:
 
     Of one printed draw it is `compatible`, of a statement, over draws too, `consistent`.
     """
-    if kind in (Kind.VALUE, Kind.MATRIX, Kind.BOUND):
+    if kind in NUMERIC:
         return Verdict.REPRODUCED
     if kind is Kind.CITED:
         return Verdict.UNDETERMINED

@@ -36,6 +36,10 @@ class Kind(StrEnum):
     CITED = "cited"
 
 
+NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
+"""Kinds that compare printed numbers."""
+
+
 class Verdict(StrEnum):
     """The outcome of comparing a claim with its evidence; `ERROR` means that there is no evidence to compare."""
 

@@ -68,6 +68,10 @@ class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     aside: int
 
 
+CELL = "claim:"
+"""How the cell of a table begins that stands for a claim."""
+
+
 class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim.
 
@@ -78,6 +82,12 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     caption: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+
+    @property
+    def claims(self) -> tuple[str, ...]:
+        """The ids of the claims that its cells stand for."""
+        cells = (cell for row in self.rows for cell in row if cell.startswith(CELL))
+        return tuple(cell.removeprefix(CELL).partition("|")[0] for cell in cells)
 
 
 class Formula(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

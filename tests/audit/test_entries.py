@@ -11,12 +11,11 @@ from sample import claim
 
 from replication.audit.judge.agreement import Target
 from replication.audit.model import Evidence, Kind, Outcome, Policy, Proof, Verdict
-from replication.audit.parts import Table
+from replication.audit.parts import CELL, Table
 from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.report.paper import named, table_view
-from replication.audit.report.templates import CLAIM_CELL
 from replication.audit.store.records import ClaimRecord
 
 
@@ -171,7 +170,7 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
     seconds = replace(records[6].claim, id="case-8", kind=Kind.CITED, unit="s")
     records.append(replace(records[6], claim=seconds))
     known = {view.record.id: view for view in views(records, targets(records))}
-    rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
+    rows = tuple((str(n), f"{CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
     assert (made.numbers, made.agree) == (8, 3)
     assert made.counts == dict.fromkeys(Verdict, 1) and made.timed == 1, "as the marks of the table say"

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.match import Match, match
+from replication.audit.model import NUMERIC as NUMERIC
 from replication.audit.model import Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord
@@ -74,7 +75,6 @@ ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""
 SUBJECT = ("printed.toml", "plants.py", "statements.py", "theorems.json")
 """Files of a paper that say what its certificates are about."""
-NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 OPEN = "It holds under one reading of the text and fails under another."
 BY_KIND = {
     Kind.CITED: "The text gives no means to compute it.",

@@ -14,7 +14,7 @@ import msgspec
 
 from replication.audit.judge.policies import OF_READINGS, repeated
 from replication.audit.judge.proofs import BY_KIND
-from replication.audit.model import NO_READING, Claim, Kind, Policy, Reading, StatedClaim, Verdict
+from replication.audit.model import NO_READING, NUMERIC, Claim, Kind, Policy, Reading, StatedClaim, Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, shared
 from replication.audit.store.sources import SourceTree
@@ -22,7 +22,6 @@ from replication.errors import AuditError, meant
 from replication.verify.predicate import ESTIMATORS, YES_NO, Predicate, in_words, unit_of
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
-_CELL = "claim:"
 
 
 At = Callable[[str], str]
@@ -87,9 +86,7 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
     named += [(f"erratum {erratum.id!r}", "uses experiment", erratum.uses) for erratum in paper.errata]
     named += [(f"figure {figure.name!r}", "uses experiment", figure.uses) for figure in paper.figures]
     for table in paper.tables:
-        cells = [cell for row in table.rows for cell in row if cell.startswith(_CELL)]
-        shown = [cell.removeprefix(_CELL).partition("|")[0] for cell in cells]
-        named += [(f"table {table.place!r} of {paper.key}", "shows claim", shown)]
+        named += [(f"table {table.place!r} of {paper.key}", "shows claim", table.claims)]
     for item in paper.scope:
         where = f"scope item {item.part!r} of {paper.key}"
         named += [(where, "lists claim", item.claims), (where, "lists figure", item.figures)]
@@ -205,8 +202,11 @@ def _terms(predicate: Predicate) -> Iterator[str]:
 
 def _print(claim: Claim, predicate: Predicate) -> Iterator[str]:
     """Of a number a theorem decides whether it is the print, and nothing weaker or beside it."""
-    number = claim.kind in (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
-    if number and predicate.unit != YES_NO and (predicate.relation, predicate.to) != ("is", claim.printed):
+    if (
+        claim.kind in NUMERIC
+        and predicate.unit != YES_NO
+        and (predicate.relation, predicate.to) != ("is", claim.printed)
+    ):
         yield (
             f"prints {claim.printed!r} and says as data: {in_words(predicate)}; a number "
             f'is what is printed: leave out relation and number, or say relation="is" and to="{claim.printed}"'

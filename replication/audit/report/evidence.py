@@ -19,7 +19,7 @@ from jinja2 import Environment
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView, anchor
 from replication.audit.report.entries import EntryView
-from replication.audit.report.templates import claim_of, source
+from replication.audit.report.templates import source
 from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, ResultsFile
 from replication.verify.subjects import subject
 
@@ -163,7 +163,7 @@ class Ladder:
 
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
     """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
-    cells = {claim_of(cell) for table in paper.tables for row in table.rows for cell in row}
+    cells = {name for table in paper.tables for name in table.claims}
     own = [view for view in claims if view.record.id in cells and view.record.counted]
     found = [made for view in own if (made := _ladder(view)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.

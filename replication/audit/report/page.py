@@ -29,7 +29,7 @@ from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
-from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
+from replication.audit.report.templates import SOURCES, environment, source, style_sheet
 from replication.audit.report.words import terms
 from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
@@ -145,8 +145,7 @@ def rules(papers: Sequence[PaperView]) -> str:
 def _require_known(results: ResultsFile) -> None:
     papers = {paper.key for paper in results.papers}
     strangers = sorted({claim.paper for claim in results.claims} - papers)
-    cells = (cell for paper in results.papers for table in paper.tables for row in table.rows for cell in row)
-    named = {name for cell in cells if (name := claim_of(cell))}
+    named = {name for paper in results.papers for table in paper.tables for name in table.claims}
     named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
     unknown = sorted(named - {claim.id for claim in results.claims})
     paths = {path for claim in results.claims for path in claim.evidence.certificates}
