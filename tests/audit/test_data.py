@@ -126,12 +126,9 @@ def test_key_coverage_and_bibtex_follow_from_the_rest(tmp_path: Path) -> None:
     assert found["bibtex"] == (
         "@misc{note,\n  author = {A. Author and B. Author},\n  title = {A note},\n  year = {2031}\n}"
     )
-
-
-def test_bibtex_that_is_given_is_kept(tmp_path: Path) -> None:
     entry = "@article{note, title = {A {N}ote}}"
-    found = about(written(tmp_path, GIVEN + f"bibtex = '{entry}'\n"))
-    assert found["bibtex"] == entry and found["year"] is None
+    kept = about(written(tmp_path / "again", GIVEN + f"bibtex = '{entry}'\n"))
+    assert kept["bibtex"] == entry and kept["year"] is None
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, rejudge
-from replication.audit.model import Evidence, Kind, Outcome, Proof, Reading, Verdict
+from replication.audit.model import Evidence, Kind, Outcome, Policy, Proof, Reading, Verdict
 from replication.audit.store.records import ClaimRecord
 
 PROVED = Proof(holds=True, text="it does")
@@ -238,33 +238,25 @@ def test_an_undecided_outcome_leaves_a_family_undetermined_unless_another_agrees
     assert judge(value_case("1.33", None, outcomes=(wide, agreeing)), readings=READINGS).verdict is Verdict.COMPATIBLE
 
 
-@pytest.mark.parametrize("kind", [Kind.ORDER, Kind.FEASIBLE, Kind.STATISTICAL])
 @pytest.mark.parametrize(
-    ("holds", "verdict"),
+    ("holds", "statement", "draw"),
     [
-        ((True, True), Verdict.CONSISTENT),
-        ((False, False), Verdict.REFUTED),
-        ((True, False), Verdict.UNDETERMINED),
-        ((True, None), Verdict.ERROR),
+        ((True, True), Verdict.CONSISTENT, Verdict.COMPATIBLE),
+        ((False, False), Verdict.REFUTED, Verdict.DIFFERS),
+        ((True, False), Verdict.UNDETERMINED, Verdict.COMPATIBLE),
+        ((True, None), Verdict.ERROR, Verdict.ERROR),
     ],
 )
-def test_a_statement_under_a_family_of_readings(kind: Kind, holds: tuple[bool | None, bool], verdict: Verdict) -> None:
+def test_a_statement_or_a_printed_draw_under_a_family_of_readings(
+    holds: tuple[bool | None, bool], statement: Verdict, draw: Verdict
+) -> None:
     outcomes = tuple(Outcome(reading=name, holds=held) for name, held in zip(("norm", "start"), holds, strict=True))
-    assert judge(case(kind, Evidence(method="m", outcomes=outcomes)), readings=READINGS).verdict is verdict
-
-
-@pytest.mark.parametrize(
-    ("holds", "verdict"),
-    [
-        ((True, True), Verdict.COMPATIBLE),
-        ((True, False), Verdict.COMPATIBLE),
-        ((False, False), Verdict.DIFFERS),
-    ],
-)
-def test_a_printed_draw_under_a_family_of_readings(holds: tuple[bool, bool], verdict: Verdict) -> None:
-    outcomes = tuple(Outcome(reading=name, holds=held) for name, held in zip(("norm", "start"), holds, strict=True))
-    tried = case(Kind.STATISTICAL, Evidence(method="m", outcomes=outcomes), printed="0.4")
-    assert judge(tried, readings=READINGS).verdict is verdict
+    evidence = Evidence(method="m", outcomes=outcomes)
+    for kind in (Kind.ORDER, Kind.FEASIBLE, Kind.STATISTICAL):
+        judgement = judge(case(kind, evidence), readings=READINGS)
+        assert judgement.verdict is statement
+        assert judgement.policies == ((Policy.SOME,) if holds == (True, False) else ())
+    assert judge(case(Kind.STATISTICAL, evidence, printed="0.4"), readings=READINGS).verdict is draw
 
 
 def test_a_reading_has_one_outcome() -> None:
