@@ -25,13 +25,13 @@ from replication.audit.data import PrintedValue
 from replication.audit.judge.policies import repeated
 from replication.audit.judge.printed import number as number
 from replication.audit.judge.printed import parse
-from replication.audit.model import Claim, Experiment, Kind, Verdict
+from replication.audit.model import NUMERIC, Claim, Experiment, Kind, Verdict
 from replication.audit.model import Erratum as Erratum
 from replication.audit.model import Evidence as Evidence
 from replication.audit.model import Proof as Proof
 from replication.audit.model import Reading as Reading
 from replication.audit.model import Results as Results
-from replication.audit.parts import CommonLevel, Paper, ScopeItem, Sensitivity
+from replication.audit.parts import CELL, CommonLevel, Paper, ScopeItem, Sensitivity
 from replication.audit.parts import Figure as Figure
 from replication.audit.parts import FigureData as FigureData
 from replication.audit.parts import Formula as Formula
@@ -44,7 +44,6 @@ from replication.verify.predicate import term as term
 E = TypeVar("E", bound=StrEnum)
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate
-CELL = "claim:"
 MARKS: Mapping[str, Relation] = {
     "<=": "at most",
     ">=": "at least",
@@ -55,21 +54,17 @@ MARKS: Mapping[str, Relation] = {
 }
 """The relations before a printed bound."""
 
-USUAL = {
-    Kind.VALUE: Verdict.REPRODUCED,
-    Kind.MATRIX: Verdict.REPRODUCED,
-    Kind.BOUND: Verdict.REPRODUCED,
-    Kind.ORDER: Verdict.CONSISTENT,
-    Kind.FEASIBLE: Verdict.CONSISTENT,
-    Kind.STATISTICAL: Verdict.CONSISTENT,
-    Kind.CITED: Verdict.UNDETERMINED,
-}
-"""The verdict that a claim pins unless it says otherwise: agreement, by its kind; see `usual`."""
-
 
 def usual(kind: Kind, printed: str) -> Verdict:
-    """The verdict of agreement: of one printed draw it is `compatible`, of a statement over draws `consistent`."""
-    return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else USUAL[kind]
+    """The verdict that a claim pins unless it says otherwise: agreement.
+
+    Of one printed draw it is `compatible`, of a statement, over draws too, `consistent`.
+    """
+    if kind in NUMERIC:
+        return Verdict.REPRODUCED
+    if kind is Kind.CITED:
+        return Verdict.UNDETERMINED
+    return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else Verdict.CONSISTENT
 
 
 _made: weakref.WeakSet[Part] = weakref.WeakSet()
@@ -396,7 +391,7 @@ def paper(
     return Paper(
         key=key,
         claims=tuple(
-            replace(
+            msgspec.structs.replace(
                 claim,
                 id=one(claim.id),
                 uses=full(claim.uses),

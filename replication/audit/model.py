@@ -1,7 +1,7 @@
 """The words of an audit as frozen data: claims, evidence, verdicts, errata, figures, scope, papers.
 
-A paper module builds one `Paper` from these. Everything that reaches the disk is a `msgspec.Struct`; everything that
-holds a function is a dataclass and stays in memory.
+A paper module builds one `Paper` from these. Everything that reaches the disk is a `msgspec.Struct`; what holds a
+function beside it stays in memory.
 """
 
 from __future__ import annotations
@@ -34,6 +34,10 @@ class Kind(StrEnum):
     FEASIBLE = "feasible"
     STATISTICAL = "statistical"
     CITED = "cited"
+
+
+NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
+"""Kinds that compare printed numbers."""
 
 
 class Verdict(StrEnum):
@@ -208,9 +212,8 @@ class Experiment:
         return bool(claim.printed) and (claim.printed, claim.place) in self.given
 
 
-@dataclass(frozen=True, kw_only=True)
-class Claim:
-    """One checkable statement of a paper.
+class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One checkable statement of a paper, as the results hold it.
 
     id: `paper.topic.detail`, lower case. place: where it stands, for example `Table 1, column (2,3)`.
     statement: in plain words of ours. printed: the printed string, empty if the claim prints no number.
@@ -233,22 +236,27 @@ class Claim:
     kind: Kind
     statement: str
     expected: Verdict
-    answer: Callable[[Results], Evidence]
     uses: tuple[str, ...] = ()
     printed: str = ""
     tolerance: str | None = None
     tolerance_reason: str = ""
     erratum: str | None = None
-    meant: str = ""
     reading: str = ""
     optimum: bool = False
     repeats: str = ""
     ours: bool = False
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
+    meant: str = ""
     unit: str = ""
     remark: str = ""
     uncertainty: str = ""
+
+
+class Claim(StatedClaim, frozen=True, kw_only=True):
+    """A claim as its paper declares it, on the function that answers it."""
+
+    answer: Callable[[Results], Evidence]
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,13 +1,13 @@
 """The parts of a paper beside its claims, as frozen data: figures, tables, scope, formulas; and the paper itself.
 
-What reaches the disk is a `msgspec.Struct`; what holds a function is a dataclass and stays in memory.
+What reaches the disk is a `msgspec.Struct`; what holds a function beside it stays in memory.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -70,6 +70,10 @@ class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     aside: int
 
 
+CELL = "claim:"
+"""How the cell of a table begins that stands for a claim."""
+
+
 class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim.
 
@@ -84,6 +88,12 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def __post_init__(self) -> None:
         if odd := next((row for row in self.rows if len(row) != len(self.header)), None):
             raise AuditError(f"table {self.place!r}: the row {odd!r:.80} has not as many cells as the header")
+
+    @property
+    def claims(self) -> tuple[str, ...]:
+        """The ids of the claims that its cells stand for."""
+        cells = (cell for row in self.rows for cell in row if cell.startswith(CELL))
+        return tuple(cell.removeprefix(CELL).partition("|")[0] for cell in cells)
 
 
 class Formula(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -126,12 +136,9 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     measure: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class Paper:
-    """A source paper as this package audits it; year is None if the text gives none, coverage is of each of its texts.
+class StatedPaper(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What is said of a source paper; year is None if the text gives none, coverage is of each of its texts.
 
-    `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
-    printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
     notebook: name of its tutorial, if it has one. brief: what leads the report on it. orcids: of the authors, by name,
     where they are known. replies: of the authors, to claims.
     """
@@ -145,18 +152,27 @@ class Paper:
     summary: str
     bibtex: str
     notebook: str = ""
+    formulas: tuple[Formula, ...] = ()
+    tables: tuple[Table, ...] = ()
+    scope: tuple[ScopeItem, ...] = ()
+    coverage: tuple[Coverage, ...] = ()
+    readings: tuple[Reading, ...] = ()
+    brief: Brief | None = None
+    orcids: dict[str, str] = {}
+    replies: tuple[Reply, ...] = ()
+
+
+class Paper(StatedPaper, frozen=True, kw_only=True):
+    """A source paper as this package audits it.
+
+    `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
+    printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
+    """
+
     experiments: tuple[Experiment, ...]
     claims: tuple[Claim, ...]
     errata: tuple[Erratum, ...] = ()
     figures: tuple[Figure, ...] = ()
-    tables: tuple[Table, ...] = ()
-    formulas: tuple[Formula, ...] = ()
-    scope: tuple[ScopeItem, ...] = ()
-    coverage: tuple[Coverage, ...] = ()
-    readings: tuple[Reading, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()
-    brief: Brief | None = None
-    orcids: Mapping[str, str] = field(default_factory=dict)
-    replies: tuple[Reply, ...] = ()

@@ -1,4 +1,4 @@
-"""`replication report`, `notebooks`, `export`, `artifact`, `register`: what is written of results for readers."""
+"""`replication report`, `notebooks`, `export`, `artifact`: what is written of results for readers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def notebooks(chosen: argparse.Namespace) -> int:
 
 @command(
     "export",
-    "write badges, JSON-LD, metadata for CODECHECK, Zenodo and ReScience, and BibTeX from results.json",
+    "write badges, JSON-LD, metadata for CODECHECK and Zenodo, and BibTeX from results.json",
     output("where results.json is"),
     option("--to", type=Path, metavar="DIR", help="where the files go (default: exports/ beside it)"),
 )
@@ -93,20 +93,4 @@ def artifact(chosen: argparse.Namespace) -> int:
     root = project_root()
     path = chosen.to or root / "dist" / archive_name(root)
     say([f"{path}: {write_archive(root, path)} files"])
-    return FINE
-
-
-@command(
-    "register",
-    "set the results of several projects, of any field, side by side on a page",
-    option("results", nargs="+", type=Path, metavar="RESULTS", help="results.json, or its folder"),
-    option(
-        "--to", type=Path, default=Path("register.html"), metavar="FILE", help="the page (default: register.html here)"
-    ),
-)
-def register(chosen: argparse.Namespace) -> int:
-    """Write the page on several projects."""
-    from replication.audit.report.page import build_register
-
-    say([f"register: {build_register(chosen.results, chosen.to)}"])
     return FINE

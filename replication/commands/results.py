@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import command, either, option
+from replication.commands import command, option
 from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_path, say
 
 if TYPE_CHECKING:
@@ -126,13 +126,10 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     "compare two results files, claim by claim, with the cause of each change",
     option("old", type=Path, metavar="OLD"),
     option("new", type=Path, metavar="NEW"),
-    either(
-        option("--json", action="store_true", help="print JSON"),
-        option("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does"),
-    ),
+    option("--json", action="store_true", help="print JSON"),
 )
 def diff(chosen: argparse.Namespace) -> int:
-    """Print the changes as text or JSON, or write them as a page."""
+    """Print the changes as text or JSON."""
     import msgspec
 
     from replication.audit.inspect.compare import beside, compare, render, render_beside
@@ -140,11 +137,7 @@ def diff(chosen: argparse.Namespace) -> int:
 
     old, new = (read_results(path, whole=False) for path in (chosen.old, chosen.new))
     changes, others = compare(old, new), beside(old, new)
-    if chosen.html is not None:
-        from replication.audit.report.page import build_page
-
-        say([f"page: {build_page(old, new, changes, chosen.html)}"])
-    elif chosen.json:
+    if chosen.json:
         say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
     else:
         say([*render(changes), *render_beside(others)])

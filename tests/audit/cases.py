@@ -8,7 +8,18 @@ from msgspec.structs import replace
 
 from replication.audit.judge import verdict
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Evidence, Experiment, Judgement, Kind, Proof, SolverRecord, Verdict
+from replication.audit.model import (
+    Claim,
+    Erratum,
+    Evidence,
+    Experiment,
+    Judgement,
+    Kind,
+    Proof,
+    SolverRecord,
+    StatedClaim,
+    Verdict,
+)
 from replication.audit.parts import Figure, FigureData, Paper, ScopeItem
 from replication.audit.store.records import (
     SCHEMA_VERSION,
@@ -19,10 +30,10 @@ from replication.audit.store.records import (
     PaperRecord,
     ResultsFile,
     RunRecord,
-    StatedClaim,
     shared,
 )
 
+PROOF = Proof(holds=True, text="it does", quantities={"gap": 0.5})
 Case = tuple[StatedClaim, Evidence, bool | None]
 """What is judged: a claim, its evidence, and whether the proof of its erratum holds."""
 
@@ -32,8 +43,9 @@ def case(kind: Kind, evidence: Evidence, *, printed: str = "", proof_holds: bool
     return StatedClaim(**shared(StatedClaim, made)), evidence, proof_holds
 
 
-def judge(case: Case, **more: Any) -> Judgement:
-    return verdict.judge(*case, **more)
+def judge(case: Case, *, inferred: bool = False, scanned: bool = False, **more: Any) -> Judgement:
+    claim, evidence, holds = case
+    return verdict.judge(claim, evidence, proved(claim.erratum, holds, inference=inferred, scan=scanned), **more)
 
 
 def value_case(printed: str, value: Any, lower: Any = None, upper: Any = None, **more: Any) -> Case:
@@ -64,8 +76,10 @@ def claim(**more: Any) -> Claim:
 
 
 def recorded(evidence: Evidence | None, proof: Proof | None = None, error: str = "", **more: Any) -> ClaimRecord:
-    known = {name: more.pop(name) for name in ("readings", "inferred") if name in more}
-    return make_record(claim(**more), evidence, proof, code="papers/toy.py:1", seconds=0.5, error=error, **known)
+    readings, inferred = more.pop("readings", ()), more.pop("inferred", False)
+    erratum = proved(more.get("erratum"), proof and proof.holds, inference=inferred)
+    told = {"code": "papers/toy.py:1", "seconds": 0.5, "error": error, "readings": readings}
+    return make_record(claim(**more), evidence, erratum, **told)
 
 
 def altered(record: ClaimRecord, **changes: Any) -> ClaimRecord:
@@ -77,23 +91,19 @@ def altered(record: ClaimRecord, **changes: Any) -> ClaimRecord:
     return ClaimRecord(**parts)
 
 
+def proved(name: str | None, holds: bool | None, **more: bool) -> ErratumRecord | None:
+    """The erratum of this name, if it is one; holds: None where its proof failed."""
+    if name is None:
+        return None
+    proof = None if holds is None else Proof(holds=holds, text="")
+    stated = Erratum(name, "eq. (1)", "a", "b", lambda results: PROOF, **more)
+    error = "it failed" if holds is None else ""
+    return ErratumRecord.of("toy", stated, proof, code="papers/toy.py:2", error=error)
+
+
 def errata_of(record: ClaimRecord, proof: Proof | None) -> dict[str, ErratumRecord]:
-    if record.claim.erratum is None:
-        return {}
-    erratum = ErratumRecord(
-        id=record.claim.erratum,
-        paper="toy",
-        place="eq. (1)",
-        printed="a",
-        meant="b",
-        inference=False,
-        holds=proof is not None and proof.holds,
-        text="",
-        quantities={},
-        code="papers/toy.py:2",
-        error="" if proof is not None else "it failed",
-    )
-    return {erratum.id: erratum}
+    erratum = proved(record.claim.erratum, proof and proof.holds)
+    return {} if erratum is None else {erratum.id: erratum}
 
 
 RUN = RunRecord(
@@ -190,7 +200,6 @@ def paper(*claims: Claim, key: str = "toy", **more: Any) -> Paper:
     )
 
 
-PROOF = Proof(holds=True, text="it does", quantities={"gap": 0.5})
 SOLVER = SolverRecord(name="s", version="1", status="optimal", options={"tol": 1e-9}, residuals={"primal": 1e-12})
 RECORDS_OF_EVERY_KIND = (
     recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269, quantities={"n": 2}, solvers=(SOLVER,))),

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
+import zlib
 
 from sample import KEY
 from selenium import webdriver
 
 from replication.audit.report.claim import anchor
-from replication.audit.report.evidence import unpacked
 
 
 def evidence(page: str) -> dict[str, str]:
     """The evidence that is packed into a page, as HTML by the id of its claim or experiment."""
     found = re.search(r'<script type="text/plain" id="evidence">([A-Za-z0-9+/=]*)</script>', page)
     assert found is not None
-    return unpacked(found[1])
+    unpacked: dict[str, str] = json.loads(zlib.decompress(base64.b64decode(found[1])))
+    return unpacked
 
 
 def claim_id(name: str) -> str:

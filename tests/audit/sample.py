@@ -5,7 +5,6 @@ The paper does not exist and its numbers are made up.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import math
 import re
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import msgspec
-from cases import altered
+from cases import EXPERIMENT, RUN, altered, proved
 
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.judge.verdict import make_record
@@ -27,11 +26,9 @@ from replication.audit.store.records import (
     CertificateRecord,
     ClaimRecord,
     ErratumRecord,
-    ExperimentRecord,
     FigureRecord,
     PaperRecord,
     ResultsFile,
-    RunRecord,
 )
 from replication.audit.store.sources import SourceTree
 from replication.drawing.style import line, new_axes
@@ -71,12 +68,11 @@ def claim(
     proofs = [certificate for certificate in certificates() if made.id in certificate.claims]
     if proofs:
         said = Predicate(of=term("gain", name), relation="is", to=printed, unit="1", reading=made.reading)
-        made = dataclasses.replace(made, says=(said,))
+        made = msgspec.structs.replace(made, says=(said,))
     return make_record(
         made,
         evidence,
-        proof,
-        inferred=inferred,
+        proved(made.erratum, proof and proof.holds, inference=inferred),
         readings=READINGS,
         code="papers/doe1999/claims.py:42",
         seconds=1.234,
@@ -99,127 +95,67 @@ def bracketed(value: float, width: float, **more: Any) -> Evidence:
     )
 
 
+def direct(**found: Any) -> Evidence:
+    return Evidence(method="Evaluated directly", **found)
+
+
 def claims() -> tuple[ClaimRecord, ...]:
-    evidence, direct = bracketed, "Evaluated directly"
-    reproduced, differs = Verdict.REPRODUCED, Verdict.DIFFERS
+    """One claim of each kind with each verdict that it may have."""
+    value, matrix, order, agrees, differs = Kind.VALUE, Kind.MATRIX, Kind.ORDER, Verdict.REPRODUCED, Verdict.DIFFERS
     gains = tuple(tuple(math.sin(3 * i + j) for j in range(3)) for i in range(5))
     printed_gains = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
-    return (
-        claim("column-2-3", Kind.VALUE, reproduced, "1.33", evidence(1.32871, 1e-8)),
-        claim("column-4-5", Kind.VALUE, reproduced, "1.55", evidence(1.5461, 0.002)),
-        claim("column-5-7", Kind.VALUE, differs, "1.93", evidence(1.91712, 1e-8, note="The printed gains reach it.")),
-        claim("column-8-9", Kind.VALUE, differs, "2.64", evidence(2.6354, 0.0003)),
-        claim("wide", Kind.VALUE, Verdict.UNDETERMINED, "3.1", evidence(3.12, 0.04)),
-        claim("far", Kind.VALUE, reproduced, "0.0120", evidence(0.7125, 1e-6)),
-        claim("variables", Kind.VALUE, reproduced, "73", Evidence(method=direct, value=73)),
-        claim("zero", Kind.VALUE, reproduced, "-0.0000", Evidence(method=direct, value=-0.0000123)),
-        claim("gains", Kind.MATRIX, reproduced, printed_gains, Evidence(method=direct, value=gains)),
-        claim(
-            "poles",
-            Kind.MATRIX,
-            reproduced,
-            "(1.031, 1.085±0.240i)",
-            Evidence(method="Eigenvalues of the period map", value=(1.03122, (1.08463, -0.23981))),
-        ),
-        claim(
-            "schedule",
-            Kind.MATRIX,
-            reproduced,
-            "[1 0; 0 -1; 0.5 0]",
-            Evidence(method=direct, value=((1, 0), (0, -1), (0.5, 0))),
-        ),
-        claim("root", Kind.VALUE, reproduced, "0.25-0.50i", Evidence(method=direct, value=(0.25, -0.501))),
-        claim("tail", Kind.BOUND, reproduced, "<0.001", Evidence(method=direct, value=0.00041, upper=0.00042)),
-        claim("bound-fails", Kind.BOUND, differs, "≤2", Evidence(method=direct, value=2.5)),
-        claim("order", Kind.ORDER, Verdict.CONSISTENT, "", Evidence(method=direct, holds=True, margin=0.217)),
-        claim(
-            "shorter-is-better",
-            Kind.ORDER,
-            Verdict.REFUTED,
-            "",
-            Evidence(method=direct, holds=False, margin=-0.0135, quantities={"level (2,4)": 1.41, "level (3,4)": 1.39}),
-            statement="A shorter period never makes the guaranteed level worse.",
-        ),
-        claim("feasible", Kind.FEASIBLE, Verdict.CONSISTENT, "", Evidence(method="Exact LDL", holds=True, margin=1e-9)),
-        claim(
-            "identity",
-            Kind.ORDER,
-            Verdict.CONSISTENT,
-            "",
-            Evidence(
-                method=direct, holds=True, margin=1e-12 - 5e-15, threshold=1e-12, threshold_reason="Rounding of sums."
-            ),
-            statement="Both ways to write the error system are the same.",
-        ),
-        claim("random", Kind.STATISTICAL, Verdict.COMPATIBLE, "0.85", Evidence(method="Draws", probability=0.3125)),
-        claim("cited", Kind.CITED, Verdict.UNDETERMINED, "12.5", Evidence(method="none", not_checkable="Cited.")),
-        claim(
-            "noise",
-            Kind.VALUE,
-            Verdict.REPRODUCED_AFTER_ERRATUM,
-            "0.6320",
-            Evidence(method=direct, value=0.63204, as_printed=Evidence(method=direct, value=1.7771)),
-            erratum=f"{KEY}.denominator",
-            proof=Proof(holds=True, text="The printed reading is impossible."),
-        ),
-        claim(
-            "loose",
-            Kind.VALUE,
-            reproduced,
-            "0.52",
-            evidence(0.5262, 1e-9),
-            tolerance="0.01",
-            tolerance_reason="Read off a figure with ticks at every 0.01.",
-        ),
-        claim(
-            "plant",
-            Kind.VALUE,
-            Verdict.COMPATIBLE,
-            "1.20",
-            Evidence(method=direct, value=1.2, as_printed=Evidence(method=direct, value=0.7)),
-            erratum=f"{KEY}.matrix",
-            proof=Proof(holds=True, text="No other matrix of the search fits."),
-            inferred=True,
-        ),
-        claim(
-            "ratio",
-            Kind.VALUE,
-            Verdict.COMPATIBLE,
-            "0.43",
-            Evidence(method=direct, value=0.4311),
-            reading="both-noises",
-        ),
-        claim("rest", Kind.VALUE, reproduced, "0.61", Evidence(method=direct, value=0.6132), reading="at-rest"),
-        claim(
-            "first-seconds",
-            Kind.ORDER,
-            Verdict.UNDETERMINED,
-            "",
-            Evidence(
-                method=direct,
-                outcomes=(
-                    Outcome(reading="at-rest", holds=True, margin=0.25),
-                    Outcome(reading="at-output", holds=False, margin=-0.125),
-                ),
-            ),
-            statement="The alternating observer is the faster one in the first seconds.",
-        ),
-        claim(
-            "peak",
-            Kind.VALUE,
-            Verdict.COMPATIBLE,
-            "2.5",
-            Evidence(
-                method=direct,
-                value=2.51,
-                outcomes=(
-                    Outcome(reading="at-rest", value=2.51, lower=2.5, upper=2.52),
-                    Outcome(reading="at-output", value=3.1),
-                ),
-            ),
-        ),
-        claim("broken", Kind.VALUE, reproduced, "4.56", None, error="SolverError: status insufficient_progress"),
+    levels = {"level (2,4)": 1.41, "level (3,4)": 1.39}
+    ticks = "Read off a figure with ticks at every 0.01."
+    at_rest, at_output = ("at-rest", "at-output")
+    readings = (
+        Outcome(reading=at_rest, holds=True, margin=0.25),
+        Outcome(reading=at_output, holds=False, margin=-0.125),
     )
+    peaks = (Outcome(reading=at_rest, value=2.51, lower=2.5, upper=2.52), Outcome(reading=at_output, value=3.1))
+    rounded = {"margin": 1e-12 - 5e-15, "threshold": 1e-12, "threshold_reason": "Rounding of sums."}
+    misprinted, proof = Verdict.REPRODUCED_AFTER_ERRATUM, Proof(holds=True, text="No other reading fits.")
+    plain: tuple[tuple[str, Kind, Verdict, str, Evidence | None], ...] = (
+        ("column-2-3", value, agrees, "1.33", bracketed(1.32871, 1e-8)),
+        ("column-4-5", value, agrees, "1.55", bracketed(1.5461, 0.002)),
+        ("column-5-7", value, differs, "1.93", bracketed(1.91712, 1e-8, note="The printed gains reach it.")),
+        ("column-8-9", value, differs, "2.64", bracketed(2.6354, 0.0003)),
+        ("wide", value, Verdict.UNDETERMINED, "3.1", bracketed(3.12, 0.04)),
+        ("far", value, agrees, "0.0120", bracketed(0.7125, 1e-6)),
+        ("variables", value, agrees, "73", direct(value=73)),
+        ("zero", value, agrees, "-0.0000", direct(value=-0.0000123)),
+        ("gains", matrix, agrees, printed_gains, direct(value=gains)),
+        ("poles", matrix, agrees, "(1.031, 1.085±0.240i)", direct(value=(1.03122, (1.08463, -0.23981)))),
+        ("schedule", matrix, agrees, "[1 0; 0 -1; 0.5 0]", direct(value=((1, 0), (0, -1), (0.5, 0)))),
+        ("root", value, agrees, "0.25-0.50i", direct(value=(0.25, -0.501))),
+        ("tail", Kind.BOUND, agrees, "<0.001", direct(value=0.00041, upper=0.00042)),
+        ("bound-fails", Kind.BOUND, differs, "≤2", direct(value=2.5)),
+        ("order", order, Verdict.CONSISTENT, "", direct(holds=True, margin=0.217)),
+        ("shorter-is-better", order, Verdict.REFUTED, "", direct(holds=False, margin=-0.0135, quantities=levels)),
+        ("feasible", Kind.FEASIBLE, Verdict.CONSISTENT, "", direct(holds=True, margin=1e-9)),
+        ("identity", order, Verdict.CONSISTENT, "", direct(holds=True, **rounded)),
+        ("random", Kind.STATISTICAL, Verdict.COMPATIBLE, "0.85", direct(probability=0.3125)),
+        ("cited", Kind.CITED, Verdict.UNDETERMINED, "12.5", direct(not_checkable="Cited.")),
+        ("noise", value, misprinted, "0.6320", direct(value=0.63204, as_printed=direct(value=1.7771))),
+        ("loose", value, agrees, "0.52", bracketed(0.5262, 1e-9)),
+        ("plant", value, Verdict.COMPATIBLE, "1.20", direct(value=1.2, as_printed=direct(value=0.7))),
+        ("ratio", value, Verdict.COMPATIBLE, "0.43", direct(value=0.4311)),
+        ("rest", value, agrees, "0.61", direct(value=0.6132)),
+        ("first-seconds", order, Verdict.UNDETERMINED, "", direct(outcomes=readings)),
+        ("peak", value, Verdict.COMPATIBLE, "2.5", direct(value=2.51, outcomes=peaks)),
+        ("broken", value, agrees, "4.56", None),
+    )
+    more: dict[str, dict[str, Any]] = {
+        "shorter-is-better": {"statement": "A shorter period never makes the guaranteed level worse."},
+        "identity": {"statement": "Both ways to write the error system are the same."},
+        "noise": {"erratum": f"{KEY}.denominator", "proof": proof},
+        "loose": {"tolerance": "0.01", "tolerance_reason": ticks},
+        "plant": {"erratum": f"{KEY}.matrix", "proof": proof, "inferred": True},
+        "ratio": {"reading": "both-noises"},
+        "rest": {"reading": at_rest},
+        "first-seconds": {"statement": "The alternating observer is the faster one in the first seconds."},
+        "broken": {"error": "SolverError: status insufficient_progress"},
+    }
+    return tuple(claim(*row, **more.get(row[0], {})) for row in plain)
 
 
 def draw(data: FigureData) -> Any:
@@ -274,34 +210,21 @@ def results(directory: Path) -> ResultsFile:
     ids = tuple(record.id for record in made)
     return ResultsFile(
         schema_version=SCHEMA_VERSION,
-        run=RunRecord(
-            package_version="0.1.0",
-            date="2024-02-29T12:00:00Z",
-            commit="0123456789abcdef0123456789abcdef01234567",
-            dirty=False,
-            lock_sha256=hashlib.sha256(b"lock").hexdigest(),
-            python="3.11.7",
-            packages={"numpy": "2.4.6", "scipy": "1.17.1"},
-            blas="openblas 0.3.30",
-            threads=1,
-            cpu="A processor",
-            platform="Linux-6.1-x86_64",
+        run=msgspec.structs.replace(
+            RUN, date="2024-02-29T12:00:00Z", commit="0123456789abcdef" * 2 + "01234567", package_version="0.1.0"
         ),
         papers=(paper_record(ids),),
         claims=made,
         errata=errata(),
         figures=figure_records(directory),
         experiments=(
-            ExperimentRecord(
+            msgspec.structs.replace(
+                EXPERIMENT,
                 name=f"{KEY}.levels",
                 paper=KEY,
-                function="papers.doe1999.experiments.levels",
                 code="papers/doe1999/experiments.py:17",
                 inputs={"periods": [2, 3], "tolerance": 1e-10},
-                key=hashlib.sha256(b"levels").hexdigest(),
-                seconds=1.234,
                 solvers=(SOLVER,),
-                error="",
             ),
         ),
         certificates=certificates(),

@@ -21,7 +21,6 @@ from replication.audit.report.page import render
 pytestmark = pytest.mark.browser
 
 WIDTHS = (320, 390, 768, 1440)
-SMALLEST_CONTRAST = 4.5
 PAPER = f"#paper-{KEY}"
 CODE_LINES = """return [...document.querySelectorAll('.claim [data-code]')]
   .map((e) => getComputedStyle(e, '::after').content)"""
@@ -117,34 +116,6 @@ def test_with_a_script_a_claim_that_was_opened_by_a_link_closes_again(visit: Any
     assert reason.is_displayed()
     claim.find_element(By.CSS_SELECTOR, "summary").click()
     assert not reason.is_displayed()
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_text_has_contrast(visit: Any, scheme: str) -> None:
-    """Contrast of each text colour with every paper that there is, WCAG 2 level AA."""
-    page = unfold(visit(scheme=scheme))
-    colours = page.execute_script("""
-      const style = (e) => getComputedStyle(e);
-      const texts = [...document.querySelectorAll('body *')].filter((e) => e.checkVisibility()
-        && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()));
-      const papers = ['body', '.raised', '.read', '.wrong'].map((name) =>
-        style(document.querySelector(name)).backgroundColor);
-      return [papers, [...new Set(texts.map((e) => style(e).color))]];""")
-    papers, inks = ([tuple(map(int, re.findall(r"\d+", colour)[:3])) for colour in group] for group in colours)
-    assert len(inks) >= 5 and len(set(papers)) == 4
-    for paper in papers:
-        for ink in inks:
-            assert contrast(ink, paper) >= SMALLEST_CONTRAST, (ink, paper)
-
-
-def contrast(one: tuple[int, ...], other: tuple[int, ...]) -> float:
-    low, high = sorted(luminance(colour) for colour in (one, other))
-    return (high + 0.05) / (low + 0.05)
-
-
-def luminance(colour: tuple[int, ...]) -> float:
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (part / 255 for part in colour)]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def test_dark_is_dark_and_figures_follow(visit: Any) -> None:
@@ -251,15 +222,3 @@ def test_hostile_strings_do_nothing_and_break_nothing(browser: Any, visit: Any, 
     assert browser.execute_script("return document.documentElement.scrollWidth") == width
     assert browser.get_log("browser") == []
     assert len(shown(browser)) == len(claims())
-
-
-def test_a_printed_number_is_found_with_two_clicks(visit: Any) -> None:
-    page = visit()
-    page.find_element(By.CSS_SELECTOR, f".k[href='#{claim_id('column-5-7')}']").click()
-    line = page.find_element(By.ID, claim_id("column-5-7"))
-    assert line.find_element(By.CSS_SELECTOR, ".pv").text == "1.93"
-    page = visit()
-    page.find_element(By.CSS_SELECTOR, f".k[href='#{claim_id('gains')}']").click()
-    matrix = page.find_element(By.ID, claim_id("gains"))
-    WebDriverWait(page, 5).until(lambda _: matrix.find_elements(By.CSS_SELECTOR, ".entries"))
-    assert matrix.find_element(By.CSS_SELECTOR, ".entries").is_displayed()

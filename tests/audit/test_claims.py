@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace as replace_data
 from typing import Any
 
 import pytest
-from cases import claim, paper, recorded
+from cases import claim, figure, paper, recorded
 from msgspec.structs import replace
 
 from replication.audit.declare import Part
 from replication.audit.judge.validate import unused_readings, validate_claims, validate_theorems
 from replication.audit.model import Evidence, Kind, Outcome, Reading, Results, Verdict
-from replication.audit.parts import Figure, FigureData, Paper, ScopeItem, Table
+from replication.audit.parts import Paper, ScopeItem, Table
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Term, in_words, term
-
-
-def figure(name: str, **more: Any) -> Figure:
-    given: dict[str, Any] = {
-        "place": "Fig. 1",
-        "title": "t",
-        "caption": "c",
-        "published": True,
-        "uses": (),
-        "data": lambda results: FigureData(columns={}),
-        "plot": lambda data: None,
-        "alt": lambda data: "",
-    }
-    return Figure(name=name, **(given | more))
-
 
 NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
 
@@ -49,7 +35,7 @@ def test_well_formed_papers_pass() -> None:
         ([paper(claim(id="toy.Value"))], ["'toy.Value'", "lower-case"]),
         ([paper(claim(uses=("toy-other",)))], ["claim 'toy.value'", "'toy-other'"]),
         ([paper(claim(erratum="toy.e2"))], ["claim 'toy.value'", "'toy.e2'"]),
-        ([paper(figures=(figure("toy-fig1", uses=("toy-x",)),))], ["figure 'toy-fig1'", "'toy-x'"]),
+        ([paper(figures=(replace_data(figure("toy-fig1"), uses=("toy-x",)),))], ["figure 'toy-fig1'", "'toy-x'"]),
         ([paper(figures=(figure("fig1"),))], ["figure name 'fig1'"]),
         ([paper(claim(), scope=())], ["claim 'toy.value'", "no scope item"]),
         ([paper(scope=(ScopeItem(part="II", claims=("toy.no",)),))], ["'II'", "claim 'toy.no'"]),

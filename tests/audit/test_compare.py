@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import html5lib
 import msgspec
 import pytest
 from cases import EXPERIMENT, RUN, altered, claim, errata_of, file_of, paper, recorded, results_file
@@ -12,7 +11,6 @@ from msgspec.structs import replace
 
 from replication.audit.inspect.compare import Cause, FieldChange, beside, compare, moved, render, render_beside
 from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
-from replication.audit.report.page import render_page
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
 
@@ -131,24 +129,3 @@ def test_what_changed_beside_the_claims_is_listed() -> None:
     assert lines[0] == "paper toy changed" and lines[1].startswith("    findings: () → ('long ") and len(lines[1]) < 250
     (gone,) = beside(HONEST, replace(HONEST, errata=()))
     assert gone.record == "erratum toy.e1" and all(field.new is None for field in gone.fields)
-
-
-def test_page_shows_each_change_with_its_cause_and_escapes() -> None:
-    new = results_file(record(1.3269, statement="<script>alert(1)</script>"))
-    new = replace(new, run=replace(RUN, cpu="<b>another</b>"))
-    page = render_page(OLD, new, compare(OLD, new))
-    tree = html5lib.parse(page, namespaceHTMLElements=False)
-    text = " ".join("".join(tree.itertext()).split())
-    assert "1 of 1 claims changed, 0 of them in the verdict." in text
-    assert "The same verdict" in text and "Changed verdicts" not in text
-    assert f"Cause: {Cause.CLAIM}; {Cause.MACHINE}." in text
-    assert "value1.32681.3269+7.54e-05 relative" in text
-    assert "<script>alert(1)</script>" in text
-    assert not [tag for tag in ("script", "b") if tree.find(f".//{tag}") is not None]
-    assert [mark.findtext("bdi") for mark in tree.iter("mark")] == ["<b>another</b>"]
-    assert page == render_page(OLD, new, compare(OLD, new))
-
-
-def test_page_of_equal_runs_says_so() -> None:
-    assert "None of 1 claims changed." in render_page(OLD, OLD, [])
-    assert "When verdicts changed" not in render_page(OLD, OLD, []), "where git has no table"

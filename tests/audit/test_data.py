@@ -35,25 +35,20 @@ def test_a_value_is_its_string_with_place_and_unit(tmp_path: Path) -> None:
     data = read(tmp_path, GOOD)
     assert data["period"] == "0.20" and isinstance(data["period"], PrintedValue)
     assert (data["period"].place, data["period"].unit) == ("Sec. V", "s")
-    assert data["level"] == {"2,1": "1.14", "count": 3, "all": ["1", "2"]}
-
-
-def test_the_keys_that_lead_to_a_value_stand_in_its_place(tmp_path: Path) -> None:
-    level = read(tmp_path, GOOD)["level"]
-    assert level["2,1"].place == "Table 1, column (2,1)"
+    level = data["level"]
+    assert level == {"2,1": "1.14", "count": 3, "all": ["1", "2"]}
+    assert (level["2,1"].place, level["2,1"].unit) == ("Table 1, column (2,1)", "")
     assert [entry.place for entry in level["all"]] == ["Table 1, column (all, 1)", "Table 1, column (all, 2)"]
-    assert level["2,1"].unit == ""
+    assert read_printed(str(tmp_path / "printed.py"))["period"] == "0.20", "the module beside it names it"
+    copy = pickle.loads(pickle.dumps(data["period"]))
+    assert (copy, copy.place, copy.unit) == ("0.20", "Sec. V", "s"), "also in another process"
 
 
-def test_a_place_without_a_template_is_that_of_every_value(tmp_path: Path) -> None:
-    data = read(tmp_path, '[a]\nplace = "Eq. (3)"\n[a.value]\nx = "1"\ny = "2"')
-    assert {entry.place for entry in data["a"].values()} == {"Eq. (3)"}
-
-
-def test_a_printed_value_survives_the_way_to_another_process() -> None:
-    value = PrintedValue("1.14", "Table 1", "s")
-    copy = pickle.loads(pickle.dumps(value))
-    assert (copy, copy.place, copy.unit) == ("1.14", "Table 1", "s")
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match=r"printed.toml cannot be read: No such file"):
+        read_printed(tmp_path / "printed.toml")
+    with pytest.raises(AuditError, match=r"paper\.toml cannot be read"):
+        about(str(tmp_path / "paper.py"))
 
 
 @pytest.mark.parametrize(
@@ -91,16 +86,6 @@ def test_what_is_no_printed_data_is_refused_by_file_and_entry(tmp_path: Path, te
     with pytest.raises(AuditError, match=message) as caught:
         read(tmp_path, text)
     assert str(tmp_path / "printed.toml") in str(caught.value)
-
-
-def test_a_module_reads_the_file_beside_it(tmp_path: Path) -> None:
-    read(tmp_path, GOOD)
-    assert read_printed(str(tmp_path / "printed.py"))["period"] == "0.20"
-
-
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(AuditError, match=r"printed.toml cannot be read: No such file"):
-        read_printed(tmp_path / "printed.toml")
 
 
 def test_a_name_that_is_not_there_is_told_with_the_one_that_is_meant(tmp_path: Path) -> None:
@@ -141,12 +126,9 @@ def test_key_coverage_and_bibtex_follow_from_the_rest(tmp_path: Path) -> None:
     assert found["bibtex"] == (
         "@misc{note,\n  author = {A. Author and B. Author},\n  title = {A note},\n  year = {2031}\n}"
     )
-
-
-def test_bibtex_that_is_given_is_kept(tmp_path: Path) -> None:
     entry = "@article{note, title = {A {N}ote}}"
-    found = about(written(tmp_path, GIVEN + f"bibtex = '{entry}'\n"))
-    assert found["bibtex"] == entry and found["year"] is None
+    kept = about(written(tmp_path / "again", GIVEN + f"bibtex = '{entry}'\n"))
+    assert kept["bibtex"] == entry and kept["year"] is None
 
 
 @pytest.mark.parametrize(
@@ -164,8 +146,3 @@ def test_bibtex_that_is_given_is_kept(tmp_path: Path) -> None:
 def test_a_mistake_names_file_line_and_cure(tmp_path: Path, text: str, told: str) -> None:
     with pytest.raises(AuditError, match=told):
         about(written(tmp_path, text))
-
-
-def test_without_the_file_the_error_says_which(tmp_path: Path) -> None:
-    with pytest.raises(AuditError, match=r"paper\.toml cannot be read"):
-        about(str(tmp_path / "paper.py"))

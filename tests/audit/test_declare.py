@@ -119,6 +119,8 @@ def test_functions_see_the_results_of_their_paper_under_short_names() -> None:
     assert made.findings(RESULTS) == ("motor", "other")
     assert [(row.claim, row.base) for row in made.sensitivity(RESULTS)] == [("toy.table1.n21", 2.0)]
     assert made.common(RESULTS)[0].upper == 2.0
+    bare = paper(**ABOUT, parts=(), experiments=())
+    assert (bare.findings({}), bare.sensitivity({}), bare.common({})) == ((), (), ())
 
 
 def test_results_under_short_names_are_a_mapping() -> None:
@@ -134,39 +136,21 @@ def test_results_under_short_names_are_a_mapping() -> None:
         seen[0]["speed"]
 
 
-def test_a_paper_without_findings_has_none() -> None:
-    made = paper(**ABOUT, parts=(), experiments=())
-    assert (made.findings({}), made.sensitivity({}), made.common({})) == ((), (), ())
-
-
-@pytest.mark.parametrize(
-    ("kind", "verdict"),
-    [
-        (Kind.VALUE, Verdict.REPRODUCED),
-        (Kind.MATRIX, Verdict.REPRODUCED),
-        (Kind.BOUND, Verdict.REPRODUCED),
-        (Kind.ORDER, Verdict.CONSISTENT),
-        (Kind.FEASIBLE, Verdict.CONSISTENT),
-        (Kind.STATISTICAL, Verdict.COMPATIBLE),
-    ],
-)
-def test_each_kind_is_a_method_and_pins_agreement(kind: Kind, verdict: Verdict) -> None:
-    part = Part("p")
-    assert getattr(part, kind)("a.b", PRINTED)(answer) is answer
-    (claim,) = part.claims
-    assert (claim.kind, claim.expected, claim.printed, claim.place) == (kind, verdict, "1.14", PRINTED.place)
-    assert type(claim.printed) is str
-
-
-def test_a_statement_over_draws_pins_consistent() -> None:
-    part = Part("p")
+def test_each_kind_is_a_method_and_pins_agreement() -> None:
+    pinned = dict.fromkeys((Kind.VALUE, Kind.MATRIX, Kind.BOUND), Verdict.REPRODUCED)
+    pinned |= dict.fromkeys((Kind.ORDER, Kind.FEASIBLE), Verdict.CONSISTENT) | {Kind.STATISTICAL: Verdict.COMPATIBLE}
+    for kind, verdict in pinned.items():
+        part = Part("p")
+        assert getattr(part, kind)("a.b", PRINTED)(answer) is answer
+        (claim,) = part.claims
+        assert (claim.kind, claim.expected, claim.printed, claim.place) == (kind, verdict, "1.14", PRINTED.place)
+        assert type(claim.printed) is str
     part.statistical("a", place="Fig. 2")(answer)
-    assert part.claims[0].expected is Verdict.CONSISTENT
-
-
-def test_what_cannot_be_settled_is_pinned_so() -> None:
-    (claim,) = [claim for claim in sample().claims if claim.kind is Kind.CITED]
-    assert (claim.expected, claim.printed) == (Verdict.UNDETERMINED, "3")
+    assert part.claims[-1].expected is Verdict.CONSISTENT, "a statement over draws"
+    (cited,) = [claim for claim in sample().claims if claim.kind is Kind.CITED]
+    assert (cited.expected, cited.printed) == (Verdict.UNDETERMINED, "3")
+    with pytest.raises(AuditError, match=r"claim 'a\.b' has no statement"):
+        Part("p").cited("a.b", PRINTED, reason="of that computer")
 
 
 def test_the_statement_is_the_docstring_in_one_line_unless_given() -> None:
@@ -202,11 +186,6 @@ def test_a_claim_that_says_too_little_is_refused(told: dict[str, Any], function:
     with pytest.raises(AuditError, match=message):
         part.value("a.b", **told)(function)
     assert part.claims == []
-
-
-def test_a_citation_says_what_and_where() -> None:
-    with pytest.raises(AuditError, match=r"claim 'a\.b' has no statement"):
-        Part("p").cited("a.b", PRINTED, reason="of that computer")
 
 
 @pytest.mark.parametrize("name", ["toy.level", "toy."])

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-import msgspec
 import pytest
+from msgspec.structs import replace
 from sample import KEY, brief, explorer, results
 
 from replication.audit.brief import Curve
@@ -38,8 +38,8 @@ def made(folder: Path) -> ResultsFile:
 
 
 def shown(made: ResultsFile, folder: Path, **more: Any) -> tuple[PictureView, ...]:
-    with_it = msgspec.structs.replace(brief(), explorers=(explorer(**more),))
-    paper = msgspec.structs.replace(made.papers[0], brief=with_it)
+    with_it = replace(brief(), explorers=(explorer(**more),))
+    paper = replace(made.papers[0], brief=with_it)
     (view,) = explorers(paper, [FIGURE], folder, views(made.claims, targets(made.claims)))
     return view.pictures
 
@@ -117,9 +117,9 @@ def test_zero_has_no_place_on_a_logarithmic_axis(made: ResultsFile, folder: Path
 
 
 def test_a_title_is_short(made: ResultsFile, folder: Path) -> None:
-    long = msgspec.structs.replace(brief(), explorers=(explorer("word " * 16),))
+    long = replace(brief(), explorers=(explorer("word " * 16),))
     with pytest.raises(AuditError, match="a title has at most 15 words, this one 16"):
-        explorers(msgspec.structs.replace(made.papers[0], brief=long), [FIGURE], folder, ())
+        explorers(replace(made.papers[0], brief=long), [FIGURE], folder, ())
 
 
 def test_ticks_are_round_and_in_the_range(made: ResultsFile, folder: Path) -> None:
@@ -150,7 +150,7 @@ def test_the_ladder_tells_the_distance_to_the_nearer_end(made: ResultsFile) -> N
         assert interval is not None
         assert ladder.inside is (interval[0] <= low and high <= interval[1])
         ends = [abs(end - mine) for end in interval for mine in (low, high)]
-        assert Fraction(ladder.gap) == pytest.approx(min(ends))
+        assert Fraction(ladder.near) * (interval[1] - interval[0]) == pytest.approx(min(ends))
         assert ladder.bracket[0] <= low and high <= ladder.bracket[1]
         assert ladder.bracket[1] - ladder.bracket[0] < 4 * (high - low)
         first, second, third = (rung.factor for rung in ladder.rungs)
@@ -162,12 +162,12 @@ def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsF
 
     def changed(**evidence: Any) -> ResultsFile:
         claims = [
-            msgspec.structs.replace(record, evidence=msgspec.structs.replace(record.evidence, **evidence))
+            replace(record, evidence=replace(record.evidence, **evidence))
             if record.claim.id == f"{KEY}.{name}"
             else record
             for record in made.claims
         ]
-        return msgspec.structs.replace(made, claims=tuple(claims))
+        return replace(made, claims=tuple(claims))
 
     interval = rungs(made)[name].entry.interval
     assert interval is not None
@@ -175,10 +175,8 @@ def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsF
     assert name in rungs(changed(value=edge + 2e-4, lower=edge + 1e-4, upper=edge + 3e-4))
     across = {"lower": edge - 1e-4, "upper": edge + 1e-4}
     assert name not in rungs(changed(value=edge, **across)), "neither inside nor outside"
-    unproved = [
-        msgspec.structs.replace(r, judgement=msgspec.structs.replace(r.judgement, proved=False)) for r in made.claims
-    ]
-    assert rungs(msgspec.structs.replace(made, claims=tuple(unproved))) == {}
+    unproved = [replace(r, judgement=replace(r.judgement, proved=False)) for r in made.claims]
+    assert rungs(replace(made, claims=tuple(unproved))) == {}
 
 
 @pytest.mark.parametrize(("verdict", "drawn"), [(Verdict.DIFFERS, True), (Verdict.COMPATIBLE, False)])
@@ -189,10 +187,10 @@ def test_a_ladder_outside_its_box_belongs_to_a_number_that_differs(
     assert ladder.entry.interval is not None
     beyond = float(ladder.entry.interval[1] * 2 - ladder.entry.interval[0])
     record = ladder.view.record
-    moved = msgspec.structs.replace(
+    moved = replace(
         record,
-        evidence=msgspec.structs.replace(record.evidence, value=beyond, lower=beyond - 1e-9, upper=beyond + 1e-9),
-        judgement=msgspec.structs.replace(record.judgement, verdict=verdict),
+        evidence=replace(record.evidence, value=beyond, lower=beyond - 1e-9, upper=beyond + 1e-9),
+        judgement=replace(record.judgement, verdict=verdict),
     )
     others = tuple(moved if other.id == record.id else other for other in made.claims)
-    assert (name in rungs(msgspec.structs.replace(made, claims=others))) is drawn
+    assert (name in rungs(replace(made, claims=others))) is drawn

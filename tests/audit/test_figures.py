@@ -37,21 +37,16 @@ def contrast(one: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-def test_files_and_record(tmp_path: Path) -> None:
-    (record,) = write_figures(tmp_path, figure())
-    assert (record.name, record.paper, record.error) == ("doe1999-fig2", KEY, "")
-    table = tmp_path / "doe1999-fig2.csv"
-    assert hashlib.sha256(table.read_bytes()).hexdigest() == record.csv_sha256
+def test_the_same_data_give_the_same_small_files_and_a_record(tmp_path: Path) -> None:
+    (record,), (again,) = (write_figures(tmp_path / run, figure()) for run in ("one", "two"))
+    assert record == again and (record.name, record.paper, record.error) == ("doe1999-fig2", KEY, "")
     assert "501 steps" in record.alt
-    assert (tmp_path / "doe1999-fig2.svg").stat().st_size < LARGEST_FILE
-
-
-def test_same_data_same_bytes(tmp_path: Path) -> None:
-    for run in ("one", "two"):
-        write_figures(tmp_path / run, figure())
-    for suffix in ("svg", "csv"):
-        one, two = (tmp_path / run / f"doe1999-fig2.{suffix}" for run in ("one", "two"))
-        assert one.read_bytes() == two.read_bytes()
+    (svg_file, other), (table, same) = (
+        [tmp_path / run / f"doe1999-fig2.{suffix}" for run in ("one", "two")] for suffix in ("svg", "csv")
+    )
+    assert svg_file.read_bytes() == other.read_bytes() and table.read_bytes() == same.read_bytes()
+    assert hashlib.sha256(table.read_bytes()).hexdigest() == record.csv_sha256
+    assert svg_file.stat().st_size < LARGEST_FILE
 
 
 @pytest.mark.parametrize("text", ["", "Two curves."])
@@ -120,15 +115,17 @@ def test_csv_reads_back_exactly(
     assert read_csv(path) == columns
 
 
-@pytest.mark.parametrize("number", [math.nan, math.inf])
-def test_csv_refuses_what_is_not_finite(number: float) -> None:
-    with pytest.raises(AuditError, match="column 'x'"):
-        to_csv(FigureData(columns={"x": (1.0, number)}))
-
-
-@pytest.mark.parametrize("columns", [{}, {"x": ()}])
-def test_csv_refuses_no_data(columns: dict[str, tuple[float, ...]]) -> None:
-    with pytest.raises(AuditError, match="no data"):
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"x": (1.0, math.nan)}, "'x'"),
+        ({"x": (math.inf,)}, "'x'"),
+        ({}, "no data"),
+        ({"x": ()}, "no data"),
+    ],
+)
+def test_csv_refuses_no_data_and_what_is_not_finite(columns: dict[str, tuple[float, ...]], said: str) -> None:
+    with pytest.raises(AuditError, match=said):
         to_csv(FigureData(columns=columns))
 
 
@@ -326,10 +323,7 @@ def test_what_leaves_the_axes_is_marked() -> None:
     assert (high.get_xdata(), low.get_xdata()) == ([1], [2])
 
 
-@pytest.mark.parametrize(("value", "said"), [(1e-3, "0.001"), (1.0, "1"), (1e3, "1000"), (1e-4, "10⁻⁴"), (1e5, "10⁵")])
-def test_decades_are_as_large_as_all_text(value: float, said: str) -> None:
-    assert style.decade(value) == said
-
-
-def test_root_mean_square() -> None:
+def test_decades_are_as_large_as_all_text_and_a_root_mean_square() -> None:
+    said = {1e-3: "0.001", 1.0: "1", 1e3: "1000", 1e-4: "10⁻⁴", 1e5: "10⁵"}
+    assert {value: style.decade(value) for value in said} == said
     assert style.rms([3.0, -4.0, 0.0, 0.0]) == pytest.approx(2.5)

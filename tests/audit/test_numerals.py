@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.judge import numerals
-from replication.audit.report.entries import Band, Mark, _clip, span_of, strip
+from replication.audit.judge.agreement import Interval, Measured
+from replication.audit.judge.printed import parse
+from replication.audit.report.entries import strip
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -34,14 +36,6 @@ def test_full_reads_back_exactly(number: float) -> None:
 @given(FINITE)
 def test_short_is_close(number: float) -> None:
     assert read(numerals.short(number)) == pytest.approx(number, rel=1e-5, abs=1e-320)
-
-
-@pytest.mark.parametrize(
-    ("number", "digits", "text"),
-    [(12.3, 1, "12"), (-322.6, 2, "−323"), (999999.6, 6, "10⁶"), (1.1e19, 2, "1.1×10¹⁹"), (2e-7, 1, "2×10⁻⁷")],
-)
-def test_short_writes_tens_and_hundreds_out(number: float, digits: int, text: str) -> None:
-    assert numerals.short(number, digits) == text
 
 
 @given(st.floats(-1e9, 1e9), st.integers(0, 8))
@@ -88,18 +82,6 @@ def test_a_number_beside_an_end_of_its_bracket_shows_one_digit_more() -> None:
     assert numerals.outward(0.495865, 0.499944) == (0.4958, 0.5)
 
 
-@pytest.mark.parametrize(
-    ("number", "text"), [(0.125, "+0.125"), (-12.34, "−12.3"), (0.0, "0"), (7005.0, "+7005"), (1.5e9, "+1.5×10⁹")]
-)
-def test_signed(number: float, text: str) -> None:
-    assert numerals.signed(number) == text
-
-
-@pytest.mark.parametrize(("number", "text"), [(0.0, "0.00"), (1.234, "1.23"), (0.004, "0.004")])
-def test_seconds(number: float, text: str) -> None:
-    assert numerals.seconds(number) == text
-
-
 @given(st.floats(min_value=1e-4, max_value=1e9), st.integers(1, 6))
 def test_bounds_in_text_are_rounded_outwards(number: float, digits: int) -> None:
     low, high = (float(bound(number, digits)) for bound in (numerals.at_least, numerals.at_most))
@@ -107,31 +89,54 @@ def test_bounds_in_text_are_rounded_outwards(number: float, digits: int) -> None
     assert high - low <= 2 * number * 10.0 ** (1 - digits)
 
 
-def test_bounds_in_text_keep_what_is_exact() -> None:
-    assert numerals.at_most(0.5) == numerals.at_least(0.5) == "0.5"
-    assert (numerals.at_least(84.92), numerals.at_most(96.08)) == ("84", "97")
-    assert numerals.at_most(3.119e-9, 1) == "4×10⁻⁹"
+@pytest.mark.parametrize(
+    ("written", "text"),
+    [
+        (numerals.short(12.3, 1), "12"),
+        (numerals.short(-322.6, 2), "−323"),
+        (numerals.short(999999.6, 6), "10⁶"),
+        (numerals.short(1.1e19, 2), "1.1×10¹⁹"),
+        (numerals.short(2e-7, 1), "2×10⁻⁷"),
+        (numerals.short(True), "yes"),
+        (numerals.signed(0.125), "+0.125"),
+        (numerals.signed(-12.34), "−12.3"),
+        (numerals.signed(0.0), "0"),
+        (numerals.signed(7005.0), "+7005"),
+        (numerals.signed(1.5e9), "+1.5×10⁹"),
+        (numerals.seconds(0.0), "0.00"),
+        (numerals.seconds(1.234), "1.23"),
+        (numerals.seconds(0.004), "0.004"),
+        (numerals.at_most(0.5), "0.5"),
+        (numerals.at_least(0.5), "0.5"),
+        (numerals.at_least(84.92), "84"),
+        (numerals.at_most(96.08), "97"),
+        (numerals.at_most(3.119e-9, 1), "4×10⁻⁹"),
+        (numerals.layout(1.5), "1.5"),
+        (numerals.layout((1.0, -2.0)), "(1, −2)"),
+        (numerals.layout(((1.0, 2.0), (3.0, 4.0))), "[1 2; 3 4]"),
+        (numerals.exact(Fraction(1325, 1000)), "1.325"),
+        (numerals.exact(Fraction(-1, 20000)), "−0.00005"),
+    ],
+)
+def test_how_a_number_is_written(written: str, text: str) -> None:
+    assert written == text
 
 
-def test_layouts_and_exact_fractions() -> None:
-    assert numerals.layout(1.5) == "1.5"
-    assert numerals.layout((1.0, -2.0)) == "(1, −2)"
-    assert numerals.layout(((1.0, 2.0), (3.0, 4.0))) == "[1 2; 3 4]"
-    assert numerals.exact(Fraction(1325, 1000)) == "1.325"
-    assert numerals.exact(Fraction(-1, 20000)) == "−0.00005"
-    assert numerals.short(True) == "yes"
+BAND = (-0.5, 0.5)
 
 
-BAND = Band(-0.5, 0.5)
+def beside(units: float, *bracket: float) -> Measured:
+    """A number so many units beside a printed 0, perhaps with a bracket."""
+    low, high = map(Fraction, bracket or (units, units))
+    return Measured(parse("0").entries[0], "", None, Fraction(units), Interval(low, high), bool(bracket))
 
 
 @given(st.floats(-1.4, 1.4))
 def test_the_dot_lies_in_the_band_exactly_if_the_number_does(units: float) -> None:
-    text = strip([Mark(units)], BAND)
+    text = strip([beside(units)], BAND)
     band = re.search(r'class="band" x="([\d.]+)" y="2" width="([\d.]+)"', text)
     dot = re.search(r'class="(in|out)" cx="([\d.]+)"', text)
-    assert band is not None
-    assert dot is not None
+    assert band is not None and dot is not None
     start, width, place = float(band[1]), float(band[2]), float(dot[2])
     drawn_inside = start - 0.02 <= place <= start + width + 0.02
     assert (dot[1] == "in") == (abs(units) <= 0.5)
@@ -139,17 +144,24 @@ def test_the_dot_lies_in_the_band_exactly_if_the_number_does(units: float) -> No
 
 
 @pytest.mark.parametrize(("units", "tip"), [(7.0, "M131,"), (-7.0, "M1,")])
-def test_off_the_scale_is_an_arrow(units: float, tip: str) -> None:
-    text = strip([Mark(units)], BAND)
-    assert f'<path class="out" d="{tip}' in text
-    assert "<circle" not in text
-    assert "<circle" in strip([Mark(units)], BAND, span_of([Mark(units)], BAND))
+def test_off_the_scale_is_an_arrow_and_a_bracket_ends_at_the_edge(units: float, tip: str) -> None:
+    text = strip([beside(units)], BAND)
+    assert f'<path class="out" d="{tip}' in text and "<circle" not in text
+    assert "<circle" in strip([beside(units)], BAND, span=10.0)
+    assert 'class="bracket" d="M7,5v8M7,9H125m' in strip([beside(0.0, -abs(units), abs(units))], BAND)
 
 
-def test_a_bracket_decides_and_its_words_say_so() -> None:
-    assert 'aria-label="bracket not within what the print allows"' in strip([Mark(0.4, 0.3, 0.6)], BAND)
-    assert 'aria-label="bracket within what the print allows"' in strip([Mark(0.4, 0.3, 0.5)], BAND)
-    assert 'aria-label="1 of 2 entries within what the print allows"' in strip([Mark(0.4), Mark(0.7)], BAND)
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ([beside(0.4, 0.3, 0.6)], "bracket not within"),
+        ([beside(0.4, 0.3, 0.5)], "bracket within"),
+        ([beside(0.7)], "computed value not within"),
+        ([beside(0.4), beside(0.7)], "1 of 2 entries within"),
+    ],
+)
+def test_a_bracket_decides_and_its_words_say_so(numbers: list[Measured], words: str) -> None:
+    assert f'aria-label="{words} what the print allows"' in strip(numbers, BAND)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +184,3 @@ def test_a_bracket_decides_and_its_words_say_so() -> None:
 )
 def test_agreement_is_the_common_beginning_with_the_points_aligned(printed: str, computed: str, common: str) -> None:
     assert computed[: numerals.agreement(printed, computed)] == common
-
-
-def test_nothing_is_drawn_beyond_the_ends_of_the_line() -> None:
-    assert _clip(7.0, 2.0) == _clip(2.0, 2.0) > _clip(1.0, 2.0) > _clip(-2.0, 2.0) == _clip(-9.0, 2.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace as replaced
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -57,26 +58,10 @@ def test_a_run_refuses_a_finding_that_is_too_long() -> None:
         checked("It holds.", "word " * 26)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "Theorem 3",
-        "Examples 1-3",
-        "Table 1",
-        "eq. (34)",
-        "degree 2",
-        "periods (2, 1)",
-        "offsets [0, 1, 2]",
-        "Sec. IV",
-        "L2",
-        "Case 2 and 3",
-    ],
-)
-def test_what_has_a_number_in_its_name_is_no_number(name: str) -> None:
-    assert require_short(f"By {name} the level is 0.5, not 0.7.")
-
-
-def test_links_count_as_their_words() -> None:
+def test_what_has_a_number_in_its_name_is_no_number_and_a_link_counts_as_its_words() -> None:
+    names = ("Theorem 3", "Examples 1-3", "Table 1", "eq. (34)", "degree 2", "periods (2, 1)", "offsets [0, 1, 2]")
+    for name in (*names, "Sec. IV", "L2", "Case 2 and 3"):
+        assert require_short(f"By {name} the level is 0.5, not 0.7.")
     assert require_short("[" + " ".join(["word"] * 25) + "](+gamma.1-2-3-4)")
 
 
@@ -114,43 +99,26 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
 
 
-def stands(
-    *,
-    broken: int = 0,
-    refuted: bool = True,
-    sound: bool = True,
-    failing: int = 0,
-    theorems: int = 1,
-    corrected: bool = False,
-) -> Standing:
-    return Standing(
-        theorems=theorems,
-        refuted=broken * refuted,
-        broken=broken,
-        sound=sound and not broken,
-        corrected=corrected,
-        open=False,
-        failing=failing + broken,
-        claims=9,
-    )
+SOUND = Standing(theorems=1, refuted=0, broken=0, sound=True, corrected=False, open=False, failing=0, claims=9)
+OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted=1, broken=1, failing=1)
 
 
 @pytest.mark.parametrize(
     ("papers", "sentence"),
     [
-        ([stands(broken=1)], "The paper gives a false guarantee."),
-        ([stands(broken=1, refuted=False)], "The paper gives a guarantee that fails."),
-        ([stands()], "In the paper every theorem passes our tests."),
-        ([stands(), stands(sound=False)], "In both papers we refute no theorem."),
-        ([stands(sound=False, failing=1)], "In the paper we refute no theorem; one result differs."),
+        ([FALSE], "The paper gives a false guarantee."),
+        ([replaced(FALSE, refuted=0)], "The paper gives a guarantee that fails."),
+        ([SOUND], "In the paper every theorem passes our tests."),
+        ([SOUND, OPEN], "In both papers we refute no theorem."),
+        ([replaced(OPEN, failing=1)], "In the paper we refute no theorem; one result differs."),
         (
-            [stands(broken=1), stands(failing=2), stands(corrected=True), stands(failing=1)],
+            [FALSE, replaced(SOUND, failing=2), replaced(SOUND, corrected=True), replaced(SOUND, failing=1)],
             "One of four papers gives a false guarantee. In the other three we refute no theorem, once corrected; "
             "three results differ.",
         ),
-        ([stands(broken=1), stands(broken=2)], "Both papers give a false guarantee."),
+        ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "Both papers give a false guarantee."),
         (
-            [stands(broken=1), stands(broken=1), stands(broken=1), stands()],
+            [FALSE, FALSE, FALSE, SOUND],
             "Three of four papers give a false guarantee. In the other every theorem passes our tests.",
         ),
         ([], "There is no claim to judge."),
@@ -258,19 +226,9 @@ def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> 
         assert said(replace(told, claims=claims)) == f"The level is {number}."
 
 
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        ("It holds. [That](+x) fails.", 2),
-        ("By Sec. IV and eq. (41) of Doe et al. It holds.", 1),
-        ("Is it 1.33? {x} says so.", 2),
-    ],
-)
-def test_a_card_has_sentences_and_each_may_be_as_long_as_any(text: str, parts: int) -> None:
-    assert len(sentences(text)) == parts
-
-
-def test_a_card_may_be_longer_than_a_sentence_and_none_of_its_sentences_may(made: ResultsFile) -> None:
+def test_a_card_has_sentences_and_each_may_be_as_long_as_any(made: ResultsFile) -> None:
+    assert len(sentences("It holds. [That](+x) fails.")) == len(sentences("Is it 1.33? {x} says so.")) == 2
+    assert len(sentences("By Sec. IV and eq. (41) of Doe et al. It holds.")) == 1
     short = " ".join(["Word", *["word"] * 19])
     assert f"{short}. {short}." in render(with_brief(made, card=f"{short}. {short}."), Path())
     with pytest.raises(AuditError, match="at most 25 words"):
@@ -291,17 +249,6 @@ def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(
     changed = with_brief(made, holds="[This](far) holds.")
     assert briefs(changed)[KEY].lines[0][1].shaken
     assert "A claim that this rests on has changed its verdict." in render(changed, Path())
-
-
-@pytest.mark.parametrize("text", ["<script>alert(1)</script>", "</style><b>", "a" * 300, "word " * 60])
-def test_a_statement_or_title_of_any_form_stays_text(made: ResultsFile, text: str) -> None:
-    first = altered(made.claims[0], statement=text)
-    paper = replace(made.papers[0], title=text)
-    page = render(replace(made, papers=(paper,), claims=(first, *made.claims[1:])), Path())
-    tree = html5lib.HTMLParser(strict=True).parse(page)
-    assert sum(str(e.tag).endswith("}script") for e in tree.iter()) == 3
-    assert sum(str(e.tag).endswith("}style") for e in tree.iter()) == 2
-    assert text in ["".join(e.itertext()) for e in tree.iter() if str(e.tag).endswith("}bdi")]
 
 
 @pytest.mark.parametrize("number", [0, 300])
@@ -415,14 +362,9 @@ def test_factors_are_brackets_over_the_ideal_sensor() -> None:
     assert shown is not None
     slow, late = shown.columns
     assert shown.multiples == (1, 3)
-    assert (slow.costs[3].least, slow.costs[3].most) == pytest.approx((2.0, 3.0))
-    assert (slow.costs[1].least, slow.costs[1].most) == (1.0, 1.0)
+    assert slow.costs[3] == pytest.approx((2.0, 3.0)) and slow.costs[1] == (1.0, 1.0)
     assert set(late.costs) == {1}
-
-
-def test_without_an_ideal_sensor_there_is_no_factor() -> None:
-    assert across(file_with(level("slow", 2, 1.0, 1.0))) is None
-    assert across(file_with()) is None
+    assert across(file_with()) is across(file_with(level("slow", 2, 1.0, 1.0))) is None, "no ideal sensor, no factor"
 
 
 # Words

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import sample
 from cases import altered, claim, results_file
 from msgspec.structs import replace
 
@@ -18,8 +19,8 @@ from replication.audit.judge.agreement import Interval
 from replication.audit.judge.match import NO_PREDICATE, compared
 from replication.audit.judge.proofs import wanted, with_proofs
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Evidence, Kind, Outcome, Verdict
-from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, StatedClaim, shared
+from replication.audit.model import Claim, Evidence, Kind, Outcome, StatedClaim, Verdict
+from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, shared
 from replication.errors import AuditError
 from replication.verify.predicate import Exported, Predicate, Relation, Term, term
 
@@ -30,27 +31,13 @@ PAIR = Evidence(method="m", value=(1.0, (2.0, -0.5)))
 
 def certificate(*, of: Term | None = None, readings: tuple[str, ...] = ("none",), **more: Any) -> CertificateRecord:
     """A theorem on the gain, or if it only says yes or no on the stability, of the plant of the paper."""
-    fields: dict[str, Any] = {
-        "paper": "toy",
-        "name": "c",
-        "path": "certificates/toy/c.json",
-        "sha256": "0",
-        "claims": ("toy.c1",),
-        "statement": "method.what",
-        "proved": True,
-        "reason": "",
-        "sentence": "It is so.",
-        "lower": None,
-        "upper": None,
-        "holds": None,
-        "items": (),
-    } | more
-    items = fields["items"] or ((fields["lower"], fields["upper"]),)
+    own = {"paper": "toy", "path": "certificates/toy/c.json", "statement": "method.what", "claims": ("toy.c1",)}
+    made = sample.certificate("c", **(own | more))
+    items = made.items or ((made.lower, made.upper),)
     bounds = any(end for pair in items for end in pair)
     gain = Exported(of=of or GAIN, unit="1", readings=readings, items=items)
-    stable = Exported(of=of or STABLE, unit="yes or no", readings=readings, holds=fields["holds"])
-    says = ([gain] if bounds else []) + ([stable] if fields["holds"] is not None else [])
-    return CertificateRecord(**fields, says=tuple(says))
+    stable = Exported(of=of or STABLE, unit="yes or no", readings=readings, holds=made.holds)
+    return replace(made, says=(*([gain] if bounds else []), *([stable] if made.holds is not None else [])))
 
 
 def stated(kind: Kind, *says: Predicate, printed: str = "1.33", reading: str = "none") -> Claim:
@@ -203,47 +190,33 @@ def test_a_theorem_that_contradicts_the_evidence_is_an_error(
     assert judged(kind, evidence, certificate(**proof)).verdict is Verdict.ERROR
 
 
+HOLDING, DIGITS = Evidence(method="m", holds=True), {"lower": "133/100", "upper": "133/100"}
 ATTACKS: dict[str, tuple[Kind, Evidence, CertificateRecord, str]] = {
+    **{
+        what: (Kind.VALUE, LEVEL, certificate(of=of, **DIGITS), told)
+        for what, of, told in (
+            ("another plant", term("gain", "other"), "another plant: other, not toy"),
+            ("an own plant of the same name", term("gain", "own plant toy"), "another plant: own plant toy, not toy"),
+            ("an instance", term("gain", "toy", periods=[2, 3]), "for periods [2, 3] of all"),
+            ("another class", term("gain", "toy", "one-step predictors"), "for one-step predictors, not for none"),
+        )
+    },
     "an unrelated theorem": (
         Kind.FEASIBLE,
-        Evidence(method="m", holds=True),
+        HOLDING,
         certificate(of=term("observability", "toy"), holds=True),
         "it is about the observability of (C, A), not the stability of the error system",
-    ),
-    "another plant": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "other"), lower="133/100", upper="133/100"),
-        "another plant: other, not toy",
-    ),
-    "an own plant of the same name": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "own plant toy"), lower="133/100", upper="133/100"),
-        "another plant: own plant toy, not toy",
-    ),
-    "an instance": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "toy", periods=[2, 3]), lower="133/100", upper="133/100"),
-        "for periods [2, 3] of all",
-    ),
-    "another class of estimators": (
-        Kind.VALUE,
-        LEVEL,
-        certificate(of=term("gain", "toy", "one-step predictors"), lower="133/100", upper="133/100"),
-        "for one-step predictors, not for none",
     ),
     "another reading": (
         Kind.VALUE,
         LEVEL,
-        certificate(readings=("seconds",), lower="133/100", upper="133/100"),
+        certificate(readings=("seconds",), **DIGITS),
         "under the reading seconds only, not none",
     ),
     "the wrong side": (Kind.VALUE, LEVEL, certificate(lower="131/100"), "do not decide whether"),
     "bounds for a statement": (
         Kind.FEASIBLE,
-        Evidence(method="m", holds=True),
+        HOLDING,
         certificate(upper="1"),
         "it is about the worst-case gain of given gains, not the stability",
     ),

@@ -43,29 +43,17 @@ def test_commit_of_a_clean_tree(project: Path) -> None:
     assert git_state(project) == (git(project, "rev-parse", "HEAD"), False)
 
 
-@pytest.mark.parametrize("name", ["papers/a.py", "papers/new.py", "report/template.html.j2", "replication/x.py"])
-def test_edited_and_untracked_sources_make_it_dirty(project: Path, name: str) -> None:
-    (project / name).parent.mkdir(exist_ok=True)
-    (project / name).write_text("two\n", encoding="utf-8")
-    assert git_state(project)[1] is True
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "report/results.json",
-        "report/index.html",
-        "report/toy2020/index.html",
-        "figures/f.svg",
-        "figures/new.csv",
-        ".cache/replication/e.json",
-        "benchmarks/results.md",
-    ],
+SOURCES = ("papers/a.py", "papers/new.py", "report/template.html.j2", "replication/x.py")
+WRITTEN = (
+    *("report/results.json", "report/index.html", "report/toy2020/index.html", "figures/f.svg", "figures/new.csv"),
+    *(".cache/replication/e.json", "benchmarks/results.md"),
 )
-def test_what_a_run_writes_does_not(project: Path, name: str) -> None:
-    (project / name).parent.mkdir(parents=True, exist_ok=True)
-    (project / name).write_text("two\n", encoding="utf-8")
-    assert git_state(project)[1] is False
+
+
+@pytest.mark.parametrize("name", [*SOURCES, *WRITTEN])
+def test_edited_and_untracked_sources_make_it_dirty_and_what_a_run_writes_does_not(project: Path, name: str) -> None:
+    write(project / name, "two\n")
+    assert git_state(project)[1] is (name in SOURCES)
 
 
 def test_what_git_refuses_says_nothing(project: Path) -> None:
@@ -74,16 +62,13 @@ def test_what_git_refuses_says_nothing(project: Path) -> None:
 
 
 def test_without_git_nothing_is_claimed(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inner = project / "unpacked"
+    inner.mkdir()
+    assert git_state(inner) == ("unknown", None), "the repository around an unpacked archive is not meant"
     shutil.rmtree(project / ".git")
     assert git_state(project) == ("unknown", None)
     monkeypatch.setenv("PATH", "")
     assert git_state(project) == ("unknown", None)
-
-
-def test_the_repository_around_an_unpacked_archive_is_not_meant(project: Path) -> None:
-    inner = project / "unpacked"
-    inner.mkdir()
-    assert git_state(inner) == ("unknown", None)
 
 
 def test_date_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:

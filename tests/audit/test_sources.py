@@ -14,8 +14,10 @@ def tree(tmp_path: Path) -> SourceTree:
 
 
 def write(tmp_path: Path, **files: str) -> None:
-    for name, text in files.items():
+    """Modules of the package `lab`, two underscores for a folder; each folder is a package, empty unless given."""
+    for name, text in {"init": "", **files}.items():
         path = tmp_path / "lab" / (name.replace("__", "/") + ".py")
+        path = path.with_name("__init__.py") if path.stem == "init" else path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
 
@@ -24,19 +26,7 @@ def names(tree: SourceTree, module: str) -> list[str]:
     return [file.removeprefix("lab/") for file in tree.files_of(module)]
 
 
-def init(folder: str) -> str:
-    """`write` turns double underscores into slashes, so the name of an `__init__` is put together here."""
-    return f"{folder}/__init__" if folder else "__init__"
-
-
-def package(tmp_path: Path, folder: str, text: str = "") -> None:
-    path = tmp_path / "lab" / f"{init(folder)}.py"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-
-
 def test_closure_is_transitive_and_leaves_out_what_is_not_used(tmp_path: Path, tree: SourceTree) -> None:
-    package(tmp_path, "")
     write(tmp_path, a="from lab.b import f\nimport numpy", b="from . import c", c="x = 1", unused="import lab.a")
     assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py", "c.py"]
 
@@ -56,15 +46,17 @@ def test_closure_is_transitive_and_leaves_out_what_is_not_used(tmp_path: Path, t
     ],
 )
 def test_every_form_of_import_is_seen(tmp_path: Path, tree: SourceTree, text: str) -> None:
-    package(tmp_path, "")
     write(tmp_path, a=text, b="f = 1")
     assert "b.py" in names(tree, "lab.a")
 
 
 def test_relative_imports_from_deeper_packages(tmp_path: Path, tree: SourceTree) -> None:
-    for folder in ("", "deep", "deep/deeper"):
-        package(tmp_path, folder)
-    write(tmp_path, deep__deeper__a="from ... import top\nfrom ..side import x\nfrom . import near")
+    write(
+        tmp_path,
+        deep__init="",
+        deep__deeper__init="",
+        deep__deeper__a="from ... import top\nfrom ..side import x\nfrom . import near",
+    )
     write(tmp_path, top="", deep__side="x = 1", deep__deeper__near="")
     found = names(tree, "lab.deep.deeper.a")
     assert {"top.py", "deep/side.py", "deep/deeper/near.py"} <= set(found)
@@ -74,26 +66,26 @@ def test_relative_imports_from_deeper_packages(tmp_path: Path, tree: SourceTree)
 def test_enclosing_package_counts_but_its_imports_only_if_a_name_is_taken_from_it(
     tmp_path: Path, tree: SourceTree
 ) -> None:
-    package(tmp_path, "", "from lab.claims import CLAIMS")
-    write(tmp_path, claims="CLAIMS = ()", a="from lab import b", b="", c="from lab import CLAIMS")
+    write(
+        tmp_path,
+        init="from lab.claims import CLAIMS",
+        claims="CLAIMS = ()",
+        a="from lab import b",
+        b="",
+        c="from lab import CLAIMS",
+    )
     assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py"]
     assert "claims.py" in names(tree, "lab.c")
 
 
-def test_package_that_binds_the_name_of_a_submodule_is_followed(tmp_path: Path, tree: SourceTree) -> None:
-    package(tmp_path, "", "from lab.other import b")
-    write(tmp_path, a="from lab import b", b="", other="b = 1")
+def test_a_package_that_binds_the_name_of_a_submodule_is_followed_and_a_circle_ends(
+    tmp_path: Path, tree: SourceTree
+) -> None:
+    write(tmp_path, init="from lab.other import b", a="from lab import b", b="", other="import lab.a\nb = 1")
     assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py", "other.py"]
 
 
-def test_circular_imports_end(tmp_path: Path, tree: SourceTree) -> None:
-    package(tmp_path, "")
-    write(tmp_path, a="import lab.b", b="import lab.a")
-    assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py"]
-
-
 def test_checksums_follow_the_content(tmp_path: Path, tree: SourceTree) -> None:
-    package(tmp_path, "")
     write(tmp_path, a="x = 1")
     before = tree.files_of("lab.a")
     assert tree.unchanged(before)
@@ -106,7 +98,6 @@ def test_checksums_follow_the_content(tmp_path: Path, tree: SourceTree) -> None:
 
 
 def test_unknown_module_and_broken_file_are_named(tmp_path: Path, tree: SourceTree) -> None:
-    package(tmp_path, "")
     write(tmp_path, a="def f(:")
     with pytest.raises(AuditError, match="json is not a file of lab"):
         tree.files_of("json")
@@ -119,7 +110,6 @@ def test_location_of_functions_partials_and_callable_objects(
 ) -> None:
     text = "import functools\n\ndef f(x=0):\n    return x\n\nclass C:\n    def __call__(self):\n        return 1\n"
     text += "\n@functools.wraps(f)\ndef wrapped():\n    return f()\n"
-    (tmp_path / "lab").mkdir()
     write(tmp_path, located=text)
     monkeypatch.syspath_prepend(str(tmp_path / "lab"))
     import located
@@ -136,7 +126,6 @@ def test_location_of_functions_partials_and_callable_objects(
 def test_last_line_is_the_innermost_of_the_project(
     tmp_path: Path, tree: SourceTree, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "lab").mkdir()
     write(tmp_path, failing="import json\n\ndef outer():\n    inner()\n\ndef inner():\n    json.loads('')\n")
     monkeypatch.syspath_prepend(str(tmp_path / "lab"))
     import failing

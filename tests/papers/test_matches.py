@@ -7,14 +7,15 @@ from functools import cache
 from pathlib import Path
 from unittest.mock import patch
 
+import msgspec
 import pytest
 
 import papers
 from replication.audit.judge import proofs
 from replication.audit.judge.match import Match, _told, match
-from replication.audit.model import Evidence, Outcome
+from replication.audit.model import Evidence, Outcome, StatedClaim
 from replication.audit.run.prove import prove
-from replication.audit.store.records import CertificateRecord, StatedClaim
+from replication.audit.store.records import CertificateRecord
 
 ROOT = Path(__file__).parents[2]
 CLAIMS = {claim.id: claim for paper in papers.load() for claim in paper.claims}
@@ -93,7 +94,7 @@ def test_what_is_proved_along_some_solutions_is_not_proved_of_all() -> None:
         claim = CLAIMS[f"peet2019.theory.{name}"]
         assert matched(claim.id, "observer-bound").proved
         (says,) = claim.says
-        of_all = replace(claim, says=(replace(says, of=replace(says.of, setting={})),))
+        of_all = msgspec.structs.replace(claim, says=(replace(says, of=replace(says.of, setting={})),))
         with patch.dict(CLAIMS, {claim.id: of_all}):
             assert not matched(claim.id, "observer-bound").proved
 

@@ -21,6 +21,7 @@ from replication.audit.data import PrintedValue
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.verdict import AGREES, make_record
 from replication.audit.model import NO_READING, Kind, Policy, Verdict
+from replication.audit.store.records import ErratumRecord
 
 pytestmark = pytest.mark.slow
 """All read what several experiments give, which takes seconds even where they are cheap."""
@@ -128,10 +129,8 @@ def results() -> dict[str, Any]:
 def verdict(name: str, results: dict[str, Any]) -> Verdict:
     claim, full = CLAIMS[name], {f"{KEY}.{key}": value for key, value in results.items()}
     erratum = next((erratum for erratum in PAPER.errata if erratum.id == claim.erratum), None)
-    proof = None if erratum is None else erratum.prove(full)
-    sort = {} if erratum is None else {"inferred": erratum.inference, "scanned": erratum.scan}
-    record = make_record(claim, claim.answer(full), proof, readings=PAPER.readings, **sort)
-    return record.judgement.verdict
+    proof = None if erratum is None else ErratumRecord.of(KEY, erratum, erratum.prove(full))
+    return make_record(claim, claim.answer(full), proof, readings=PAPER.readings).verdict
 
 
 def test_every_check_has_its_perturbed_input(results: dict[str, Any]) -> None:

@@ -21,6 +21,7 @@ from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.printed import DATA, GAINS, PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Claim, Proof, Verdict
+from replication.audit.store.records import ErratumRecord
 from replication.errors import AuditError
 
 KEY = PAPER.key
@@ -183,9 +184,9 @@ def results_of(uses: tuple[str, ...]) -> dict[str, Any]:
 def verdict(claim: Claim, results: dict[str, Any]) -> Verdict:
     evidence = claim.answer(results)
     assert {outcome.reading for outcome in evidence.outcomes} <= {reading.name for reading in PAPER.readings}
-    proof = Proof(holds=True, text="taken for granted here") if claim.erratum else None
-    inferred = any(erratum.inference for erratum in PAPER.errata if erratum.id == claim.erratum)
-    return make_record(claim, evidence, proof, inferred=inferred, readings=PAPER.readings).judgement.verdict
+    granted = Proof(holds=True, text="taken for granted here")
+    proofs = [ErratumRecord.of(PAPER.key, one, granted) for one in PAPER.errata if one.id == claim.erratum]
+    return make_record(claim, evidence, *proofs, readings=PAPER.readings).verdict
 
 
 def named(names: dict[str, Any]) -> list[Any]:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
+import msgspec
 import pytest
 
 from papers.peet2019 import PAPER
@@ -23,6 +23,7 @@ from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
 from papers.peet2019.readings import POSITIVE
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
+from replication.audit.store.records import ErratumRecord
 
 Results = dict[str, Any]
 Alteration = Callable[[Results], None]
@@ -198,13 +199,13 @@ NOT_SETTLED = {"ex4.unstable"}
 
 
 def verdict(claim: Claim, results: Results, proof_holds: bool = True) -> Verdict:
-    proof = None if claim.erratum is None else Proof(holds=proof_holds, text="")
+    proof = Proof(holds=proof_holds, text="")
+    proofs = [ErratumRecord.of(PAPER.key, one, proof) for one in PAPER.errata if one.id == claim.erratum]
     try:
         evidence, error = claim.answer(results), ""
     except KeyError as missing:
         evidence, error = None, repr(missing)
-    inferred = any(erratum.inference for erratum in PAPER.errata if erratum.id == claim.erratum)
-    return make_record(claim, evidence, proof, inferred=inferred, readings=PAPER.readings, error=error).verdict
+    return make_record(claim, evidence, *proofs, readings=PAPER.readings, error=error).verdict
 
 
 def fails(claim: Claim, results: Results, proof_holds: bool = True) -> bool:
@@ -235,7 +236,7 @@ def test_a_claim_fails_where_the_results_do_not(name: str, number: int) -> None:
 )
 def test_a_claim_fails_with_another_print(name: str) -> None:
     claim = CLAIMS[name]
-    assert fails(replace(claim, printed=f"{float(claim.printed) * 1.01:.4f}"), agreeing())
+    assert fails(msgspec.structs.replace(claim, printed=f"{float(claim.printed) * 1.01:.4f}"), agreeing())
 
 
 @pytest.mark.parametrize("name", sorted(name for name, claim in CLAIMS.items() if claim.erratum))

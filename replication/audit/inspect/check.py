@@ -17,7 +17,7 @@ from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Experiment, Judgement, Verdict
+from replication.audit.model import Experiment, Judgement, StatedClaim, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.draw import checksums, kept_figures
 from replication.audit.run.pool import Action
@@ -34,7 +34,6 @@ from replication.audit.store.records import (
     PaperRecord,
     ResultsFile,
     RunRecord,
-    StatedClaim,
     shared,
 )
 from replication.errors import AuditError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -10,30 +11,24 @@ from fractions import Fraction
 
 from replication.audit.judge import numerals
 from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.judge.uncertainty import reach, said, weighed, widest
-from replication.audit.model import Evidence, Judgement, Verdict
-from replication.audit.store.records import StatedClaim
+from replication.audit.judge.uncertainty import PROBABLE, reach, said, weighed
+from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
 
 
 class Position(Enum):
-    """Where a computed number or its bracket lies against the numbers a print stands for; the first found decides."""
+    """Where a computed number or its bracket lies against the numbers a print stands for; the first found decides.
 
-    OUTSIDE = "lies outside"
-    STRADDLING = "is too wide to decide, it straddles an end of"
-    INSIDE = "lies inside"
+    Each in words, how many of several entries lie so, and the verdict.
+    """
 
-
-_COUNTS = {
-    Position.OUTSIDE: "{found} of {all} entries disagree: ",
-    Position.STRADDLING: "{found} of {all} entries undecided: ",
-    Position.INSIDE: "all {all} entries agree: ",
-}
-_VERDICTS = {
-    Position.OUTSIDE: Verdict.DIFFERS,
-    Position.STRADDLING: Verdict.UNDETERMINED,
-    Position.INSIDE: Verdict.REPRODUCED,
-}
+    OUTSIDE = "lies outside", "{found} of {all} entries disagree: ", Verdict.DIFFERS
+    STRADDLING = (
+        "is too wide to decide, it straddles an end of",
+        "{found} of {all} entries undecided: ",
+        Verdict.UNDETERMINED,
+    )
+    INSIDE = "lies inside", "all {all} entries agree: ", Verdict.REPRODUCED
 
 
 @dataclass(frozen=True)
@@ -131,6 +126,15 @@ class Measured:
         return (number - self.entry.value) / self.entry.unit
 
     @property
+    def reach(self) -> tuple[float, float]:
+        """The bracket, or the number where there is none, in the same units; an end that is not known is far away."""
+        low, high = self.bracket.low, self.bracket.high
+        return (
+            -math.inf if low is None else float(self.units(low)),
+            math.inf if high is None else float(self.units(high)),
+        )
+
+    @property
     def prefix(self) -> str:
         """The label of its entry before it."""
         return f"{self.label}: " if self.label else ""
@@ -162,23 +166,20 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
     decisive = next(position for position in Position if position in positions)
     found = [index for index, position in enumerate(positions) if position is decisive]
     index = max(found, key=lambda i: abs(measured[i].deviation))
-    count = _COUNTS[decisive].format(found=len(found), all=len(measured)) if len(measured) > 1 else ""
+    words, counted, verdict = decisive.value
+    count = counted.format(found=len(found), all=len(measured)) if len(measured) > 1 else ""
     worst = max(measured, key=lambda number: abs(number.deviation))
     exact = all(number.bracket.low == number.bracket.high == number.entry.value for number in measured)
-    reason = f"{count}{_against(measured[index], ends[index], decisive.value)}"
+    reason = f"{count}{_against(measured[index], ends[index], words)}"
     if exact and len(measured) > 1:
         reason = f"all {len(measured)} entries equal the printed ones"
-    return Judgement(
-        verdict=_VERDICTS[decisive],
-        reason=_sentence(reason),
-        deviation_ulp=numerals.nearest(worst.deviation),
-    )
+    return Judgement(verdict=verdict, reason=_sentence(reason), deviation_ulp=numerals.nearest(worst.deviation))
 
 
 def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Judgement:
     """Compare a number that is printed with its uncertainty: by its digits, and else by what the uncertainty is."""
     (entry,) = target.printed.entries
-    half, (below, above) = entry.unit / 2, widest(entry)
+    half, (below, above) = entry.unit / 2, reach(entry, PROBABLE)
     digits, beyond = (
         judge_value(replace(target, intervals=(Interval(entry.value - low, entry.value + high),)), evidence)
         for low, high in ((half, half), (below, above))
@@ -274,11 +275,11 @@ def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> s
     if number.bracket.low == number.bracket.high == number.entry.value:
         return f"{number.prefix}{number.entry.text}, as printed"
     if number.whole and number.entry.value.denominator == 1:
-        return f"{number.prefix}{numerals.of_decimals(number.value)}, not {number.entry.text}"
+        return f"{number.prefix}{numerals.exact(number.value)}, not {number.entry.text}"
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
     deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
-    interval = f"[{numerals.of_decimals(ends[0])}, {numerals.of_decimals(ends[1])}]"
+    interval = f"[{numerals.exact(ends[0])}, {numerals.exact(ends[1])}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, the range of the printed {number.entry.text}"
         f" (deviation in units of its last place: {deviation})"

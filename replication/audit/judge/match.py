@@ -9,8 +9,8 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.judge.agreement import Interval, Position, Target, position
-from replication.audit.model import Evidence
-from replication.audit.store.records import CertificateRecord, StatedClaim
+from replication.audit.model import Evidence, StatedClaim
+from replication.audit.store.records import CertificateRecord
 from replication.errors import AuditError
 from replication.verify.predicate import NO_READING, Exported, Predicate, Relation, Term, differences, in_words
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 
 from replication.audit.model import Numbers
@@ -121,10 +121,8 @@ def places(text: str) -> int:
 
 
 def exact(number: Fraction) -> str:
-    """A decimal fraction with all of its digits, such as an end of a rounding interval."""
-    with localcontext() as context:
-        context.prec = 60
-        return _typeset(f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}")
+    """A fraction that comes from decimals, such as an end of a rounding interval, in all its digits."""
+    return decimal(Context(prec=MOST_DIGITS).divide(Decimal(number.numerator), Decimal(number.denominator)))
 
 
 def decimal(number: Decimal) -> str:
@@ -158,7 +156,7 @@ def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequ
         fine = width is None or abs(shown - number) <= width
         if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
             return decimal(rounded)
-    return of_decimals(number)
+    return exact(number)
 
 
 def at_most(number: float, digits: int = 2) -> str:
@@ -185,21 +183,6 @@ def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
         if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
             return decimal(Decimal(text))
     return full(value)
-
-
-def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
-    """Two numbers in `least` significant digits, or in as many as it takes to show which one is larger."""
-    values = nearest(first), nearest(second)
-    for count in range(least, 18):
-        texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
-        if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
-            return decimal(Decimal(texts[0])), decimal(Decimal(texts[1]))
-    return full(values[0]), full(values[1])
-
-
-def of_decimals(number: Fraction) -> str:
-    """A fraction that comes from decimals, in all its digits."""
-    return decimal(Decimal(number.numerator) / Decimal(number.denominator))
 
 
 def nearest(number: Fraction) -> float:

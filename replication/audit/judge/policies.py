@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
-from replication.audit.judge.numerals import of_decimals, short
-from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, Verdict
-from replication.audit.store.records import ClaimRecord, StatedClaim
+from replication.audit.judge.numerals import exact, short
+from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, StatedClaim, Verdict
+from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
 RULES: Mapping[Policy, str] = {
@@ -95,7 +94,7 @@ def with_excess(
     if relative is None:
         return judgement
     (number,) = measure(target, evidence)
-    rounded = of_decimals(round(number.value / number.entry.unit) * number.entry.unit)
+    rounded = exact(round(number.value / number.entry.unit) * number.entry.unit)
     words = (
         f"{judgement.reason} The optimum rounds to {rounded}. The least number that rounds to the print is "
         f"{_percent(relative)} above the optimum"
@@ -189,7 +188,7 @@ def repeated(claims: Iterable[Claim]) -> list[Claim]:
     for claim in claims:
         fact = json.dumps(sorted(json.dumps(said, sort_keys=True) for said in msgspec.to_builtins(claim.says)))
         original = first.setdefault(fact, claim.id) if claim.says and not claim.ours else claim.id
-        linked.append(replace(claim, repeats="" if original == claim.id else original))
+        linked.append(msgspec.structs.replace(claim, repeats="" if original == claim.id else original))
     return linked
 
 

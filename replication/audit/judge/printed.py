@@ -17,17 +17,18 @@ either side. All arithmetic is exact (`Fraction`), so no rounding of ours decide
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 from replication.audit.judge.forms import ADVICE, REAL, UNSIGNED, simplified, with_spread
 from replication.audit.model import Numbers
 from replication.audit.parts import Sensitivity
 from replication.errors import AuditError, ReplicationError
 
+T = TypeVar("T")
 RELATIONS = {"<": "<", "≤": "≤", "<=": "≤", ">": ">", "≥": "≥", ">=": "≥"}
 
 _REAL = re.compile(REAL)
@@ -83,19 +84,20 @@ class Printed:
     @property
     def labels(self) -> tuple[str, ...]:
         """How to call each entry: "" for a single number, else `entry 2` or `entry (2,1)`, and the part if complex."""
-        return tuple(self._labels())
-
-    def _labels(self) -> Iterator[str]:
+        found = []
         for index, cell in enumerate(self.cells):
-            place = ""
-            if len(self.shape) == 1:
-                place = f"entry {index + 1}"
-            elif len(self.shape) == 2:
-                place = "entry ({},{})".format(*(i + 1 for i in divmod(index, self.shape[1])))
-            if len(cell) == 1:
-                yield place
-            else:
-                yield from (f"{part} of {place}" if place else part for part in ("real part", "imaginary part"))
+            row, column = divmod(index, self.shape[-1] if self.shape else 1)
+            place = ("", f"entry {column + 1}", f"entry ({row + 1},{column + 1})")[len(self.shape)]
+            parts = ("real part", "imaginary part") if len(cell) == 2 else ("",)
+            found += [" of ".join(filter(None, (part, place))) for part in parts]
+        return tuple(found)
+
+    def arranged(self, cells: Sequence[T]) -> T | list[T] | list[list[T]]:
+        """What belongs to each cell, in the layout of the print: alone, in a list, or in rows."""
+        if len(self.shape) < 2:
+            return list(cells) if self.shape else cells[0]
+        width = self.shape[1]
+        return [list(cells[begin : begin + width]) for begin in range(0, len(cells), width)]
 
     def align(self, name: str, numbers: Numbers) -> tuple[float, ...]:
         """Return `numbers` flattened in the order of `entries`; raises AuditError if it has another layout.
@@ -187,11 +189,7 @@ def number(printed: Any) -> Any:
     if found.relation or any(len(cell) > 1 for cell in found.cells):
         what = "a bound" if found.relation else "a complex number"
         raise AuditError(f"printed value {printed!r} is {what} and no real number; say in Python what is computed with")
-    values = [float(entry.value) for entry in found.entries]
-    if len(found.shape) == 2:
-        rows, columns = found.shape
-        return [values[row * columns : (row + 1) * columns] for row in range(rows)]
-    return values if found.shape else values[0]
+    return found.arranged([float(entry.value) for entry in found.entries])
 
 
 def has_uncertainty(text: str) -> bool:
@@ -328,14 +326,7 @@ def _moved(exact: Values, name: str, index: int, by: Fraction) -> Values:
 
 def _numbers(parsed: Mapping[str, Printed], values: Values) -> dict[str, Any]:
     """Floats in the layout of the prints."""
-    return {name: _layout(printed, [float(value) for value in values[name]]) for name, printed in parsed.items()}
-
-
-def _layout(printed: Printed, values: list[float]) -> Any:
-    if len(printed.shape) < 2:
-        return values if printed.shape else values[0]
-    columns = printed.shape[1]
-    return [values[begin : begin + columns] for begin in range(0, len(values), columns)]
+    return {name: printed.arranged([float(value) for value in values[name]]) for name, printed in parsed.items()}
 
 
 def _attempt(compute: Callable[[Parameters], Quantities], parameters: Parameters) -> dict[str, float] | None:

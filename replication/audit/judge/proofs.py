@@ -14,9 +14,10 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.match import Match, match
-from replication.audit.model import Claim, Evidence, Kind, Numbers
+from replication.audit.model import NUMERIC as NUMERIC
+from replication.audit.model import Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
-from replication.audit.store.records import CertificateRecord, StatedClaim
+from replication.audit.store.records import CertificateRecord
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 from replication.machine.theory import STATEMENTS, sum_for
@@ -37,15 +38,9 @@ def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[st
     Nothing where the theory, the decimals or the list of theorems have changed since.
     stated: the theorems that Coq has a statement of. Raises AuditError if the record names another one.
     """
-    found = _left(folder / "machine-checked.json", "replication coq", "statement", "theory", "certificates")
-    others = sorted(found.get("certificates", {}).keys() - set(stated))
-    if others:
-        raise AuditError(
-            f"{folder / 'machine-checked.json'} names {', '.join(others)}, of which Coq has no statement; run "
-            "`replication coq` again, or remove the file"
-        )
-    fresh = found and found["theory"] == sum_for(folder)
-    return (found["statement"], found["certificates"]) if fresh else ("", {})
+    keys, unknown = ("statement", "theory", "certificates"), "of which Coq has no statement"
+    statement, theory, sums = _left(folder / "machine-checked.json", "replication coq", keys, stated, unknown)
+    return (str(statement), sums) if theory and theory == sum_for(folder) else ("", {})
 
 
 def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
@@ -54,33 +49,32 @@ def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
     Nothing where the second arithmetic has changed since. listed: the theorems that the paper wants. Raises AuditError
     if the record names another one.
     """
-    found = _left(folder / RECORD, "python verify.py --both", "arithmetic", "certificates")
-    others = sorted(found.get("certificates", {}).keys() - set(listed))
-    if others:
-        raise AuditError(
-            f"{folder / RECORD} names {', '.join(others)}, which theorems.json does not; run `python verify.py --both` "
-            "again"
-        )
-    return dict(found["certificates"]) if found and found["arithmetic"] == second() else {}
+    keys, unknown = ("arithmetic", "certificates"), "which theorems.json does not"
+    arithmetic, sums = _left(folder / RECORD, "python verify.py --both", keys, listed, unknown)
+    return sums if arithmetic and arithmetic == second() else {}
 
 
-def _left(path: Path, command: str, *keys: str) -> dict[str, Any]:
+def _left(path: Path, command: str, keys: Sequence[str], known: Collection[str], unknown: str) -> list[Any]:
+    """These entries of a record, the last of them its checksums by theorem; nothing where there is no record."""
     if not path.is_file():
-        return {}
+        return [*("" for _ in keys[1:]), {}]
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        return {key: record[key] for key in keys}
+        found = [record[key] for key in keys]
+        others = sorted(dict(found[-1]).keys() - set(known))
     except (ValueError, KeyError, TypeError) as error:
         raise AuditError(
             f"{path} is not what `{command}` writes ({error!r}); run it again, or remove the file"
         ) from None
+    if others:
+        raise AuditError(f"{path} names {', '.join(others)}, {unknown}; run `{command}` again, or remove the file")
+    return found
 
 
 ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""
 SUBJECT = ("printed.toml", "plants.py", "statements.py", "theorems.json")
 """Files of a paper that say what its certificates are about."""
-NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 OPEN = "It holds under one reading of the text and fails under another."
 BY_KIND = {
     Kind.CITED: "The text gives no means to compute it.",
@@ -229,13 +223,11 @@ def _require_agreement(found: Match, evidence: Evidence, paths: str) -> None:
 
 def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
     """A number that is proved shows the bracket of its certificates; raises AuditError if it does not lie in it."""
-    if evidence.value is None:
-        raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
-    numbers = list(flat(evidence.value))
+    numbers = [] if evidence.value is None else list(flat(evidence.value))
     if len(ends) != len(numbers):
-        raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {len(numbers)}")
-    values = [_inside(number, pair, paths) for number, pair in zip(numbers, ends, strict=True)]
-    return _bracketed(evidence, values, ends)
+        has = len(numbers) if numbers else "none"
+        raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {has}")
+    return _bracketed(evidence, [_inside(*pair, paths) for pair in zip(numbers, ends, strict=True)], ends)
 
 
 def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
@@ -247,12 +239,10 @@ def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -
     bare = msgspec.structs.replace(evidence, lower=None, upper=None)
     if evidence.value is None:
         return bare
-    value = evidence.value
-    numbers = list(flat(value))
+    own = [evidence.value if part is None else part for part in (evidence.value, evidence.lower, evidence.upper)]
+    numbers, lows, highs = (list(flat(part)) for part in own)
     if len(ends) != len(numbers):
         return bare
-    lows = list(flat(value if evidence.lower is None else evidence.lower))
-    highs = list(flat(value if evidence.upper is None else evidence.upper))
     for number, low, high, pair in zip(numbers, lows, highs, ends, strict=True):
         # The bracket of its own that reaches nearest to the proved one must meet it.
         _inside(min(max(_clamped(number, pair), low), high), pair, paths)
@@ -280,17 +270,14 @@ def _outward(number: Fraction | None, towards: float) -> float | None:
 def _inside(number: float, ends: Ends, paths: str) -> float:
     inside = _clamped(number, ends)
     if abs(inside - number) > ROUNDING * max(1.0, abs(number)):
-        raise AuditError(f"the theorems of {paths} prove {_interval(ends)}, and the computed value is {number!r}")
+        low, high = (-math.inf if ends[0] is None else ends[0]), (math.inf if ends[1] is None else ends[1])
+        raise AuditError(f"the theorems of {paths} prove [{low!r}, {high!r}], and the computed value is {number!r}")
     return inside
 
 
 def _clamped(number: float, ends: Ends) -> float:
     low, high = ends
     return min(max(number, -math.inf if low is None else low), math.inf if high is None else high)
-
-
-def _interval(ends: Ends) -> str:
-    return f"[{-math.inf if ends[0] is None else ends[0]!r}, {math.inf if ends[1] is None else ends[1]!r}]"
 
 
 def flat(numbers: Numbers) -> Iterator[float]:

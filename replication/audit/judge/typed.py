@@ -31,7 +31,9 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
     known = {number for text in elsewhere for number in numbers_in(text)}
     sentences = list(ask(given))
     found = _by_place(sentences).items()
-    suspects = {place: number for place, number in found if _tells(number) and number not in known}
+    # A number that says more than how many, or which one.
+    telling = [(place, number) for place, number in found if "." in number or float(number.replace(",", "")) >= WHOLE]
+    suspects = {place: number for place, number in telling if number not in known}
     for turn in (0, 1):
         if not suspects:
             return
@@ -65,11 +67,6 @@ def _by_place(sentences: Iterable[str]) -> dict[tuple[str, int], str]:
 def numbers_in(text: str) -> Iterator[str]:
     """The numbers of a text as they are written, without their sign; none of those with a power of ten."""
     return (found[0] for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")))
-
-
-def _tells(number: str) -> bool:
-    """Whether a number says more than how many, or which one."""
-    return "." in number or float(number.replace(",", "")) >= WHOLE
 
 
 def _share(turn: int) -> float:

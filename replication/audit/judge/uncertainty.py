@@ -64,15 +64,11 @@ def reach(entry: Entry, uncertainty: str) -> tuple[Fraction, Fraction]:
     return (below, above) if times is None else (below * LIMIT / times, above * LIMIT / times)
 
 
-def widest(entry: Entry) -> tuple[Fraction, Fraction]:
-    """The same for the widest that an uncertainty usually is, where the text does not say; the narrowest is a bound."""
-    return reach(entry, PROBABLE)
-
-
 def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgement, beyond: Judgement) -> Judgement:
     """The judgement on a number that does not come out in its digits, by the uncertainty beside them.
 
-    judgement: for the interval of `reach`; beyond: for that of `widest`.
+    judgement: for the interval of `reach`; beyond: for that of a probable error, the widest that an uncertainty usually
+    is where the text does not say; the narrowest is a bound.
     """
     verdict, inside = judgement.verdict, judgement.verdict is Verdict.REPRODUCED
     assert entry.spread is not None

@@ -14,15 +14,14 @@ import msgspec
 
 from replication.audit.judge.policies import OF_READINGS, repeated
 from replication.audit.judge.proofs import BY_KIND
-from replication.audit.model import NO_READING, Claim, Kind, Policy, Reading, Verdict
+from replication.audit.model import NO_READING, NUMERIC, Claim, Kind, Policy, Reading, StatedClaim, Verdict
 from replication.audit.parts import Paper
-from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, StatedClaim, shared
+from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, shared
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError, meant
 from replication.verify.predicate import ESTIMATORS, YES_NO, Predicate, in_words, unit_of
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
-_CELL = "claim:"
 
 
 At = Callable[[str], str]
@@ -42,14 +41,13 @@ def validate_claims(papers: Sequence[Paper], at: At = nowhere) -> None:
     exists; every claim is covered by the scope; a scope item without claims and figures says why. Every claim names its
     reading, one that its paper defines, or `NO_READING`. What a claim says as data is of a known quantity, in its unit.
     """
-    mistakes = [*_repeated(papers)]
+    times = Counter(named for paper in papers for named in _named(paper))
+    again = [(what, name, number) for (what, name), number in times.items() if number > 1]
+    mistakes = [f"{what} {name!r} is used {number} times; make each one unique" for what, name, number in again]
     for paper in papers:
-        mistakes.extend(_names(paper))
-        mistakes.extend(_references(paper, at))
-        mistakes.extend(_scope(paper, at))
-        mistakes.extend(_pins(paper))
-        mistakes.extend(_readings(paper, at))
-        mistakes.extend(_predicates(paper))
+        mistakes += [*_references(paper, at)]
+        for look in (_names, _repeats, _scope, _pins, _readings, _predicates):
+            mistakes += [*look(paper)]
     _require("the claims are not well formed", mistakes)
 
 
@@ -59,47 +57,49 @@ def _require(what: str, mistakes: Sequence[str]) -> None:
         raise AuditError("\n".join([f"{what}, {count}:", *(f"- {text}" for text in mistakes)]))
 
 
-def _repeated(papers: Sequence[Paper]) -> Iterator[str]:
-    names: dict[str, Iterable[str]] = {
-        "paper key": (paper.key for paper in papers),
-        "claim id": (claim.id for paper in papers for claim in paper.claims),
-        "erratum id": (erratum.id for paper in papers for erratum in paper.errata),
-        "experiment name": (experiment.name for paper in papers for experiment in paper.experiments),
-        "figure name": (figure.name for paper in papers for figure in paper.figures),
-    }
-    for what, found in names.items():
-        for name, times in Counter(found).items():
-            if times > 1:
-                yield f"{what} {name!r} is used {times} times; make each one unique"
+def _named(paper: Paper) -> Iterator[tuple[str, str]]:
+    """The names that a paper gives, each with what it is of."""
+    yield "paper key", paper.key
+    yield from (("claim id", claim.id) for claim in paper.claims)
+    yield from (("erratum id", erratum.id) for erratum in paper.errata)
+    yield from (("experiment name", experiment.name) for experiment in paper.experiments)
+    yield from (("figure name", figure.name) for figure in paper.figures)
 
 
 def _names(paper: Paper) -> Iterator[str]:
-    for claim in paper.claims:
-        if not _ID.fullmatch(claim.id) or not claim.id.startswith(f"{paper.key}."):
-            yield f"claim id {claim.id!r} must be lower-case words joined by dots that begin with {paper.key + '.'!r}"
-    for what, names in (
-        ("experiment", [experiment.name for experiment in paper.experiments]),
-        ("figure", [figure.name for figure in paper.figures]),
-    ):
-        for name in names:
-            if not name.startswith(paper.key):
-                yield f"{what} name {name!r} must begin with the key of its paper, {paper.key!r}"
+    for what, name in _named(paper):
+        if what == "claim id" and not (_ID.fullmatch(name) and name.startswith(f"{paper.key}.")):
+            yield f"claim id {name!r} must be lower-case words joined by dots that begin with {paper.key + '.'!r}"
+        if what in ("experiment name", "figure name") and not name.startswith(paper.key):
+            yield f"{what} {name!r} must begin with the key of its paper, {paper.key!r}"
 
 
 def _references(paper: Paper, at: At) -> Iterator[str]:
-    experiments = {experiment.name for experiment in paper.experiments}
-    users = [
-        *((f"claim {claim.id!r}", claim.uses) for claim in paper.claims),
-        *((f"erratum {erratum.id!r}", erratum.uses) for erratum in paper.errata),
-        *((f"figure {figure.name!r}", figure.uses) for figure in paper.figures),
-    ]
-    for user, uses in users:
-        yield from _missing(user, "uses experiment", uses, experiments, at)
-    errata = {erratum.id for erratum in paper.errata}
-    claims = {claim.id for claim in paper.claims}
+    known: dict[str, set[str]] = {"reading": {NO_READING, *(reading.name for reading in paper.readings)}}
+    for what, name in _named(paper):
+        known.setdefault(what.partition(" ")[0], set()).add(name)
+    named: list[tuple[str, str, Iterable[str]]] = []
     for claim in paper.claims:
-        if claim.erratum is not None:
-            yield from _missing(f"claim {claim.id!r}", "names erratum", (claim.erratum,), errata, at)
+        named += [(f"claim {claim.id!r}", "uses experiment", claim.uses)]
+        named += [(f"claim {claim.id!r}", "names erratum", [] if claim.erratum is None else [claim.erratum])]
+        named += [(f"claim {claim.id!r}", "names reading", [claim.reading] if claim.reading else [])]
+    named += [(f"erratum {erratum.id!r}", "uses experiment", erratum.uses) for erratum in paper.errata]
+    named += [(f"figure {figure.name!r}", "uses experiment", figure.uses) for figure in paper.figures]
+    for table in paper.tables:
+        named += [(f"table {table.place!r} of {paper.key}", "shows claim", table.claims)]
+    for item in paper.scope:
+        where = f"scope item {item.part!r} of {paper.key}"
+        named += [(where, "lists claim", item.claims), (where, "lists figure", item.figures)]
+    for user, verb, names in named:
+        there = known.get(verb.split()[1], set())
+        yield from (
+            f"{user} {verb} {name!r}, which does not exist; {meant(name, there)}{at(name)}"
+            for name in names
+            if name not in there
+        )
+
+
+def _repeats(paper: Paper) -> Iterator[str]:
     known = {claim.id: claim for claim in repeated(paper.claims)}
     for claim in paper.claims:
         if claim.repeats != known[claim.id].repeats:
@@ -112,21 +112,12 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
                 f"claim {claim.id!r} pins {str(claim.expected)!r} and says the same as {claim.repeats!r}, which pins "
                 f"{str(known[claim.repeats].expected)!r}; one fact has one verdict"
             )
-    for table in paper.tables:
-        cells = [
-            cell.removeprefix(_CELL).partition("|")[0] for row in table.rows for cell in row if cell.startswith(_CELL)
-        ]
-        yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims, at)
 
 
-def _scope(paper: Paper, at: At) -> Iterator[str]:
-    claims = {claim.id for claim in paper.claims}
-    figures = {figure.name for figure in paper.figures}
+def _scope(paper: Paper) -> Iterator[str]:
     for item in paper.scope:
-        where = f"scope item {item.part!r} of {paper.key}"
-        yield from _missing(where, "lists claim", item.claims, claims, at)
-        yield from _missing(where, "lists figure", item.figures, figures, at)
         if not (item.claims or item.figures or item.reason):
+            where = f"scope item {item.part!r} of {paper.key}"
             yield f"{where} lists no claim and no figure, and gives no reason for leaving this part out"
     covered = {name for item in paper.scope for name in item.claims}
     for claim in paper.claims:
@@ -162,7 +153,7 @@ def _corrections(claim: Claim, paper: Paper) -> Iterator[str]:
                 )
 
 
-def _readings(paper: Paper, at: At) -> Iterator[str]:
+def _readings(paper: Paper) -> Iterator[str]:
     for name, times in Counter(reading.name for reading in paper.readings).items():
         if times > 1:
             yield f"reading {name!r} of {paper.key} is defined {times} times; define it once"
@@ -177,11 +168,8 @@ def _readings(paper: Paper, at: At) -> Iterator[str]:
             yield f"reading {reading.name!r} of {paper.key} has the policy {str(reading.policy)!r}, of no reading"
     if sum(reading.policy is Policy.SOLVER for reading in paper.readings) > 1:
         yield f"{paper.key} has two readings of the level that a solver found; give one, with one accuracy"
-    known = {reading.name for reading in paper.readings} | {NO_READING}
     for claim in paper.claims:
-        if claim.reading:
-            yield from _missing(f"claim {claim.id!r}", "names reading", (claim.reading,), known, at)
-        else:
+        if not claim.reading:
             yield f'claim {claim.id!r} names no reading; say reading="none" if the text leaves no choice'
 
 
@@ -214,8 +202,11 @@ def _terms(predicate: Predicate) -> Iterator[str]:
 
 def _print(claim: Claim, predicate: Predicate) -> Iterator[str]:
     """Of a number a theorem decides whether it is the print, and nothing weaker or beside it."""
-    number = claim.kind in (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
-    if number and predicate.unit != YES_NO and (predicate.relation, predicate.to) != ("is", claim.printed):
+    if (
+        claim.kind in NUMERIC
+        and predicate.unit != YES_NO
+        and (predicate.relation, predicate.to) != ("is", claim.printed)
+    ):
         yield (
             f"prints {claim.printed!r} and says as data: {in_words(predicate)}; a number "
             f'is what is printed: leave out relation and number, or say relation="is" and to="{claim.printed}"'
@@ -263,13 +254,6 @@ def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) 
     used |= {outcome.reading for claim in claims for evidence in claim.answers for outcome in evidence.outcomes}
     by_solver = any(Policy.SOLVER in claim.judgement.policies for claim in claims)
     return tuple(one.name for one in readings if one.name not in used and not (by_solver and one.accuracy))
-
-
-def _missing(user: str, verb: str, names: Iterable[str], known: set[str], at: At = nowhere) -> Iterator[str]:
-    """What is named and not known; at: where the modules of the papers write a name, as ` [file:line]`."""
-    for name in names:
-        if name not in known:
-            yield f"{user} {verb} {name!r}, which does not exist; {meant(name, known)}{at(name)}"
 
 
 def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -11,7 +10,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_uncertain, judge_value
-from replication.audit.judge.numerals import apart, digits, short
+from replication.audit.judge.numerals import digits, short
 from replication.audit.judge.policies import (
     once_corrected,
     slipped,
@@ -31,11 +30,12 @@ from replication.audit.model import (
     Kind,
     Outcome,
     Policy,
-    Proof,
     Reading,
+    StatedClaim,
     Verdict,
 )
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
+from replication.audit.store.cache import require_json
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord
 from replication.errors import AuditError
 
 SMALLEST_PROBABILITY_REASON = (
@@ -51,17 +51,14 @@ TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests noth
 class Case:
     """All that a verdict depends on.
 
-    proof_holds: of the claim's erratum, None if its proof could not be run. inferred, scanned: whether that is an
-    inference, or a slip that may be of the text at hand.
-    readings: those of the paper. target: the printed value, if the claim has one; or why it cannot be read.
+    erratum: that of the claim, with the outcome of its proof. readings: those of the paper. target: the printed value,
+    if the claim has one; or why it cannot be read.
     printed: whether the evidence is for the text as printed, without the correction of the erratum.
     """
 
     claim: StatedClaim
     evidence: Evidence
-    proof_holds: bool | None
-    inferred: bool
-    scanned: bool
+    erratum: ErratumRecord | None
     readings: Mapping[str, Reading]
     target: Target | AuditError | None
     printed: bool = False
@@ -82,21 +79,19 @@ class Case:
 def judge(
     claim: StatedClaim,
     evidence: Evidence,
-    proof_holds: bool | None = None,
+    erratum: ErratumRecord | None = None,
     target: Target | None = None,
     *,
-    inferred: bool = False,
-    scanned: bool = False,
     readings: Iterable[Reading] = (),
 ) -> Judgement:
     """The verdict on `claim`, with its reason, deviation and rounding intervals; never raises.
 
     Evidence that cannot be compared (no number, wrong layout, not finite, contradictory) gives `Verdict.ERROR`.
-    proof_holds: of the claim's erratum, None if its proof could not be run. target: the printed value, if it was read.
-    inferred, scanned: whether the erratum is an inference, or may be of the text at hand. readings: those of the paper.
+    erratum: that of the claim, with the outcome of its proof. target: the printed value, if it was read. readings:
+    those of the paper.
     """
     known = {reading.name: reading for reading in readings}
-    case = Case(claim, evidence, proof_holds, inferred, scanned, known, target or _target(claim))
+    case = Case(claim, evidence, erratum, known, target or _target(claim))
     try:
         judgement = with_own(claim, case.rested, _judge(case))
     except AuditError as error:
@@ -116,7 +111,7 @@ def _target(claim: StatedClaim) -> Target | AuditError | None:
 
 def _judge(case: Case) -> Judgement:
     claim, evidence = case.claim, case.evidence
-    require_finite("", msgspec.to_builtins(evidence))
+    require_json("the evidence", msgspec.to_builtins(evidence))
     if evidence.not_checkable:
         return Judgement(verdict=Verdict.UNDETERMINED, reason=evidence.not_checkable)
     if not evidence.method:
@@ -136,7 +131,8 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     What rests on a slip of the text at hand alone is judged as the paper must have it.
     """
     evidence, meant = case.evidence, case.claim.meant
-    if case.scanned and not case.inferred and case.proof_holds:
+    proof = case.erratum if case.erratum is not None and not case.erratum.error else None
+    if proof is not None and proof.scan and proof.holds and not proof.inference:
         return slipped(erratum, _found(_corrected(case) if meant else case))
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if meant and evidence.as_printed is not None:
@@ -157,15 +153,15 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     reason = f"With erratum {erratum}: {corrected.reason} {before}"
     if corrected.verdict not in AGREES:
         return msgspec.structs.replace(corrected, reason=reason)
-    if case.proof_holds is None:
+    if proof is None:
         raise AuditError(f"the proof of erratum {erratum} could not be run, so its correction does not count")
-    if not case.proof_holds:
+    if not proof.holds:
         reason = f"The proof of the erratum does not hold. {reason}"
-    elif case.inferred:
+    elif proof.inference:
         verdict, reason = Verdict.COMPATIBLE, f"{reason} The erratum is an inference."
     else:
         verdict = once_corrected(corrected.verdict)
-    if case.proof_holds:
+    if proof.holds:
         corrected = touched(corrected, Policy.ERRATUM)
     return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
 
@@ -245,14 +241,8 @@ def _family(case: Case) -> Judgement:
 
 
 def _under(evidence: Evidence, outcome: Outcome) -> Evidence:
-    return Evidence(
-        method=evidence.method,
-        value=outcome.value,
-        lower=outcome.lower,
-        upper=outcome.upper,
-        holds=outcome.holds,
-        margin=outcome.margin,
-    )
+    found = {name: getattr(outcome, name) for name in ("value", "lower", "upper", "holds", "margin")}
+    return Evidence(method=evidence.method, **found)
 
 
 def _compare(case: Case) -> Judgement:
@@ -311,7 +301,8 @@ def _statement(case: Case) -> Judgement:
         by = f", by a margin of {short(margin, 3)}"
     if margin is not None and case.evidence.threshold is not None:
         allowed = Fraction(case.evidence.threshold)
-        by = ". Residual {}, allowed {}".format(*apart(allowed - Fraction(margin), allowed, least=3))
+        residual = allowed - Fraction(margin)
+        by = f". Residual {digits(residual, allowed, least=3)}, allowed {digits(allowed, residual, least=3)}"
     words = "The statement holds" if holds else "The statement does not hold"
     if case.claim.kind is Kind.STATISTICAL and case.claim.printed and case.evidence.probability is None:
         words = f"A draw as extreme has probability {'at least' if holds else 'under'} {SMALLEST_PROBABILITY}"
@@ -351,18 +342,6 @@ def least_rank(draws: int) -> float:
     return 2 / (draws + 1)
 
 
-def require_finite(path: str, value: Any) -> None:
-    """Raise AuditError, naming the entry below `path`, if any number in nested mappings and sequences is not finite."""
-    if isinstance(value, float) and not math.isfinite(value):
-        raise AuditError(f"the evidence holds {value} in {path.rstrip('.')}; only finite numbers are evidence")
-    if isinstance(value, Mapping):
-        for key, entry in value.items():
-            require_finite(f"{path}{key}.", entry)
-    elif isinstance(value, list | tuple):
-        for index, entry in enumerate(value):
-            require_finite(f"{path.rstrip('.')}[{index}].", entry)
-
-
 # Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored.
 #
 # `rejudge` judges a stored record anew. Both go through `judge`, so a verdict set by hand is found out.
@@ -377,10 +356,8 @@ OUTCOMES = (
 def make_record(
     claim: Claim,
     evidence: Evidence | None,
-    proof: Proof | None = None,
+    erratum: ErratumRecord | None = None,
     *,
-    inferred: bool = False,
-    scanned: bool = False,
     readings: Iterable[Reading] = (),
     code: str = "",
     seconds: float = 0.0,
@@ -391,10 +368,9 @@ def make_record(
 ) -> ClaimRecord:
     """The record of `claim` with its verdict; never raises.
 
-    evidence: what the claim answered, None after a failure. proof: that of the claim's erratum, None without one or
-    when it failed. inferred, scanned: whether the erratum is an inference, or may be of the text at
-    hand. readings: those of the paper. code: file:line of the
-    answer. seconds: of its experiments. error: the failure, or empty.
+    evidence: what the claim answered, None after a failure. erratum: that of the claim, with the outcome of its proof.
+    readings: those of the paper. code: file:line of the answer. seconds: of its experiments. error: the failure, or
+    empty.
     certificates: those that support the claim; what they prove takes the place of what was computed.
     unproved: why no theorem is possible. untraced: what its experiments did that nothing can follow.
     """
@@ -410,9 +386,7 @@ def make_record(
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
-    holds = None if proof is None else proof.holds
-    judgement = judge(stated, usable, holds, inferred=inferred, scanned=scanned, readings=readings)
-    judgement = _with_untraced(judgement, usable)
+    judgement = _with_untraced(judge(stated, usable, erratum, readings=readings), usable)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
     judgement = change(judgement, proved=standing.proved, supported=standing.supported, unproved=unproved)
@@ -432,10 +406,8 @@ def rejudge(
 
     What its certificates prove is taken from its judgement, which `check` compares with them.
     """
-    erratum = errata.get(record.claim.erratum) if record.claim.erratum is not None else None
-    holds = erratum.holds if erratum is not None and not erratum.error else None
-    sort = {"inferred": erratum is not None and erratum.inference, "scanned": erratum is not None and erratum.scan}
-    judgement = judge(record.claim, record.evidence, holds, target, readings=readings, **sort)
+    erratum = errata.get(record.claim.erratum or "")
+    judgement = judge(record.claim, record.evidence, erratum, target, readings=readings)
     kept = record.judgement
     told = {name: getattr(kept, name) for name in ("proved", "supported", "unproved")}
     return msgspec.structs.replace(_with_untraced(judgement, record.evidence), **told)
@@ -458,7 +430,7 @@ def plain(evidence: Evidence | None) -> Evidence:
         if "$.outcomes" in str(error):
             raise AuditError(f"{error}; {OUTCOMES}") from None
         raise AuditError(f"the evidence is not made of plain numbers: {error}") from None
-    require_finite("", fields)
+    require_json("the evidence", fields)
     return plain
 
 

@@ -14,10 +14,9 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
-import msgspec
-
 from replication.audit.inspect.headline import tally
-from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software, without_empty
+from replication.audit.judge.proofs import sha256
+from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
 from replication.audit.report.claim import standing
@@ -26,7 +25,7 @@ from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord,
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-# The folder of exports: badges, linked data, ReScience metadata and BibTeX of a run
+# The folder of exports: badges, linked data and BibTeX of a run
 
 
 HEIGHT, PADDING, MARK = 20, 7, 16
@@ -44,7 +43,6 @@ def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
         "badges/all.svg": badge("replication", results.claims),
         "claims.jsonld": to_json(claims_graph(results, software)),
         "citation.bib": bibtex(results, software),
-        "metadata.yaml": rescience(results, software),
     }
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
@@ -99,38 +97,6 @@ def _text(text: str, x: float) -> str:
     return f'<text x="{x:g}" y="14" textLength="{CHARACTER * len(text):g}">{html.escape(text)}</text>'
 
 
-def rescience(results: ResultsFile, software: Software) -> str:
-    """`metadata.yaml` in the manner of ReScience C: this package as the replication, the papers as the originals."""
-    return _yaml(
-        {
-            "title": software.title,
-            "type": "Replication",
-            "authors": [
-                without_empty({"name": person.full_name, "orcid": person.plain_orcid}) for person in software.authors
-            ],
-            "abstract": software.abstract,
-            "keywords": list(software.keywords),
-            "language": "Python",
-            **without_empty({"domain": results.project.subject}),
-            "code": [
-                without_empty({"url": software.repository_code, "doi": software.doi, "version": software.version})
-            ],
-            "date": results.run.date,
-            "replication": [
-                without_empty(
-                    {
-                        "cite": f"{', '.join(paper.authors)}: {paper.title}",
-                        "bib": paper.key,
-                        "doi": paper.doi,
-                        "url": f"https://doi.org/{paper.doi}" if paper.doi else "",
-                    }
-                )
-                for paper in results.papers
-            ],
-        }
-    )
-
-
 def bibtex(results: ResultsFile, software: Software) -> str:
     """BibTeX of this package and of every paper that it replicates."""
     fields = {
@@ -149,10 +115,6 @@ def bibtex(results: ResultsFile, software: Software) -> str:
 def to_json(content: Json) -> str:
     """Indented JSON with the fields in their order and one newline at the end."""
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
-def _yaml(content: Json) -> str:
-    return msgspec.yaml.encode(content, order=None).decode()
 
 
 MANIFEST, CRATE, EXPORTS = "SHA256SUMS", "ro-crate-metadata.json", "exports"
@@ -184,17 +146,11 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    return tuple(
-        f"{name}: {problem}" for name, digest in _manifest(directory) if (problem := _problem(directory, name, digest))
-    )
-
-
-def _problem(directory: Path, name: str, digest: str) -> str:
-    try:
-        found = hashlib.sha256((directory / name).read_bytes()).hexdigest()
-    except FileNotFoundError:
-        return "missing"
-    return "" if found == digest else "changed"
+    found = {name: (digest, sha256(directory / name)) for name, digest in _manifest(directory)}
+    state = {
+        name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
+    }
+    return tuple(f"{name}: {problem}" for name, problem in state.items())
 
 
 def _manifest(directory: Path) -> Iterator[tuple[str, str]]:

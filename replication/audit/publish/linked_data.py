@@ -210,34 +210,39 @@ def media_type(path: Path) -> str:
 
 
 def _review(claim: ClaimRecord, date: str, replies: Sequence[Reply]) -> Json:
-    said = [
-        without_empty({"@type": "Comment", "text": reply.text, "author": reply.by, "dateCreated": reply.date})
-        for reply in replies
-    ]
-    review = {
-        "@id": f"#claim-{claim.id}",
-        "@type": "ClaimReview",
-        "claimReviewed": claim.claim.statement,
-        "itemReviewed": without_empty(
-            {
+    return without_empty(
+        {
+            "@id": f"#claim-{claim.id}",
+            "@type": "ClaimReview",
+            "claimReviewed": claim.claim.statement,
+            "itemReviewed": {
                 "@type": "Claim",
                 "appearance": {"@id": f"#paper-{claim.paper}"},
                 "position": claim.claim.place,
                 "text": claim.claim.printed,
-            }
-        ),
-        "reviewRating": {
-            "@type": "Rating",
-            "alternateName": str(claim.verdict),
-            "ratingExplanation": claim.judgement.reason,
-        },
-        "datePublished": date,
-        "author": {"@id": "#software"},
-        "comment": said,
-    }
-    return without_empty(review)
+            },
+            "reviewRating": {
+                "@type": "Rating",
+                "alternateName": str(claim.verdict),
+                "ratingExplanation": claim.judgement.reason,
+            },
+            "datePublished": date,
+            "author": {"@id": "#software"},
+            "comment": [
+                {"@type": "Comment", "text": reply.text, "author": reply.by, "dateCreated": reply.date}
+                for reply in replies
+            ],
+        }
+    )
 
 
 def without_empty(fields: Json) -> Json:
-    """The fields that say something."""
-    return {name: value for name, value in fields.items() if value not in ("", [], None)}
+    """The fields that say something, at any depth."""
+    told = {name: _told(value) for name, value in fields.items()}
+    return {name: value for name, value in told.items() if value not in ("", [], None)}
+
+
+def _told(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_told(entry) for entry in value]
+    return without_empty(value) if isinstance(value, dict) else value

@@ -12,7 +12,7 @@ import re
 import runpy
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -42,18 +42,11 @@ matplotlib.rcParams["svg.fonttype"] = "none"
 
 @dataclass(frozen=True)
 class Built:
-    """One page: where it is, and whether the notebook had to be executed."""
-
-    page: Path
-    executed: bool
-
-
-@dataclass(frozen=True)
-class Executed:
-    """Where a notebook is kept with its outputs, and whether it had to be executed for them."""
+    """A notebook: where it is kept with its outputs, whether it was executed for them, and its page if it has one."""
 
     kept: Path
-    fresh: bool
+    executed: bool
+    page: Path = Path()
 
     @property
     def notebook(self) -> Any:
@@ -75,10 +68,10 @@ def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iter
         key = hashlib.sha256(around + done.kept.read_bytes()).hexdigest()
         if made_from(page) != key:
             write_page(page, _page(done.notebook), key)
-        yield Built(page, done.fresh)
+        yield replace(done, page=page)
 
 
-def executed(paths: Iterable[Path], root: Path) -> Iterator[Executed]:
+def executed(paths: Iterable[Path], root: Path) -> Iterator[Built]:
     """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change."""
     sources = _sources(root)
     for path in paths:
@@ -89,7 +82,7 @@ def executed(paths: Iterable[Path], root: Path) -> Iterator[Executed]:
             notebook = execute(path, root)
             notebook.metadata[KEY] = key
             write_atomically(kept, _needed("nbformat").writes(notebook).encode())
-        yield Executed(kept, fresh)
+        yield Built(kept, fresh)
 
 
 def _key(kept: Path) -> str:

@@ -8,13 +8,13 @@ says what is still to be filled in (https://codecheck.org.uk/spec/config/2.0/). 
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
 
 from replication.audit.inspect.headline import sentence
-from replication.audit.people import PLACEHOLDER, Named
+from replication.audit.people import PLACEHOLDER
 from replication.audit.publish.linked_data import Json, Software, without_empty
 from replication.audit.store.records import PaperRecord, ResultsFile
 from replication.errors import one_of
@@ -51,13 +51,11 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
     return without_empty(
         {
             "version": VERSION,
-            "paper": without_empty(
-                {
-                    "title": paper.title,
-                    "authors": list(_people(Named(name=n, orcid=paper.orcids.get(n, "")) for n in paper.authors)),
-                    "reference": f"https://doi.org/{paper.doi}" if paper.doi else published,
-                }
-            ),
+            "paper": {
+                "title": paper.title,
+                "authors": [{"name": name, "ORCID": paper.orcids.get(name, "")} for name in paper.authors],
+                "reference": f"https://doi.org/{paper.doi}" if paper.doi else published,
+            },
             "manifest": [
                 {"file": "report/results.json", "comment": "every claim with its evidence and verdict"},
                 *(
@@ -67,7 +65,7 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
                     for suffix in ("svg", "csv")
                 ),
             ],
-            "codechecker": list(_people(check.codechecker)),
+            "codechecker": [{"name": person.name, "ORCID": person.orcid} for person in check.codechecker],
             "summary": check.summary or f"{sentence(claims)} Made by `replication run` of {software.title}.",
             "repository": software.repository_code or results.project.repository,
             "check_time": check.check_time,
@@ -75,11 +73,6 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
             "report": check.report,
         }
     )
-
-
-def _people(people: Iterable[Named]) -> Iterator[Json]:
-    for person in people:
-        yield without_empty({"name": person.name, "ORCID": person.orcid})
 
 
 def unmet(content: Json) -> Iterator[str]:
@@ -110,9 +103,7 @@ def zenodo(results: ResultsFile, software: Software) -> Json:
         {
             "title": software.title,
             "description": html.escape(software.abstract, quote=False),
-            "creators": [
-                without_empty({"name": person.sorted_name, "orcid": person.plain_orcid}) for person in software.authors
-            ],
+            "creators": [{"name": person.sorted_name, "orcid": person.plain_orcid} for person in software.authors],
             "version": software.version,
             "upload_type": "software",
             "access_right": "open",

@@ -15,17 +15,20 @@ from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target, rounds_to
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Evidence, Kind, Policy, Verdict
+from replication.audit.model import Evidence, Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
-from replication.audit.store.records import ClaimRecord, ResultsFile, StatedClaim
+from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
 
 # What hangs on a claim, as declared or by one rule for all papers, and how a paper stands by its gravest claims
 
 
-_THEOREM = re.compile(r"(theorem|lemma|corollary|proposition|algorithm)s?\b", re.IGNORECASE)
-_HEADLINE = re.compile(r"(abstract|conclusions?|introduction|blog|sec\. I)\b", re.IGNORECASE)
-_TABLE = re.compile(r"(table|figs?\.|figure)\b|.*,\s+(table|figs?\.)$", re.IGNORECASE)
+_NAMED = {
+    Consequence.THEOREM: re.compile(r"(theorem|lemma|corollary|proposition|algorithm)s?\b", re.IGNORECASE),
+    Consequence.TABLE: re.compile(r"(table|figs?\.|figure)\b|.*,\s+(table|figs?\.)$", re.IGNORECASE),
+    Consequence.HEADLINE: re.compile(r"(abstract|conclusions?|introduction|blog|sec\. I)\b", re.IGNORECASE),
+}
+"""By what a place begins with, or is called; the first that fits."""
 _FORMULA = re.compile(r".*parameters|eqs?\.|equations?\b", re.IGNORECASE)
 _NUMBERS = (Kind.VALUE, Kind.BOUND, Kind.STATISTICAL)
 
@@ -105,22 +108,13 @@ def consequence(claim: StatedClaim) -> Consequence:
 
 
 def _by_place(claim: StatedClaim, place: str) -> Consequence:
-    for found in _named(place):
-        return found
+    if found := [kind for kind, form in _NAMED.items() if form.match(place)]:
+        return found[0]
     if not claim.printed:
         return Consequence.REMARK
     # A level in the text is what a reader takes home; a count or an equation's matrix is not.
     level = claim.kind in _NUMBERS and "." in claim.printed and not _FORMULA.match(place)
     return Consequence.HEADLINE if level else Consequence.DIGIT
-
-
-def _named(place: str) -> Iterator[Consequence]:
-    if _THEOREM.match(place):
-        yield Consequence.THEOREM
-    if _TABLE.match(place):
-        yield Consequence.TABLE
-    if _HEADLINE.match(place):
-        yield Consequence.HEADLINE
 
 
 MOST_ENTRIES = 6

@@ -26,81 +26,50 @@ ROW_SPAN = 1.5
 """Units shown on either side in a row of the claims table: one scale for all rows, so that they can be compared."""
 
 
-@dataclass(frozen=True)
-class Mark:
-    """One computed number: its distance from the printed value and that of the ends of its bracket, if it has one."""
-
-    value: float
-    lower: float | None = None
-    upper: float | None = None
+Ends = tuple[float, float]
+"""Of what agrees with the print; infinite on one side for a relation such as `<0.001`."""
 
 
-@dataclass(frozen=True)
-class Band:
-    """The interval that agrees with the print; infinite on one side for a relation such as `<0.001`."""
-
-    low: float
-    high: float
-
-    def holds(self, mark: Mark) -> bool:
-        """Whether the bracket, or the value where there is none, lies in the interval."""
-        low = mark.value if mark.lower is None else mark.lower
-        high = mark.value if mark.upper is None else mark.upper
-        return self.low <= low and high <= self.high
+def within(number: Measured, band: Ends) -> bool:
+    """Whether the bracket of a number, or the number where there is none, lies in what agrees with its print."""
+    return band[0] <= number.reach[0] and number.reach[1] <= band[1]
 
 
-def span_of(marks: Sequence[Mark], band: Band) -> float:
-    """Units on either side that show all of `marks` and the finite ends of `band`, at least `ROW_SPAN`."""
-    ends = [band.low, band.high, *(mark.value for mark in marks)]
-    ends += [end for mark in marks for end in (mark.lower, mark.upper) if end is not None]
-    return max([ROW_SPAN, *(1.1 * abs(end) for end in ends if math.isfinite(end))])
+def strip(numbers: Sequence[Measured], band: Ends, span: float = ROW_SPAN) -> Markup:
+    """Draw `numbers` on one axis of `span` units either side; what lies beyond it is an arrow at that end."""
 
+    def place(units: float) -> float:
+        return WIDTH / 2 + min(max(units, -span), span) / span * (WIDTH / 2 - MARGIN)
 
-def strip(marks: Sequence[Mark], band: Band, span: float = ROW_SPAN) -> Markup:
-    """Draw `marks` on one axis of `span` units either side; what lies beyond it is an arrow at that end."""
+    def x(units: float) -> str:
+        return _short(place(units))
+
+    middle = HEIGHT / 2
     parts = [
-        f'<rect class="band" x="{_x(band.low, span)}" y="2" '
-        f'width="{_short(_clip(band.high, span) - _clip(band.low, span))}" height="{HEIGHT - 4}"/>',
-        f'<path class="axis" d="M{MARGIN},{HEIGHT / 2:g}H{WIDTH - MARGIN}M{WIDTH / 2:g},2V{HEIGHT - 2}"/>',
-        *(_bracket(mark, span) for mark in marks if mark.lower is not None or mark.upper is not None),
-        *(_point(mark, band, span) for mark in marks),
+        f'<rect class="band" x="{x(band[0])}" y="2" width="{_short(place(band[1]) - place(band[0]))}" '
+        f'height="{HEIGHT - 4}"/>',
+        f'<path class="axis" d="M{MARGIN},{middle:g}H{WIDTH - MARGIN}M{WIDTH / 2:g},2V{HEIGHT - 2}"/>',
     ]
-    label = _label(marks, band)
+    for low, high in (map(x, number.reach) for number in numbers if number.has_bracket):
+        parts.append(f'<path class="bracket" d="M{low},{middle - 4:g}v8M{low},{middle:g}H{high}m0,-4v8"/>')
+    for number in numbers:
+        kind, units = "in" if within(number, band) else "out", float(number.deviation)
+        if abs(units) <= span:
+            parts.append(f'<circle class="{kind}" cx="{x(units)}" cy="{middle:g}" r="3.2"/>')
+        else:
+            tip, base = (WIDTH - 1, WIDTH - MARGIN) if units > 0 else (1, MARGIN)
+            parts.append(f'<path class="{kind}" d="M{tip},{middle:g}L{base},{middle - 4:g}V{middle + 4:g}z"/>')
+    label = _label(numbers, sum(within(number, band) for number in numbers))
     return Markup(
         f'<svg class="strip" role="img" aria-label="{label}" viewBox="0 0 {WIDTH} {HEIGHT}">{"".join(parts)}</svg>'
     )
 
 
-def _bracket(mark: Mark, span: float) -> str:
-    low = _x(mark.value if mark.lower is None else mark.lower, span)
-    high = _x(mark.value if mark.upper is None else mark.upper, span)
-    return f'<path class="bracket" d="M{low},{HEIGHT / 2 - 4:g}v8M{low},{HEIGHT / 2:g}H{high}m0,-4v8"/>'
-
-
-def _point(mark: Mark, band: Band, span: float) -> str:
-    kind = "in" if band.holds(mark) else "out"
-    middle = HEIGHT / 2
-    if abs(mark.value) <= span:
-        return f'<circle class="{kind}" cx="{_x(mark.value, span)}" cy="{middle:g}" r="3.2"/>'
-    tip, base = (WIDTH - 1, WIDTH - MARGIN) if mark.value > 0 else (1, MARGIN)
-    return f'<path class="{kind}" d="M{tip},{middle:g}L{base},{middle - 4:g}V{middle + 4:g}z"/>'
-
-
-def _label(marks: Sequence[Mark], band: Band) -> str:
-    outside = sum(not band.holds(mark) for mark in marks)
-    subject = "bracket" if any(mark.lower is not None for mark in marks) else "computed value"
-    if len(marks) == 1:
-        return f"{subject} {'not within' if outside else 'within'} what the print allows"
-    return f"{len(marks) - outside} of {len(marks)} entries within what the print allows"
-
-
-def _clip(units: float, span: float) -> float:
-    clipped = min(max(units, -span), span)
-    return WIDTH / 2 + clipped / span * (WIDTH / 2 - MARGIN)
-
-
-def _x(units: float, span: float) -> str:
-    return _short(_clip(units, span))
+def _label(numbers: Sequence[Measured], inside: int) -> str:
+    if len(numbers) > 1:
+        return f"{inside} of {len(numbers)} entries within what the print allows"
+    subject = "bracket" if numbers[0].has_bracket else "computed value"
+    return f"{subject} {'within' if inside else 'not within'} what the print allows"
 
 
 def _short(number: float) -> str:
@@ -172,14 +141,13 @@ class EntryView:
 def side_by_side(target: Target, evidence: Evidence) -> tuple[tuple[EntryView, ...], Markup]:
     """Entries and drawing of a claim; raises AuditError if the computed numbers are not in the layout of the print."""
     measured = measure(target, evidence)
-    marks = [_mark(number) for number in measured]
     bands = [_band(target.printed.relation, number) for number in measured]
-    span = max(span_of([mark], band) for mark, band in zip(marks, bands, strict=True))
-    numbers = zip(measured, marks, bands, strict=True)
-    entries = [_entry(target.printed, number, mark, band, span) for number, mark, band in numbers]
+    ends = [*(end for band in bands for end in band), *(e for n in measured for e in (float(n.deviation), *n.reach))]
+    span = max([ROW_SPAN, *(1.1 * abs(end) for end in ends if math.isfinite(end))])
+    entries = [_entry(target.printed, number, band, span) for number, band in zip(measured, bands, strict=True)]
     # Entries of one claim may differ in their band (unequal digits); one row shows the narrowest.
-    narrowest = Band(max(band.low for band in bands), min(band.high for band in bands))
-    return _as_they_stand(target.printed, _below_each_other(entries)), strip(marks, narrowest)
+    lows, highs = zip(*bands, strict=True)
+    return _as_they_stand(target.printed, _below_each_other(entries)), strip(measured, (max(lows), min(highs)))
 
 
 def _as_they_stand(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[EntryView, ...]:
@@ -202,35 +170,23 @@ def _below_each_other(entries: Sequence[EntryView]) -> tuple[EntryView, ...]:
     )
 
 
-def _mark(number: Measured) -> Mark:
-    """Distances from the print in units of its last place; an end that is not known is far away."""
-    if not number.has_bracket:
-        return Mark(float(number.deviation))
-    low, high = number.bracket.low, number.bracket.high
-    return Mark(
-        float(number.deviation),
-        -math.inf if low is None else float(number.units(low)),
-        math.inf if high is None else float(number.units(high)),
-    )
-
-
-def _band(relation: str, number: Measured) -> Band:
+def _band(relation: str, number: Measured) -> Ends:
     if number.interval is not None:
         low, high = number.interval.ends
-        return Band(float(number.units(low)), float(number.units(high)))
+        return float(number.units(low)), float(number.units(high))
     if relation in "<≤":
-        return Band(-math.inf, math.nextafter(0.0, -1.0) if relation == "<" else 0.0)
-    return Band(math.nextafter(0.0, 1.0) if relation == ">" else 0.0, math.inf)
+        return -math.inf, math.nextafter(0.0, -1.0) if relation == "<" else 0.0
+    return math.nextafter(0.0, 1.0) if relation == ">" else 0.0, math.inf
 
 
-def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: float) -> EntryView:
+def _entry(printed: Printed, number: Measured, band: Ends, span: float) -> EntryView:
     entry, value = number.entry, float(number.value)
     low, high = (number.bracket.low, number.bracket.high) if number.has_bracket else (None, None)
     beyond = numerals.CROWDED if _crowded(printed) else numerals.BEYOND
     head, tail = numerals.at_print(value, entry.unit, beyond, low, high)
     text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
     sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
-    inside = band.holds(mark)
+    inside = within(number, band)
     return EntryView(
         label=number.label,
         printed=text,
@@ -241,9 +197,9 @@ def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: flo
         full=numerals.full(value),
         lower="" if low is None else numerals.full(float(low)),
         upper="" if high is None else numerals.full(float(high)),
-        deviation=mark.value,
+        deviation=float(number.deviation),
         inside=inside,
-        strip=strip([mark], band, span),
+        strip=strip([number], band, span),
         value=Fraction(entry.value),
         shown=float(f"{head}{tail}".replace(numerals.MINUS, "-")) if tail else value,
         sign=(sign[0], sign[1]) if number.label.startswith(IMAGINARY) else ("", ""),

@@ -19,7 +19,7 @@ from jinja2 import Environment
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView, anchor
 from replication.audit.report.entries import EntryView
-from replication.audit.report.templates import claim_of, source
+from replication.audit.report.templates import source
 from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, ResultsFile
 from replication.verify.subjects import subject
 
@@ -45,12 +45,6 @@ def drawings(environment: Environment, shown: Mapping[str, Any]) -> dict[str, st
 def packed(parts: Mapping[str, Any]) -> str:
     """`parts` as JSON, deflated, in base64: what no HTML parser can take for anything else."""
     return base64.b64encode(zlib.compress(json.dumps(parts, ensure_ascii=False).encode(), 9)).decode()
-
-
-def unpacked(text: str) -> dict[str, str]:
-    """What `packed` packed."""
-    found: dict[str, str] = json.loads(zlib.decompress(base64.b64decode(text)))
-    return found
 
 
 # Proofs that the reader's browser checks: the certificates that `html/check.js` knows, and what each must be about.
@@ -151,36 +145,31 @@ class Rung:
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """One claim; gap: from the bracket to the nearer end of the interval. inside: whether the bracket lies in it.
+    """One claim; near: the gap from the bracket to the nearer end of the interval, as a share of the interval.
 
-    end: the nearer end. bracket: what is proved, rounded outwards. room: how many times its width goes into the gap.
+    inside: whether the bracket lies in it. end: the nearer end. bracket: what is proved, rounded outwards. room: how
+    many times its width goes into the gap.
     """
 
     view: ClaimView
     entry: EntryView
     inside: bool
-    gap: float
+    near: float
     end: Fraction
     bracket: Ends
     room: int
-    rungs: tuple[Rung, Rung, Rung]
+    rungs: tuple[Rung, ...]
 
 
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
     """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
-    cells = {claim_of(cell) for table in paper.tables for row in table.rows for cell in row}
+    cells = {name for table in paper.tables for name in table.claims}
     own = [view for view in claims if view.record.id in cells and view.record.counted]
     found = [made for view in own if (made := _ladder(view)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.
     distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()
-    chosen = sorted(distinct, key=lambda made: (made.inside, made.gap / float(_width(made))))[:MOST]
+    chosen = sorted(distinct, key=lambda made: (made.inside, made.near))[:MOST]
     return tuple(sorted(chosen, key=lambda made: (made.inside, made.view.place)))
-
-
-def _width(made: Ladder) -> Fraction:
-    interval = made.entry.interval
-    assert interval is not None  # `_ladder` makes none without
-    return interval[1] - interval[0]
 
 
 def _ladder(view: ClaimView) -> Ladder | None:
@@ -207,7 +196,7 @@ def _ladder(view: ClaimView) -> Ladder | None:
         view=view,
         entry=entry,
         inside=inside,
-        gap=float(gap),
+        near=float(gap) / float(box[1] - box[0]),
         end=end,
         bracket=_outward(ours),
         room=_two_digits(gap / (ours[1] - ours[0])),
@@ -226,19 +215,13 @@ def _two_digits(number: Fraction) -> int:
     return int(round(number, min(0, 1 - math.floor(math.log10(number)))))
 
 
-def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, Rung, Rung]:
-    first = _widened((min(box[0], ours[0]), max(box[1], ours[1])), (box[1] - box[0]) / 4)
-    near = (min(end, ours[0]), max(end, ours[1]))
-    second, third = (_widened(ends, (ends[1] - ends[0]) / part) for ends, part in ((near, 3), (ours, 2)))
-    scale = first[1] - first[0]
-    whole, closer, finest = (
-        _rung(window, scale, box, ours, at) for window, at in ((first, None), (second, end), (third, None))
-    )
-    return whole, closer, finest
-
-
-def _widened(ends: Ends, margin: Fraction) -> Ends:
-    return ends[0] - margin, ends[1] + margin
+def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, ...]:
+    """The whole interval, its nearer end, and the bracket."""
+    around = (min(box[0], ours[0]), max(box[1], ours[1])), (min(end, ours[0]), max(end, ours[1])), ours
+    margins = (box[1] - box[0]) / 4, (around[1][1] - around[1][0]) / 3, (ours[1] - ours[0]) / 2
+    windows = [(low - margin, high + margin) for (low, high), margin in zip(around, margins, strict=True)]
+    scale = windows[0][1] - windows[0][0]
+    return tuple(_rung(window, scale, box, ours, end if n == 1 else None) for n, window in enumerate(windows))
 
 
 def _rung(window: Ends, scale: Fraction, box: Ends, ours: Ends, end: Fraction | None) -> Rung:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -52,6 +52,30 @@ def ticks(numbers: Sequence[float], log: bool, scale: Scale) -> tuple[tuple[floa
         step = next(step * power for step in STEPS if step * power >= size)
         round_ones = [n * step for n in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
     return tuple((float(f"{number:.3g}"), round(scale(number), 1)) for number in round_ones)
+
+
+@dataclass(frozen=True)
+class Axes:
+    """The axes of a picture: from numbers to the frame, with the larger number higher, and ticks with their places."""
+
+    x: Scale
+    y: Scale
+    x_ticks: tuple[tuple[float, float], ...]
+    y_ticks: tuple[tuple[float, float], ...]
+
+    def path(self, across: Iterable[float], heights: Iterable[float]) -> str:
+        """A line through the points that are finite."""
+        points = zip(across, heights, strict=True)
+        return "M" + "L".join(f"{self.x(a):.0f} {self.y(b):.0f}" for a, b in points if math.isfinite(b))
+
+
+def axes(
+    across: Sequence[float], heights: Sequence[float], *, log_x: bool = False, log_y: bool = False, margin: float = 0
+) -> Axes:
+    """Axes that hold these numbers; margin: units that are left free below and above."""
+    x, up = scale_of(across, log_x, 0), scale_of(heights, log_y, margin)
+    upright = tuple((number, round(FRAME - at, 1)) for number, at in ticks(heights, log_y, up))
+    return Axes(x, lambda number: FRAME - up(number), ticks(across, log_x, x), upright)
 
 
 def spread(heights: Sequence[float], sizes: Sequence[float]) -> list[float]:
@@ -182,35 +206,35 @@ def _view(
     shown += [picture.limit[0]] if picture.limit else []
     if not across or not shown or (picture.log_y and min(shown) <= 0) or (picture.log_x and min(across) <= 0):
         raise AuditError(f"the explorer {picture.label!r} of {picture.figure} has nothing to draw on such axes")
-    x_scale, y_scale = scale_of(across, picture.log_x, 0), scale_of(shown, picture.log_y, 60)
+    drawn_on = axes(across, shown, log_x=picture.log_x, log_y=picture.log_y, margin=60)
     start = across[0] if picture.begin is None else picture.begin
     begin = min(range(len(across)), key=lambda i: abs(across[i] - start))
     pairs = list(zip(picture.curves, drawn, strict=True))
     # A name stands at the end of its curve, with a second line if it is long, and the value below.
     last = [[[y for y in line if math.isfinite(y)][-1] for line in lines] for lines in drawn]
-    ends = [FRAME - sum(map(y_scale, own)) / len(own) for own in last]
+    ends = [sum(map(drawn_on.y, own)) / len(own) for own in last]
     heights = spread(ends, [LINE * (2 + (len(curve.label) > LETTERS)) for curve in picture.curves])
     return PictureView(
         picture=picture,
         curves=tuple(
             replace(
-                _curve(curve, lines, [x_scale(x) for x in across], y_scale, begin, height),
+                _curve(curve, lines, across, drawn_on, begin, height),
                 refuted=bool(refuted & set(curve.columns)),
             )
             for (curve, lines), height in zip(pairs, heights, strict=True)
         ),
-        x_ticks=ticks(across, picture.log_x, x_scale),
-        y_ticks=tuple((y, FRAME - at) for y, at in ticks(shown, picture.log_y, y_scale)),
+        x_ticks=drawn_on.x_ticks,
+        y_ticks=drawn_on.y_ticks,
         begin=begin,
-        places=" ".join(f"{x_scale(x):.0f}" for x in across),
+        places=" ".join(f"{drawn_on.x(x):.0f}" for x in across),
         names=" ".join(numerals.short(x, 3) for x in across),
         x=across[begin],
-        x_at=round(x_scale(across[begin])),
+        x_at=round(drawn_on.x(across[begin])),
         steps=len(across) - 1,
-        limit=round(FRAME - y_scale(picture.limit[0])) if picture.limit else None,
+        limit=round(drawn_on.y(picture.limit[0])) if picture.limit else None,
         claim=known[f"{key}.{picture.claim}"] if picture.claim else None,
         share=0.0,
-        marks=tuple((one.label, _instants(across, one.period, one.offset, x_scale)) for one in picture.sensors),
+        marks=tuple((one.label, _instants(across, one.period, one.offset, drawn_on.x)) for one in picture.sensors),
     )
 
 
@@ -222,22 +246,21 @@ def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture, count:
 
 
 def _curve(
-    curve: Curve, lines: tuple[Values, ...], across: Sequence[float], scale: Scale, begin: int, height: float
+    curve: Curve, lines: tuple[Values, ...], across: Sequence[float], axes: Axes, begin: int, height: float
 ) -> CurveView:
     def at(i: int) -> float | None:
         ends = [line[i] for line in lines]
-        return round(FRAME - sum(map(scale, ends)) / len(ends)) if all(map(math.isfinite, ends)) else None
+        return round(sum(map(axes.y, ends)) / len(ends)) if all(map(math.isfinite, ends)) else None
 
-    points = [
-        [f"{x:.0f} {FRAME - scale(y):.0f}" for x, y in zip(across, line, strict=True) if math.isfinite(y)]
-        for line in lines
-    ]
+    # A band is drawn along its one edge, and back along the other.
+    whole = [*across, *reversed(across)] if len(lines) > 1 else across
+    path = axes.path(whole, [*lines[0], *(y for line in lines[1:] for y in reversed(line))])
     places = range(len(across))
     return CurveView(
         label=curve.label,
         quiet=curve.quiet,
         band=len(lines) > 1,
-        path=f"M{'L'.join(points[0])}" if len(points) == 1 else f"M{'L'.join([*points[0], *reversed(points[1])])}Z",
+        path=f"{path}Z" if len(lines) > 1 else path,
         at=at(begin),
         height=height,
         value=_shown([line[begin] for line in lines]),

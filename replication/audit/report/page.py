@@ -10,25 +10,17 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import os
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
-import msgspec
 from markupsafe import Markup
 
 import replication
-from replication.audit.inspect.compare import Change, moved
-from replication.audit.inspect.headline import GROUPS, counts, headline
-from replication.audit.judge.policies import once
-from replication.audit.model import Verdict
+from replication.audit.inspect.headline import GROUPS, headline
 from replication.audit.publish.linked_data import summary_graph
-from replication.audit.report.claim import MEANING, anchor, standings, targets
+from replication.audit.report.claim import MEANING, standings, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
 from replication.audit.report.guard import require_sourced
 from replication.audit.report.opening.field import field
@@ -37,11 +29,11 @@ from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
-from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
+from replication.audit.report.templates import SOURCES, environment, source, style_sheet
 from replication.audit.report.words import terms
-from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile, RunRecord, read_results, to_json
-from replication.errors import AuditError, InvalidInputError
-from replication.files import made_from, write_atomically, write_page
+from replication.audit.store.records import ResultsFile, to_json
+from replication.errors import AuditError
+from replication.files import made_from, write_page
 
 UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
@@ -153,8 +145,7 @@ def rules(papers: Sequence[PaperView]) -> str:
 def _require_known(results: ResultsFile) -> None:
     papers = {paper.key for paper in results.papers}
     strangers = sorted({claim.paper for claim in results.claims} - papers)
-    cells = (cell for paper in results.papers for table in paper.tables for row in table.rows for cell in row)
-    named = {name for cell in cells if (name := claim_of(cell))}
+    named = {name for paper in results.papers for table in paper.tables for name in table.claims}
     named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
     unknown = sorted(named - {claim.id for claim in results.claims})
     paths = {path for claim in results.claims for path in claim.evidence.certificates}
@@ -164,122 +155,3 @@ def _require_known(results: ResultsFile) -> None:
             f"the results name papers ({strangers}), claims ({unknown}) or certificates ({missing}) that they do not "
             "hold; make them again with `python -m replication run`"
         )
-
-
-def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
-    """Write the page of `changes` between two results files at `output`, whole or not at all, and return `output`."""
-    write_atomically(output, render_page(old, new, changes).encode())
-    return output
-
-
-def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -> str:
-    """The text of the page; the same files give the same text."""
-    rows = _run_rows(old.run, new.run)
-    statements = {claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)}
-    return (
-        environment()
-        .get_template("diff.html.j2")
-        .render(
-            sentence=sentence(changes, len(new.claims)),
-            verdicts=[change for change in changes if change.old != change.new],
-            others=[change for change in changes if change.old == change.new],
-            statements=statements,
-            causes=Counter(str(cause) for change in changes for cause in change.causes),
-            unlike=[row for row in rows if row[1] != row[2]],
-            alike=[row for row in rows if row[1] == row[2]],
-            moved=moved,
-            text=_text,
-            style=Markup(style_sheet()),
-        )
-    )
-
-
-def sentence(changes: Sequence[Change], claims: int) -> str:
-    """How many claims changed, and how many of those in their verdict."""
-    if not changes:
-        return f"None of {claims} claims changed."
-    verdicts = sum(change.old != change.new for change in changes)
-    return f"{len(changes)} of {claims} claims changed, {verdicts} of them in the verdict."
-
-
-def _run_rows(old: RunRecord, new: RunRecord) -> list[tuple[str, str, str]]:
-    """What the runs say of themselves, line by line; packages one by one, and only those that differ."""
-    first, second = msgspec.to_builtins(old), msgspec.to_builtins(new)
-    packages = first.pop("packages"), second.pop("packages")
-    rows = [(name.replace("_", " "), _text(first[name]), _text(second[name])) for name in first]
-    for name in sorted(packages[0].keys() | packages[1].keys()):
-        versions = [_text(found.get(name)) for found in packages]
-        if versions[0] != versions[1]:
-            rows.append((name, *versions))
-    return rows
-
-
-def _text(value: Any) -> str:
-    """A value of a record as text: words as they are, numbers with all their digits, lists and the like as JSON."""
-    if value is None or value == "":
-        return "—"
-    return value if isinstance(value, str) else msgspec.json.encode(value).decode()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Entry:
-    """One project, by its results; report: the address of its report, or empty. rows: what is told of each paper."""
-
-    results: ResultsFile
-    rows: tuple[dict[str, Any], ...]
-    counts: Mapping[Verdict, int]
-    total: int
-    report: str
-
-
-def build_register(files: Sequence[Path], output: Path) -> Path:
-    """Write the page on these results files, or folders that hold one, at `output`, and return `output`.
-
-    Raises AuditError that names the file which is no results file, or one of another schema; InvalidInputError if one
-    is given twice. Nothing is written then.
-    """
-    paths = [path / "results.json" if path.is_dir() else path for path in files]
-    for path, times in Counter(path.resolve() for path in paths).items():
-        if times > 1:
-            raise InvalidInputError(f"{path} is given {times} times; give each project once")
-    entries = [entry(read_results(path), _report(path, output)) for path in paths]
-    write_atomically(output, render_register(entries).encode())
-    return output
-
-
-def render_register(entries: Sequence[Entry]) -> str:
-    """The text of the page, projects by title; the same results give the same text."""
-    ordered = sorted(entries, key=lambda one: (one.results.project.title, one.report))
-    verdicts = [verdict for verdict in Verdict if any(one.counts[verdict] for one in ordered)]
-    template = environment().get_template("register.html.j2")
-    return template.render(entries=ordered, verdicts=verdicts, style=Markup(style_sheet()))
-
-
-def entry(results: ResultsFile, report: str) -> Entry:
-    """What the page says of a project; report: address of its report, or empty."""
-    return Entry(
-        results=results,
-        rows=tuple(
-            _row(paper, [c for c in results.claims if c.paper == paper.key], report) for paper in results.papers
-        ),
-        counts=counts(results.claims),
-        total=len(once(results.claims)),
-        report=report,
-    )
-
-
-def _row(paper: PaperRecord, own: Sequence[ClaimRecord], report: str) -> dict[str, Any]:
-    return {
-        "paper": paper,
-        "counts": counts(own),
-        "total": len(once(own)),
-        "proved": sum(claim.judgement.proved for claim in once(own)),
-        "unexpected": sum(claim.unexpected for claim in own),
-        "report": report and f"{report}#{quote(anchor('paper', paper.key))}",
-    }
-
-
-def _report(results: Path, output: Path) -> str:
-    """The address of the report beside a results file, seen from the page."""
-    page = results.resolve().parent / "index.html"
-    return quote(os.path.relpath(page, output.resolve().parent)) if page.is_file() else ""

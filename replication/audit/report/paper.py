@@ -17,11 +17,11 @@ from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Kind, Reading, Verdict
-from replication.audit.parts import Table
+from replication.audit.parts import CELL, Table
 from replication.audit.report.claim import MEANING, ClaimView, views
 from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import ExplorerView, explorers
-from replication.audit.report.templates import CLAIM_CELL, claim_of, mathml
+from replication.audit.report.templates import mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
@@ -88,12 +88,12 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
 def _cells(header: tuple[str, ...], row: tuple[str, ...], claims: Mapping[str, ClaimView]) -> Iterator[CellView]:
     down, _, across = header[0].partition("\\") if "\\" in header[0] else (header[0], "", header[0])
     for place, cell in enumerate(row):
-        if cell.startswith(CLAIM_CELL):
-            beside = () if row[0].startswith(CLAIM_CELL) else (named(down, row[0]),)
+        if cell.startswith(CELL):
+            beside = () if row[0].startswith(CELL) else (named(down, row[0]),)
             above = (named(across, header[place]),) if place else ()
-            _, printed, ours = (*cell.split("|"), "", "")[:3]
+            name, printed, ours = (*cell.removeprefix(CELL).split("|"), "", "")[:3]
             headings = tuple(filter(None, (*beside, *above)))
-            yield CellView(claim=claims[claim_of(cell)], headings=headings, printed=printed, ours=ours)
+            yield CellView(claim=claims[name], headings=headings, printed=printed, ours=ours)
         else:
             yield CellView(text=cell)
 

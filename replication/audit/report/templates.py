@@ -103,15 +103,6 @@ def _letter(name: str) -> str:
 SOURCES = Path(__file__).resolve().parent / "html"
 """Templates, style sheet and script."""
 
-CLAIM_CELL = "claim:"
-"""How the cell of a table begins that stands for a claim."""
-
-
-def claim_of(cell: str) -> str:
-    """The id of the claim that a cell of a table stands for; empty if it is a text."""
-    return cell.removeprefix(CLAIM_CELL).partition("|")[0] if cell.startswith(CLAIM_CELL) else ""
-
-
 _UNSEEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufdd0-\ufdef\ufffe\uffff]")
 _PATH = re.compile(r"[A-Za-z0-9_./-]+")
 _CODE = re.compile(rf"({_PATH.pattern}):([0-9]+)")

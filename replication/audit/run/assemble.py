@@ -128,7 +128,7 @@ def assemble(
             f"reading {name!r} of {paper.key}: no claim rests on it"
             for name in unused_readings(paper.readings, answered)
         )
-        errata.extend(record for record, _ in proofs.values())
+        errata.extend(proofs.values())
         experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
         record, errors = _paper(state, paper)
         records.append(record)
@@ -167,36 +167,24 @@ def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRe
     )
 
 
-def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Proof | None]:
+def _prove(state: _Run, paper: str, erratum: Erratum) -> ErratumRecord:
     proof, error = state.attempt(erratum.uses, lambda results: _checked(erratum.prove(results)))
-    record = ErratumRecord(
-        **shared(ErratumRecord, erratum),
-        paper=paper,
-        holds=proof is not None and proof.holds,
-        text=proof.text if proof is not None else "",
-        quantities=proof.quantities if proof is not None else {},
-        code=state.sources.location(erratum.prove),
-        error=error,
-    )
-    return record, proof
+    return ErratumRecord.of(paper, erratum, proof, code=state.sources.location(erratum.prove), error=error)
 
 
 def _claim(
     state: _Run,
     claim: Claim,
     paper: Paper,
-    proofs: Mapping[str, tuple[ErratumRecord, Proof | None]],
+    proofs: Mapping[str, ErratumRecord],
 ) -> ClaimRecord:
     given = [one.name for one in paper.experiments if one.name in claim.uses and one.is_given(claim)]
     evidence, error = _answer(state, claim, given)
-    erratum, proof = proofs[claim.erratum] if claim.erratum is not None else (None, None)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
         claim,
         evidence,
-        proof,
-        inferred=erratum is not None and erratum.inference,
-        scanned=erratum is not None and erratum.scan,
+        proofs[claim.erratum] if claim.erratum is not None else None,
         readings=paper.readings,
         code=state.sources.location(claim.answer),
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),

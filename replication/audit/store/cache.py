@@ -27,7 +27,7 @@ def encode(name: str, value: Any, *, sort: bool = False) -> str:
     Raises AuditError, with the path of the entry, for whatever JSON cannot hold: arrays, complex numbers, NaN and
     infinities, keys that are not text.
     """
-    _check(name, value)
+    require_json(name, value)
     return json.dumps(value, sort_keys=sort, separators=(",", ":"), allow_nan=False)
 
 
@@ -42,7 +42,8 @@ def solvers_in(name: str, value: Any) -> tuple[SolverRecord, ...]:
         raise AuditError(f"{name}: an entry of `solvers` is not a solver record: {error}") from None
 
 
-def _check(path: str, value: Any) -> None:
+def require_json(path: str, value: Any) -> None:
+    """Raise AuditError, with the path of the entry, for whatever JSON cannot hold."""
     if value is None or isinstance(value, str | int):
         return
     if isinstance(value, float):
@@ -53,12 +54,12 @@ def _check(path: str, value: Any) -> None:
         if set(map(type, value)) == {float} and all(map(math.isfinite, value)):
             return
         for index, entry in enumerate(value):
-            _check(f"{path}[{index}]", entry)
+            require_json(f"{path}[{index}]", entry)
     elif isinstance(value, dict):
         for key, entry in value.items():
             if not isinstance(key, str):
                 raise AuditError(f"{path} has the key {key!r}; JSON keys are text, write {str(key)!r}")
-            _check(f"{path}.{key}", entry)
+            require_json(f"{path}.{key}", entry)
     else:
         kind = f"{type(value).__module__}.{type(value).__qualname__}".removeprefix("builtins.")
         cure = "give numbers, text, lists and dictionaries" + ("; of an array, .tolist()" * hasattr(value, "tolist"))

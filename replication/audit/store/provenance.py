@@ -241,16 +241,12 @@ def _package_versions(root: Path) -> dict[str, str]:
         required = _required()
         declared = [text for text in required if "extra ==" not in text]
         optional = [text for text in required if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
-    there = {_name(text) for text in optional if _is_installed(_name(text))}
+    there = {_name(text) for text in optional if installed(_name(text)) is not None}
     return read_packages(sorted({*map(_name, declared), *there}))
 
 
 def _name(requirement: str) -> str:
     return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
-
-
-def _is_installed(name: str) -> bool:
-    return next(iter(importlib.metadata.distributions(name=name)), None) is not None
 
 
 def _required() -> list[str]:

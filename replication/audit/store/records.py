@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -10,56 +9,30 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.brief import Brief, Consequence
-from replication.audit.model import Evidence, Judgement, Kind, Reading, SolverRecord, Verdict
-from replication.audit.parts import CommonLevel, Coverage, Formula, ScopeItem, Sensitivity, Table
-from replication.audit.people import Reply
+from replication.audit.model import (
+    Erratum,
+    Evidence,
+    Judgement,
+    Kind,
+    Proof,
+    Reading,
+    SolverRecord,
+    StatedClaim,
+    Verdict,
+)
+from replication.audit.parts import CommonLevel, Sensitivity, StatedPaper
 from replication.audit.project import Settings
 from replication.errors import AuditError
 from replication.files import write_atomically
-from replication.verify.predicate import Exported, Predicate
+from replication.verify.predicate import Exported
 
 SCHEMA_VERSION = 3
 Name = str
 DECIDING = (
-    "value",
-    "lower",
-    "upper",
-    "holds",
-    "margin",
-    "threshold",
-    "threshold_reason",
-    "probability",
-    "draws",
-    "outcomes",
-    "over_inputs",
+    *("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability", "draws"),
+    *("outcomes", "over_inputs"),
 )
 """The fields of an evidence that a verdict is made from."""
-
-
-class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the code of a paper states of a claim: the fields of `Claim`, its function aside."""
-
-    id: str
-    place: str
-    kind: Kind
-    statement: str
-    expected: Verdict
-    uses: tuple[str, ...]
-    printed: str
-    tolerance: str | None
-    tolerance_reason: str
-    erratum: str | None
-    reading: str
-    optimum: bool
-    repeats: str
-    ours: bool = False
-    consequence: Consequence | None = None
-    says: tuple[Predicate, ...] = ()
-    meant: str = ""
-    unit: str = ""
-    remark: str = ""
-    uncertainty: str = ""
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -124,6 +97,13 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     code: str
     error: str
     scan: bool = False
+
+    @classmethod
+    def of(cls, paper: str, erratum: Erratum, proof: Proof | None, *, code: str = "", error: str = "") -> ErratumRecord:
+        """That of an erratum as its paper declares it; proof: None after the failure that `error` tells."""
+        proof = proof or Proof(holds=False, text="")
+        outcome = {name: getattr(proof, name) for name in Proof.__struct_fields__}
+        return cls(paper=paper, code=code, error=error, **shared(cls, erratum), **outcome)
 
 
 class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -190,32 +170,12 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     code: str
 
 
-class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the report says of a source paper beside its claims; notebook: name of its tutorial, or empty.
+class PaperRecord(StatedPaper, frozen=True, kw_only=True):
+    """What the report says of a source paper beside its claims."""
 
-    orcids: of authors, by name. replies: of the authors, by the id of the claim.
-    """
-
-    key: Name
-    title: str
-    authors: tuple[str, ...]
-    year: int | None
-    venue: str
-    doi: str
-    summary: str
-    bibtex: str
-    notebook: str
     findings: tuple[str, ...]
-    formulas: tuple[Formula, ...]
-    tables: tuple[Table, ...]
-    scope: tuple[ScopeItem, ...]
-    coverage: tuple[Coverage, ...] = ()
-    readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
-    brief: Brief | None = None
-    orcids: dict[str, str] = {}
-    replies: tuple[Reply, ...] = ()
 
     @property
     def cited(self) -> str:
@@ -266,8 +226,8 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 def shared(record: type[msgspec.Struct], declared: Any) -> dict[str, Any]:
     """The fields that a record has in common with what the code declares, its functions aside."""
-    names = [field.name for field in dataclasses.fields(declared) if field.name in record.__struct_fields__]
-    return {name: value for name in names if not callable(value := getattr(declared, name))}
+    given = {name: getattr(declared, name, shared) for name in record.__struct_fields__}
+    return {name: value for name, value in given.items() if not callable(value)}
 
 
 def to_json(results: ResultsFile) -> bytes:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import replication
 from replication.audit.project import read_settings
@@ -41,6 +41,22 @@ class _Module:
     dynamic: bool  # whether it imports by a computed name
 
 
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _kept(method: F) -> F:
+    """A method of a tree and one name, whose answers the tree keeps."""
+
+    @functools.wraps(method)
+    def asked(tree: SourceTree, name: str) -> Any:
+        kept = tree.kept.setdefault(method.__name__, {})
+        if name not in kept:
+            kept[name] = method(tree, name)
+        return kept[name]
+
+    return cast(F, asked)
+
+
 class SourceTree:
     """The project's packages by name and directory, and whatever these import that no distribution installed.
 
@@ -51,16 +67,7 @@ class SourceTree:
     def __init__(self, packages: Mapping[str, Path]) -> None:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
         self.root = project_of(self.packages)
-        self._others: dict[str, Path | None] = {}
-        self._tops: dict[str, set[str]] = {}
-        self._followed: dict[str, set[str]] = {}
-        self._modules: dict[str, _Module | None] = {}
-        self._paths: dict[str, Path | None] = {}
-        self._labels: dict[str, str] = {}
-        self._located: dict[str, str] = {}
-        self._data: dict[str, dict[str, str]] = {}
-        self._directly: dict[str, tuple[str, ...]] = {}
-        self._files: dict[str, dict[str, str]] = {}
+        self.kept: dict[str, dict[str, Any]] = {}
 
     def files_of(self, module: str) -> dict[str, str]:
         """SHA-256 by file of `module` and of all that it imports, transitively, lazy imports included.
@@ -69,22 +76,27 @@ class SourceTree:
         taken from it: otherwise each experiment of a paper would depend on every file of that paper.
         Raises AuditError if `module` is not one of the project's or a file is not Python.
         """
-        if module not in self._files:
-            self._files[module] = self._found(module)
-        return dict(self._files[module])
+        followed = self._followed(module)
+        enclosing = {parent for name in followed for parent in parents(name)}
+        listed = {name: self._module(name) for name in followed | enclosing}
+        files = {self._label_of(name): found.sha256 for name, found in listed.items() if found}
+        for name, found in listed.items():
+            files |= self._data_of(name) if found else {}
+        return dict(sorted(files.items()))
 
     def installed_of(self, module: str) -> set[str]:
         """The top-level modules that `module` imports, transitively, and that are no files of the project or Python."""
-        self.files_of(module)
-        return self._tops[module]
+        tops = {name.partition(".")[0] for name in self._followed(module)}
+        return {name for name in tops if self._place(name) is None and name not in sys.stdlib_module_names}
 
     def is_dynamic(self, module: str) -> bool:
         """Whether it, or a file of the papers and beside them that it imports, imports by a computed name."""
-        self.files_of(module)
-        names = (name for name in self._followed[module] if not name.startswith(f"{replication.__name__}."))
+        names = (name for name in self._followed(module) if not name.startswith(f"{replication.__name__}."))
         return any(found.dynamic for name in names if (found := self._module(name)) is not None)
 
-    def _found(self, module: str) -> dict[str, str]:
+    @_kept
+    def _followed(self, module: str) -> set[str]:
+        """The module with all that it imports, directly or not."""
         if self._module(module) is None:
             known = ", ".join(self.packages)
             raise AuditError(f"module {module} is not a file of {known}; define the experiment in one of these")
@@ -94,27 +106,14 @@ class SourceTree:
             name = waiting.pop()
             if name not in followed:
                 followed.add(name)
-                if name not in self._directly:
-                    self._directly[name] = tuple(dict.fromkeys(self._imported_by(name)))
-                waiting.extend(self._directly[name])
-        tops = {name.partition(".")[0] for name in followed}
-        self._followed[module] = followed
-        self._tops[module] = {
-            name for name in tops if self._place(name) is None and name not in sys.stdlib_module_names
-        }
-        enclosing = {parent for name in followed for parent in parents(name)}
-        listed = {name: self._module(name) for name in followed | enclosing}
-        files = {self._label_of(name): found.sha256 for name, found in listed.items() if found}
-        for name, found in listed.items():
-            files |= self._data_of(name, found) if found else {}
-        return dict(sorted(files.items()))
+                waiting.extend(self._imported_by(name))
+        return followed
 
-    def _data_of(self, name: str, module: _Module) -> dict[str, str]:
+    @_kept
+    def _data_of(self, name: str) -> dict[str, str]:
         """The data file beside a module that has its name, printed.py printed.toml, and those that it names in full."""
-        if name not in self._data:
-            labels = [self._label_of(name).removesuffix(".py") + ".toml", *self._named(name, module)]
-            self._data[name] = {label: sha256 for label in labels if (sha256 := self.now(label)) is not None}
-        return self._data[name]
+        labels = [self._label_of(name).removesuffix(".py") + ".toml", *self._named(name)]
+        return {label: sha256 for label in labels if (sha256 := self.now(label)) is not None}
 
     def unchanged(self, files: Mapping[str, str]) -> bool:
         """Whether the files still have the checksums given, as they are on the disk now."""
@@ -122,7 +121,9 @@ class SourceTree:
 
     def label(self, path: Path | None) -> str:
         """`package/inside/file.py` of a path inside a package, `./file` elsewhere in the project; else empty."""
-        elsewhere = {name: place for name, place in self._others.items() if place is not None}
+        elsewhere: dict[str, Path] = {
+            name: place for name, place in self.kept.get("_beside", {}).items() if place is not None
+        }
         places = {**self.packages, **({} if self.root is None else {".": self.root}), **elsewhere}
         for name, directory in places.items():
             if path is not None and path.is_relative_to(directory):
@@ -142,11 +143,10 @@ class SourceTree:
         place = self.root if package == "." else self.packages.get(package) or self._place(package)
         return (place or Path(package)) / inside
 
+    @_kept
     def _label_at(self, file: str) -> str:
         """`label` of a path as code notes it."""
-        if file not in self._located:
-            self._located[file] = "" if file.startswith("<") else self.label(Path(file).resolve())
-        return self._located[file]
+        return "" if file.startswith("<") else self.label(Path(file).resolve())
 
     def location(self, function: Callable[..., Any]) -> str:
         """`file:line` where a function, method, partial or callable object is defined; empty if outside the project.
@@ -206,18 +206,13 @@ class SourceTree:
         path = self.path(label)
         return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
+    @_kept
+    def _label_of(self, module: str) -> str:
+        return self.label(self._path(module))
+
+    @_kept
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
-        if module not in self._paths:
-            self._paths[module] = self._sought(module)
-        return self._paths[module]
-
-    def _label_of(self, module: str) -> str:
-        if module not in self._labels:
-            self._labels[module] = self.label(self._path(module))
-        return self._labels[module]
-
-    def _sought(self, module: str) -> Path | None:
         package, *inside = module.split(".")
         directory = self._place(package)
         if directory is None:
@@ -229,12 +224,9 @@ class SourceTree:
 
     def _place(self, package: str) -> Path | None:
         """The folder of a top-level package, or of a module without its suffix; None if Python or pip brought it."""
-        if package in self.packages:
-            return self.packages[package]
-        if package not in self._others:
-            self._others[package] = self._beside(package)
-        return self._others[package]
+        return self.packages[package] if package in self.packages else self._beside(package)
 
+    @_kept
     def _beside(self, package: str) -> Path | None:
         if self.root is None or not package.isidentifier():
             return None
@@ -252,28 +244,31 @@ class SourceTree:
         file = Path(places[0]) if places else Path(origin).with_suffix("") if origin else None
         return None if file is None or set(_INSTALLED) & set(file.parts) else file.resolve()
 
+    @_kept
     def _module(self, name: str) -> _Module | None:
-        if name not in self._modules:
-            path = self._path(name)
-            self._modules[name] = None if path is None else _read(name, path)
-        return self._modules[name]
-
-    def _named(self, name: str, module: _Module) -> Iterator[str]:
-        """The labels of the files beside a module, or below them, that it names in a string."""
         path = self._path(name)
-        yield from (self.label((path.parent / text).resolve()) for text in module.texts if path is not None)
+        return None if path is None else _read(name, path)
 
-    def _imported_by(self, name: str) -> Iterator[str]:
+    def _named(self, name: str) -> Iterator[str]:
+        """The labels of the files beside a module, or below them, that it names in a string."""
+        path, module = self._path(name), self._module(name)
+        if path is not None and module is not None:
+            yield from (self.label((path.parent / text).resolve()) for text in module.texts)
+
+    @_kept
+    def _imported_by(self, name: str) -> tuple[str, ...]:
         module = self._module(name)
+        found = []
         for source, taken in module.imports if module else ():
             part = f"{source}.{taken}" if taken else ""
             if part and self._module(part) is not None:
-                yield part
+                found.append(part)
                 # A submodule hides nothing unless the package binds the same name itself.
                 package = self._module(source)
                 if package is None or taken not in package.bound:
                     continue
-            yield source
+            found.append(source)
+        return tuple(dict.fromkeys(found))
 
 
 def default_packages(root: Path) -> dict[str, Path]:

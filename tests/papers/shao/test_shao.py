@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from computed import result
@@ -15,6 +16,7 @@ from papers.shao.plants import PARAMETERS, plants
 from replication.audit.judge.validate import validate_claims
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Verdict
+from replication.audit.store.records import ErratumRecord
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.verify import subjects
@@ -51,12 +53,11 @@ FINDINGS_USE = ("shao.longer", "shao.eigenvalues", "shao.theorem", "shao.table",
 def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
     claim = CLAIMS[claim_id]
     found = results or {name: result(name) for name in claim.uses}
-    proof, inferred = None, False
+    proof = None
     if claim.erratum is not None:
         erratum = next(e for e in PAPER.errata if e.id == claim.erratum)
-        proof = erratum.prove({name: result(name) for name in erratum.uses})
-        inferred = erratum.inference
-    return make_record(claim, claim.answer(found), proof, inferred=inferred, readings=PAPER.readings).verdict
+        proof = ErratumRecord.of("shao", erratum, erratum.prove({name: result(name) for name in erratum.uses}))
+    return make_record(claim, claim.answer(found), proof, readings=PAPER.readings).verdict
 
 
 def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
@@ -110,7 +111,7 @@ def test_every_erratum_holds() -> None:
 
 
 def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
-    claim = replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
+    claim = msgspec.structs.replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
     evidence = claim.answer({"shao.motor": result("shao.motor")})
     assert make_record(claim, evidence, readings=PAPER.readings).verdict is Verdict.DIFFERS
 

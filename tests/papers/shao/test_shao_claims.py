@@ -9,6 +9,7 @@ from dataclasses import asdict, replace
 from functools import cache
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from computed import result
@@ -41,6 +42,7 @@ from papers.shao.printed import (
 )
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.store.records import ErratumRecord
 from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import Points, time_response
 
@@ -62,16 +64,15 @@ def results_of(names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def verdict(name: str, change: Change | None = None, printed: str | None = None) -> Verdict:
-    claim = CLAIMS[name] if printed is None else replace(CLAIMS[name], printed=printed)
+    claim = CLAIMS[name] if printed is None else msgspec.structs.replace(CLAIMS[name], printed=printed)
     errata = [erratum for erratum in PAPER.errata if erratum.id == claim.erratum]
     results = results_of((*claim.uses, *(use for erratum in errata for use in erratum.uses)))
     if change is not None:
         short = {key.removeprefix("shao."): value for key, value in results.items()}
         change(short)
         results = {f"shao.{key}": value for key, value in short.items()}
-    proof = errata[0].prove(results) if errata else None
-    inferred = any(erratum.inference for erratum in errata)
-    return make_record(claim, claim.answer(results), proof, inferred=inferred, readings=PAPER.readings).verdict
+    proof = ErratumRecord.of("shao", errata[0], errata[0].prove(results)) if errata else None
+    return make_record(claim, claim.answer(results), proof, readings=PAPER.readings).verdict
 
 
 def put(path: str, value: Any) -> Change:

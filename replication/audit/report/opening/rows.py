@@ -16,7 +16,7 @@ from replication.audit.judge import numerals
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView, Standing, anchor
 from replication.audit.report.entries import EntryView
-from replication.audit.report.explore import FRAME, Scale, scale_of, table, ticks
+from replication.audit.report.explore import axes, table
 from replication.audit.report.opening.field import Lane
 from replication.audit.report.opening.told import BriefView, Told
 from replication.audit.report.paper import PaperView, TableView
@@ -29,7 +29,7 @@ GAP = 4.0
 """Units of the last printed place that a box shows on either side of the print."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Trace:
     """One curve: path in the frame, the height of its name, its first and its last value."""
 
@@ -128,7 +128,6 @@ class Row:
     """
 
     paper: PaperView
-    standing: Standing
     tone: str
     mark: Verdict | None
     verdict: str
@@ -156,7 +155,6 @@ def _row(lane: Lane, told: BriefView | None, figures: Path) -> Row:
     known = {anchor("claim", view.record.id): view.record.evidence.certificates for view in paper.claims}
     return Row(
         paper=paper,
-        standing=stands,
         tone=tone,
         mark=mark,
         verdict=told.verdict.text if told and told.verdict.text else word,
@@ -257,22 +255,18 @@ def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> Traces
     end = math.inf if picture.last is None else picture.last
     across = tuple(at for at in columns[picture.across] if at <= end)
     values = [columns[curve.columns[0]][: len(across)] for curve in picture.curves]
-    x, y = scale_of(across, False, 0), scale_of([0.0, *(v for line in values for v in line)], False, 20)
-    curves = (
-        _trace(curve.label, curve.quiet, across, line, x, y) for curve, line in zip(picture.curves, values, strict=True)
-    )
+    frame = axes(across, [0.0, *(v for line in values for v in line)], margin=20)
+    curves = []
+    for curve, line in zip(picture.curves, values, strict=True):
+        last = [number for number in line if math.isfinite(number)][-1]
+        path, height = frame.path(across, line), round(frame.y(last), 1)
+        curves.append(Trace(curve.label, curve.quiet, path, height, first=line[0], last=line[-1]))
     return TracesView(
         x=picture.x,
         y=picture.y,
         text=picture.text,
         end=across[-1],
         curves=tuple(curves),
-        x_ticks=ticks(across, False, x),
-        y_ticks=tuple((n, FRAME - at) for n, at in ticks([0.0, *(v for line in values for v in line)], False, y)),
+        x_ticks=frame.x_ticks,
+        y_ticks=frame.y_ticks,
     )
-
-
-def _trace(label: str, quiet: bool, across: tuple[float, ...], line: tuple[float, ...], x: Scale, y: Scale) -> Trace:
-    points = [(x(a), FRAME - y(b)) for a, b in zip(across, line, strict=True) if math.isfinite(b)]
-    path = "M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in points)
-    return Trace(label=label, quiet=quiet, path=path, height=round(points[-1][1], 1), first=line[0], last=line[-1])

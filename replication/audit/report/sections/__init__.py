@@ -37,32 +37,6 @@ class Section:
     shown: Any
 
 
-_SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile, Mapping[str, Target]], Any]], ...] = (
-    ("across", "Across the papers", lambda results, read: across(results)),
-    ("words", "What the words mean", lambda results, read: {"verdicts": VERDICTS, "terms": terms(results.papers)}),
-    ("proofs", "Proofs", lambda results, read: proofs(results)),
-    ("policies", "Policies", lambda results, read: by_policy(results.claims)),
-    ("tolerances", "Tolerances", lambda results, read: allowances(results.claims)),
-    ("sensitivity", "Sensitivity to the printed digits", lambda results, read: rooms(results) or None),
-    ("controls", "Negative controls", lambda results, read: controls(results, read) or None),
-    ("lineage", "From data to claim", lambda results, read: lineages(results) or None),
-    ("experiments", "Experiments", lambda results, read: results.experiments),
-    ("environment", "Environment", lambda results, read: results.run),
-    ("cite", "How to cite", lambda results, read: results.papers),
-)
-
-
-def sections(results: ResultsFile, read: Mapping[str, Target]) -> tuple[Section, ...]:
-    """All sections that `results` has something for; read: the printed values of its claims, as they were read."""
-    built = ((name, title, build(results, read)) for name, title, build in _SECTIONS)
-    return tuple(_section(name, title, shown) for name, title, shown in built if shown is not None)
-
-
-def _section(name: str, title: str, shown: Any) -> Section:
-    heading, *numbers = _HEADINGS[name](shown) if name in _HEADINGS else (title,)
-    return Section(name=name, title=title, heading=heading, numbers=tuple(numbers), shown=shown)
-
-
 Heading = tuple[Any, ...]
 """A heading, and the numbers in it, one by one."""
 
@@ -96,14 +70,38 @@ def _computed(shown: tuple[ExperimentRecord, ...]) -> Heading:
     return f"{len(shown)} experiments, {failed or 'none'} failed", len(shown), failed
 
 
-_HEADINGS: dict[str, Callable[[Any], Heading]] = {
-    "across": _costs,
-    "proofs": _proved,
-    "policies": lambda shown: ("Rules that hold for all papers alike",),
-    "tolerances": lambda shown: ("Half a unit of the last place, save what is listed",),
-    "sensitivity": _hinging,
-    "controls": _caught,
-    "lineage": lambda shown: ("What each claim rests on, back to the printed data",),
-    "experiments": _computed,
-}
-"""The results that stand over a section."""
+Build = Callable[[ResultsFile, Mapping[str, Target]], Any]
+_SECTIONS: tuple[tuple[str, str, Callable[[Any], Heading] | str, Build], ...] = (
+    ("across", "Across the papers", _costs, lambda results, read: across(results)),
+    ("words", "What the words mean", "", lambda results, read: {"verdicts": VERDICTS, "terms": terms(results.papers)}),
+    ("proofs", "Proofs", _proved, lambda results, read: proofs(results)),
+    ("policies", "Policies", "Rules that hold for all papers alike", lambda results, read: by_policy(results.claims)),
+    (
+        "tolerances",
+        "Tolerances",
+        "Half a unit of the last place, save what is listed",
+        lambda results, read: allowances(results.claims),
+    ),
+    ("sensitivity", "Sensitivity to the printed digits", _hinging, lambda results, read: rooms(results) or None),
+    ("controls", "Negative controls", _caught, lambda results, read: controls(results, read) or None),
+    (
+        "lineage",
+        "From data to claim",
+        "What each claim rests on, back to the printed data",
+        lambda results, read: lineages(results) or None,
+    ),
+    ("experiments", "Experiments", _computed, lambda results, read: results.experiments),
+    ("environment", "Environment", "", lambda results, read: results.run),
+    ("cite", "How to cite", "", lambda results, read: results.papers),
+)
+"""Name, title, the result that stands over the section, and what it shows."""
+
+
+def sections(results: ResultsFile, read: Mapping[str, Target]) -> tuple[Section, ...]:
+    """All sections that `results` has something for; read: the printed values of its claims, as they were read."""
+    made = []
+    for name, title, told, build in _SECTIONS:
+        if (shown := build(results, read)) is not None:
+            heading, *numbers = told(shown) if callable(told) else (told or title,)
+            made.append(Section(name=name, title=title, heading=heading, numbers=tuple(numbers), shown=shown))
+    return tuple(made)

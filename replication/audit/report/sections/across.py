@@ -8,28 +8,22 @@ from collections import Counter
 from dataclasses import dataclass
 
 from replication.audit.parts import CommonLevel
-from replication.audit.report.explore import FRAME, scale_of, spread, ticks
+from replication.audit.report.explore import axes, spread
 from replication.audit.store.records import PaperRecord, ResultsFile
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cost:
-    """One level, and how many times that of the ideal sensor it is, as a bracket."""
-
-    level: CommonLevel
-    least: float
-    most: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class Column:
-    """One kind of sensor, by the estimator of a paper; costs by multiple, the ideal sensor included."""
+    """One kind of sensor, by the estimator of a paper.
+
+    costs: by multiple, how many times the level of the ideal sensor that of this one is, at least and at most.
+    """
 
     paper: PaperRecord
     sensor: str
     measure: str
     ideal: CommonLevel
-    costs: dict[int, Cost]
+    costs: dict[int, tuple[float, float]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,29 +86,30 @@ def chart(shown: Across | None) -> Chart | None:
     if number < 2 or len(chosen) < 2:
         return None
     multiples = sorted({m for column in chosen for m in column.costs})
-    costs = [1.0, *(cost.most for column in chosen for cost in column.costs.values())]
-    x, y = scale_of([float(m) for m in multiples], False, 0), scale_of(costs, False, 0)
+    costs = [1.0, *(most for column in chosen for _, most in column.costs.values())]
+    frame = axes([float(m) for m in multiples], costs)
     last = min(max(column.costs) for column in chosen)
-    chosen.sort(key=lambda column: -column.costs[last].most if last in column.costs else 0.0)
+    chosen.sort(key=lambda column: -column.costs[last][1] if last in column.costs else 0.0)
     whole = [column for column in chosen if max(column.costs) == multiples[-1]]
-    ends = [FRAME - y(column.costs[multiples[-1]].most) for column in whole]
+    ends = [frame.y(column.costs[multiples[-1]][1]) for column in whole]
     heights = dict(zip(map(id, whole), spread(ends, [NAME_HEIGHT] * len(whole)), strict=True))
     curves = []
     for column in chosen:
-        upper = [(x(m), FRAME - y(cost.most)) for m, cost in sorted(column.costs.items())]
-        lower = [(x(m), FRAME - y(cost.least)) for m, cost in sorted(column.costs.items())]
+        along, found = zip(*sorted(column.costs.items()), strict=True)
+        lower, upper = zip(*found, strict=True)
+        dots = tuple((round(frame.x(m), 1), round(frame.y(cost), 1)) for m, cost in zip(along, upper, strict=True))
         name, _, meaning = column.sensor.partition(": ")
         curves.append(
             CostCurve(
                 name=name,
                 meaning=meaning,
                 who=column.paper.cited.partition(" (")[0],
-                path="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in upper),
-                band="M" + "L".join(f"{a:.0f} {b:.0f}" for a, b in (*upper, *reversed(lower))),
-                dots=tuple((round(a, 1), round(b, 1)) for a, b in upper),
+                path=frame.path(along, upper),
+                band=frame.path([*along, *reversed(along)], [*upper, *reversed(lower)]),
+                dots=dots,
                 height=heights.get(id(column), 0),
-                end=round(upper[-1][0], 1),
-                last=column.costs[max(column.costs)].most,
+                end=dots[-1][0],
+                last=column.costs[max(column.costs)][1],
                 multiple=max(column.costs),
             )
         )
@@ -122,11 +117,11 @@ def chart(shown: Across | None) -> Chart | None:
         words=tuple(dict.fromkeys(re.split(r",| \(", curve.name)[0] for curve in curves)),
         measure=chosen[0].measure,
         curves=tuple(curves),
-        x_ticks=tuple((m, round(x(m), 1)) for m in multiples),
-        y_ticks=tuple((number, round(FRAME - at, 1)) for number, at in ticks(costs, False, y)),
+        x_ticks=tuple((m, round(frame.x(m), 1)) for m in multiples),
+        y_ticks=frame.y_ticks,
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
-        shared=(last, chosen[0].costs[last].most if last in chosen[0].costs else math.nan),
+        shared=(last, chosen[0].costs[last][1] if last in chosen[0].costs else math.nan),
     )
 
 
@@ -144,12 +139,7 @@ def _columns(paper: PaperRecord) -> list[Column]:
         levels = [level for level in paper.common if level.sensor == sensor]
         ideal = next((level for level in levels if level.multiple == 1), None)
         if ideal is not None:
-            costs = {level.multiple: _cost(level, ideal) for level in levels}
+            costs = {level.multiple: (level.lower / ideal.upper, level.upper / ideal.lower) for level in levels}
+            costs[1] = (1.0, 1.0)
             made.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
     return made
-
-
-def _cost(level: CommonLevel, ideal: CommonLevel) -> Cost:
-    if level is ideal:
-        return Cost(level=level, least=1.0, most=1.0)
-    return Cost(level=level, least=level.lower / ideal.upper, most=level.upper / ideal.lower)
