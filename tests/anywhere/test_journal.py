@@ -116,7 +116,7 @@ def test_what_an_extra_installs_is_not_there_and_a_project_is_asked_for(stranger
     assert "there is no replication.toml" in done.stderr and "`replication new KEY`" in done.stderr
 
 
-def test_a_paper_of_another_field_has_its_verdicts_report_and_place_in_a_register(project: Stranger) -> None:
+def test_a_paper_of_another_field_has_its_verdicts_and_report(project: Stranger) -> None:
     assert verdicts(project.home) == {
         "epidemic.growth": "reproduced",
         "epidemic.doubling": "reproduced",
@@ -127,10 +127,6 @@ def test_a_paper_of_another_field_has_its_verdicts_report_and_place_in_a_registe
     page = (project.home / "report" / "index.html").read_text(encoding="utf-8")
     assert all(words in page for words in ("the growth of epidemics", "Epidemics, replicated", "B. Reader"))
     assert "irregular" not in page and (project.home / "figures" / "epidemic-course.svg").is_file()
-    done = project.run("replication", "register", "report", "--to", "out/register.html")
-    assert done.returncode == 0, done.stdout + done.stderr
-    page = (project.home / "out" / "register.html").read_text(encoding="utf-8")
-    assert "Epidemics, replicated" in page and 'href="../report/index.html#' in page
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.model import Verdict
-from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile, StatedClaim
+from replication.audit.model import StatedClaim, Verdict
+from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile
 
 TEXT = tuple(name for name in StatedClaim.__struct_fields__ if name != "id")
 """What the code says of a claim."""
