@@ -43,10 +43,9 @@ from replication.estimation.multirate.kalman import (
     kalman_centre,
     kalman_design,
     largest_weighted,
-    scales_each,
+    scales,
     semidefinite,
     stabilises,
-    state_units,
     stationary_each,
 )
 from replication.estimation.multirate.plant import MultiratePlant
@@ -77,7 +76,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     """
     require_problem(problem)
     if _is_short(problem):
-        return _bound(problem, scales_each(problem, state_units(problem), (NOISE,))[0])
+        return _bound(problem, scales(problem, NOISE))
     return _bound_of_filter(kalman_centre(problem))
 
 
@@ -121,14 +120,13 @@ def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
     corrected = scaled.corrected(states, scaled.maps())
     closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
     n_z, m = scaled.W.shape[1], scaled.B.shape[-1]
-    outputs = np.concatenate([scaled.W, scaled.C], axis=1)
+    drives, outputs = np.concatenate([scaled.B, -gains], axis=-1), np.concatenate([scaled.W, scaled.C], axis=1)
     stages = []
-    for A, B, C, L, rows in zip(closed, scaled.B, outputs, gains, scaled.whitened.rows, strict=True):
-        seen = len(rows)
-        drive, direct = np.empty((len(A), m + seen)), np.zeros((n_z + seen, m + seen))
-        drive[:, :m], drive[:, m:] = B, -L[:, :seen]
-        direct[n_z:, m:] = np.eye(seen)
-        stages.append(Stage(A, drive, C[: n_z + seen], direct))
+    for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
+        direct = np.zeros((n_z + len(rows), m + len(rows)))
+        direct[n_z:, m:] = np.eye(len(rows))
+        columns, kept = [*range(m), *(m + i for i in rows)], [*range(n_z), *(n_z + i for i in rows)]
+        stages.append(Stage(A, B[:, columns], C[kept], direct))
     return stages
 
 
@@ -181,6 +179,8 @@ DESIGN_MARGIN = 1e-8
 """Relative distance above the optimum at which gains are computed: at the optimum the recursion degenerates."""
 TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
+NEAR = 0.6
+"""Share of the non-causal bound from which on, were it that of the floor, the optimum is likely to lie above it."""
 LARGEST_TOLD, MISSED = 1e14, 1e-3
 """Variance of the error of a prediction, over that of the noise of the measurement that corrects it, from which on the
 optimum is compared with what its gains reach; relative distance that is too much then.
@@ -285,7 +285,7 @@ class _Search:
     def optimum(self) -> Optimum:
         """Raises as the function `optimum`."""
         best, centre = self._least(), self.centre
-        told = float(np.max(np.abs(np.linalg.eigvals(centre.scaled.maps().G @ centre.states))))
+        told = float(np.linalg.eigvalsh(centre.scaled.C @ centre.states @ centre.scaled.C.mT).max())
         if told > LARGEST_TOLD and not self._reached(best):
             raise InvalidInputError(
                 f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for "
@@ -313,8 +313,10 @@ class _Search:
         self.low = max(noncausal.lower, centre.floor)
         if noncausal.upper >= centre.floor:
             touching = [noncausal.upper * (1 + distance) for distance in TOUCHING]
-            ahead = (touching[0], *self._designs(touching[0]), *(self.low * factor for factor in FACTORS))
-            self.tried(touching[-1], *(ahead if self.aside else ()))
+            touching[-1] = touching[0] * (1 + DESIGN_MARGIN)  # where the gains are computed, if the first is reached
+            likely = self.aside and centre.floor > NEAR * noncausal.upper
+            ahead = [self.low * factor for factor in FACTORS] if likely else []
+            self.tried(touching[-1], *(ahead or touching[: self.aside]))
             if self.latest[touching[-1]][1] > 0:
                 level = next((level for level in touching[:-1] if self._achieved(level)), touching[-1])
                 return Optimum(noncausal.lower, level, noncausal, "noncausal")
@@ -416,11 +418,11 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
         return trials
     above, scaled = np.array(levels)[tried], centre.scaled
     maps = scaled.maps_each(above)
-    solved = stationary_each(maps, centre.states)
-    finite = {i: states for i, states in enumerate(solved) if states is not None and np.isfinite(states).all()}
-    if not finite:
+    states = stationary_each(maps, centre.states)
+    there = np.flatnonzero(np.isfinite(states).all(axis=(0, 2, 3)))
+    if not len(there):
         return trials
-    there, states = np.array(list(finite)), np.stack(list(finite.values()), axis=1)
+    states = states[:, there]
     slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
     sound = semidefinite(states)
     checked = np.flatnonzero(sound & (slack > 0))
