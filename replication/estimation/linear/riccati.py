@@ -177,8 +177,8 @@ def settled_each(stages: RiccatiMap) -> Array:
             starts, ended = _doubled_each(_only(levels[-1]))
             if ended.all():
                 return down(levels, starts)
-            states = np.full_like(stages.A, np.nan)
-            states[:, ended] = down([RiccatiMap(*(part[:, ended] for part in level)) for level in levels], starts[ended])
+            states, kept = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
+            states[:, ended] = down([RiccatiMap(*level) for level in kept], starts[ended])
             return states
         except np.linalg.LinAlgError:
             return one_by_one(settled_each, stages)

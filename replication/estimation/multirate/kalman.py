@@ -190,11 +190,10 @@ def scales(problem: MultirateProblem, noise: float) -> Array:
 
 def covariances_each(problem: MultirateProblem, units: Array, noises: Sequence[float]) -> Array:
     """Error covariances (noises, N, n, n) of Kalman filters with more process noise, in squares of the units."""
-    n = len(units)
-    maps = scaled_problem(problem, np.broadcast_to(np.diag(units), (problem.schedule.period, n, n))).maps()
-    several = (len(maps.A), len(noises), n, n)
-    A, G = (np.broadcast_to(part[:, None], several) for part in (maps.A, maps.G))
-    driven = maps.H[:, None] + np.array(noises)[:, None, None] * identity(n)
+    whitened = problem.whitened
+    A, B, C = whitened.A * units / units[:, None], whitened.B / units[:, None], whitened.C * units
+    driven = (B @ B.mT)[:, None] + np.array(noises)[:, None, None] * identity(len(units))
+    A, G = (np.broadcast_to(part[:, None], driven.shape) for part in (A, C.mT @ C))
     return settled_each(RiccatiMap(A, G, driven)).swapaxes(0, 1)
 
 

@@ -80,17 +80,18 @@ class SensingSchedule:
 
     def measured(self, k: int) -> tuple[int, ...]:
         """The sensors that measure at instant k, in order."""
-        return self._rows[k % self.period]
+        return self.rows[k % self.period]
 
     @cached_property
-    def _rows(self) -> tuple[tuple[int, ...], ...]:
+    def rows(self) -> tuple[tuple[int, ...], ...]:
+        """The sensors that measure at each instant of the period."""
         return tuple(tuple(np.flatnonzero(row).tolist()) for row in self.mask)
 
     @cached_property
     def kinds(self) -> tuple[tuple[int, ...], list[int]]:
         """The first instant of each set of sensors that measure together, and the number of the set at each instant."""
         found: dict[tuple[int, ...], int] = {}
-        which = [found.setdefault(rows, len(found)) for rows in self._rows]
+        which = [found.setdefault(rows, len(found)) for rows in self.rows]
         return tuple(which.index(kind) for kind in range(len(found))), which
 
     def selection(self, k: int) -> Array:
@@ -173,7 +174,7 @@ class MultirateProblem:
 
     def measured_rows(self) -> list[list[int]]:
         """For each phase, the sensors that are measured."""
-        return [list(self.schedule.measured(k)) for k in range(self.schedule.period)]
+        return [list(rows) for rows in self.schedule.rows]
 
     @cached_property
     def whitened(self) -> Whitened:
@@ -190,8 +191,8 @@ class MultirateProblem:
             # What the measurements tell of the noise, J = B_w D_k'(D_k D_k')^-1, is taken out of the plant.
             J = np.linalg.solve(roots, (plant.B_w @ factor.Q[:, : plant.B_w.shape[1]]).mT).mT * due.mT
             A, B = plant.A - J @ C, np.concatenate([B, plant.B_w - J @ plant.D], axis=-1)
-        parts = (part[which] for part in (A, B, np.linalg.solve(roots.mT, C), roots, J))
-        return Whitened(*parts, rows=tuple(self.schedule.measured(k) for k in range(self.schedule.period)))
+        seen = np.linalg.solve(roots.mT, C)
+        return Whitened(A[which], B[which], seen[which], roots[which], J[which], self.schedule.rows)
 
     def checked(self, gains: npt.ArrayLike) -> Array:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
@@ -352,4 +353,3 @@ def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
     moved = np.linalg.solve(following(T), np.concatenate([whitened.A @ T, whitened.B], axis=-1))
     C = whitened.C @ T
     return ScaledProblem(T, moved[..., :n], moved[..., n:], problem.plant.W @ T, C, C.mT @ C, whitened)
-
