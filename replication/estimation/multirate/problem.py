@@ -191,7 +191,7 @@ class MultirateProblem:
             # What the measurements tell of the noise, J = B_w D_k'(D_k D_k')^-1, is taken out of the plant.
             J = np.linalg.solve(roots, (plant.B_w @ factor.Q[:, : plant.B_w.shape[1]]).mT).mT * due.mT
             A, B = plant.A - J @ C, np.concatenate([B, plant.B_w - J @ plant.D], axis=-1)
-        seen = np.linalg.solve(roots.mT, C)
+        seen = np.asarray(np.linalg.solve(roots.mT, C), dtype=float)
         return Whitened(A[which], B[which], seen[which], roots[which], J[which], self.schedule.rows)
 
     def checked(self, gains: npt.ArrayLike) -> Array:
