@@ -284,23 +284,23 @@ class _Search:
 
     def optimum(self) -> Optimum:
         """Raises as the function `optimum`."""
-        best, centre = self._least(), self.centre
-        told = float(np.linalg.eigvalsh(centre.scaled.C @ centre.states @ centre.scaled.C.mT).max())
-        if told > LARGEST_TOLD and not self._reached(best):
-            raise InvalidInputError(
-                f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for "
-                f"floating point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
-            )
-        return best
-
-    def _reached(self, best: Optimum) -> bool:
-        """Whether the gains that should reach the optimum do; not so where it is wrong, or rounding hides the noise."""
+        C = self.centre.scaled.C
+        told = float(np.linalg.eigvalsh(C @ self.centre.states @ C.mT).max())
+        if told <= LARGEST_TOLD:
+            return self._least()
         try:
+            best = self._least()
             gains = central(self.centre, best.upper * (1 + DESIGN_MARGIN)).gains
             exact = l2_gain(self.problem.error_system(gains)).value
         except (InfeasibleError, SolverError):
-            return False
-        return best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED)
+            exact = np.inf
+        if exact < np.inf and best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED):
+            return best
+        # The optimum is wrong, or rounding hides the noise.
+        raise InvalidInputError(
+            f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for "
+            f"floating point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
+        )
 
     def _least(self) -> Optimum:
         centre = self.centre

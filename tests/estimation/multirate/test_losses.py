@@ -11,6 +11,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from multirate_examples import CART as DIRECT
 from multirate_examples import correlated
 
 from replication.errors import InfeasibleError, InvalidInputError
@@ -34,9 +35,7 @@ from replication.estimation.multirate.problem import MultirateProblem, SensingSc
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9
-CART = MultiratePlant(
-    A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], B_u=[[0], [0.2]], C=[[0, 1], [1, 0]], D=np.diag([0.5, 0.1])
-)
+CART = replace(DIRECT, D_u=None)
 LOST = losses.InARow(1)
 
 
@@ -396,9 +395,6 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
 def test_covariances_with_too_many_entries_are_refused(best: multirate.MultirateResult) -> None:
     with patch.object(mean, "MOST_UNKNOWNS", 2), pytest.raises(InvalidInputError, match="entries, more than 2;"):
         losses.analyse(best, losses.Independent(0.1))
-
-
-DIRECT = replace(CART, D_u=np.array([[0.7], [-0.4]]))
 
 
 def test_a_known_input_that_the_sensors_read_at_once_is_no_innovation() -> None:

@@ -16,7 +16,7 @@ from multirate_examples import PAPER, problem
 
 from papers.okajima2023.method import lmi
 from papers.okajima2023.method.central_path import central_path
-from replication.errors import InfeasibleError, InvalidInputError, ReplicationError
+from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate import kalman, optimum
@@ -82,15 +82,11 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"W": [[1], [1, 2]]}, "W must be an array of real numbers"),
     ({"W": [[float("nan"), 0]]}, "W must be finite"),
     ({"B_u": np.ones((3, 1))}, "B_u must have 2 rows"),
+    ({"B_w": np.ones((2, 1))}, "B_w must have 2 columns"),
     ({"dt": 0}, "dt must be positive"),
     ({"dt": float("nan")}, "dt must be positive"),
-    ({"periods": (2, 0)}, "at least 1"),
     ({"periods": (1, 10**30)}, "repeat together only every 10{30} instants, more than 100000"),
-    ({"periods": (10**6, 10**6 + 3)}, "repeat together only every 1000003000000 instants"),
-    ({"periods": (2, 2.5)}, "whole number"),
     ({"periods": (2,)}, "the schedule is of 1, the plant of 2 sensors"),
-    ({"offsets": (0, 3)}, "from 0 to 2"),
-    ({"offsets": (-1, 0)}, "from 0 to 1"),
     ({"D": [[1, 0], [0, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)|\(1,\)"),
     ({"D": [[1, 0], [2, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)"),
     ({"D": np.ones((2, 1))}, "full row rank"),
@@ -110,11 +106,6 @@ BAD: list[tuple[dict[str, Any], str]] = [
 def test_each_bad_input_has_its_own_error_before_any_solver(design: str, changes: dict[str, Any], message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         solve(design, **changes)
-
-
-@pytest.mark.parametrize("design", DESIGNS)
-def test_the_good_input_beside_them_is_solved(design: str) -> None:
-    assert solve(design) is not None
 
 
 def test_the_trap_for_solvers_closes(no_solver: None) -> None:
@@ -236,13 +227,6 @@ def test_a_problem_is_made_of_a_plant_and_a_schedule() -> None:
         MultirateProblem(PAPER, schedule)
 
 
-def test_none_stands_for_what_is_not_given() -> None:
-    nothing: Any = None
-    plant = MultiratePlant(**{**GOOD, "W": nothing, "B_u": nothing})
-    np.testing.assert_array_equal(plant.W, np.eye(2))
-    assert plant.B_u.shape == (2, 0)
-
-
 class TestFromStateSpace:
     SYSTEM = control.ss(
         [[0.9, 0.2], [0, 1.1]], [[1, 0, 2], [0, 1, 3]], np.eye(2), np.zeros((2, 3)), 0.1,
@@ -290,12 +274,6 @@ class TestFromStateSpace:
     def test_what_does_not_fit_is_named(self, system: Any, options: dict[str, Any], message: str) -> None:
         with pytest.raises(InvalidInputError, match=message):
             MultiratePlant.from_statespace(system, **{"D": np.eye(2), **options})
-
-
-def test_an_infeasible_request_says_what_to_ask_for() -> None:
-    with pytest.raises(InfeasibleError, match="larger level") as caught:
-        riccati_design(problem(PAPER, (2, 3)), 0.5)
-    assert isinstance(caught.value, ReplicationError)
 
 
 @pytest.mark.parametrize("periods", [(2, 2), (2, 3)])

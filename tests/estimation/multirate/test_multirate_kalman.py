@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from hypothesis import given, settings
-from multirate_examples import PAPER, PUBLISHED, problem, problems
+from multirate_examples import PAPER, by_plain_recursion, problem, problems
 
 from papers.okajima2023.method.lmi import cyclic
 from replication.drawing.panels import draw
@@ -26,40 +26,7 @@ from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimal_desi
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, distinct_offsets
 from replication.estimation.multirate.result import balanced, mean_error_facts, rms_error
-from replication.estimation.validation import Array
-from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING, SEEDED
-
-
-def test_the_single_rate_filter_solves_the_algebraic_riccati_equation() -> None:
-    single = problem(PAPER, (1, 1))
-    A, B, C, R = PAPER.A, PAPER.B_d, PAPER.C, PAPER.D @ PAPER.D.T
-    P = scipy.linalg.solve_discrete_are(A.T, C.T, B @ B.T, R)
-    design = kalman_design(single)
-    np.testing.assert_allclose(design.X[0], P, rtol=AGREEMENT)
-    np.testing.assert_allclose(design.gains[0], A @ P @ C.T @ np.linalg.inv(C @ P @ C.T + R), rtol=AGREEMENT)
-
-
-@pytest.mark.parametrize("name", PUBLISHED)
-def test_the_filter_is_the_limit_of_the_plain_recursion(name: str) -> None:
-    published = PUBLISHED[name]
-    plant, N = published.plant, published.schedule.period
-    X = np.eye(3)
-    for k in range(400 * N):
-        X = plain_step(published, k, X)
-    design = kalman_design(published)
-    for k in range(N):
-        np.testing.assert_allclose(design.X[k], X, rtol=1e-7, atol=1e-12)
-        X = plain_step(published, k, X)
-    assert design.level == np.inf
-    assert design.gains.shape == (N, 3, plant.sensors)
-
-
-def plain_step(given_problem: MultirateProblem, k: int, X: Array) -> Array:
-    """Measurement and time update with covariance matrices, without inverses of X."""
-    plant, rows = given_problem.plant, list(given_problem.schedule.measured(k))
-    C, D = plant.C[rows], plant.D[rows]
-    gain = X @ C.T @ np.linalg.inv(C @ X @ C.T + D @ D.T) if rows else np.zeros((len(X), 0))
-    return plant.A @ (X - gain @ C @ X) @ plant.A.T + plant.B_d @ plant.B_d.T
+from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING
 
 
 def test_only_gains_that_stabilise_pass_for_it() -> None:
@@ -78,9 +45,7 @@ def test_the_covariance_of_a_generated_problem_repeats_after_one_period(generate
     except InvalidInputError as error:
         assert "not disturbed" in str(error)
         return
-    X = design.X[0]
-    for k in range(generated.schedule.period):
-        X = plain_step(generated, k, X)
+    *_, X = by_plain_recursion(generated, design.X[0], generated.schedule.period)
     np.testing.assert_allclose(X, design.X[0], rtol=0, atol=ILL_CONDITIONED * max(1.0, np.linalg.norm(design.X[0])))
     assert generated.error_system(design.gains).spectral_radius() < 1
 
@@ -131,34 +96,10 @@ def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
         assert white_noise_variance(system) == pytest.approx(total / system.period, rel=AGREEMENT)
 
 
-def test_white_noise_variance_is_that_of_a_simulation() -> None:
-    paper, rng = problem(replace(PAPER, C=PAPER.C[:1], D=PAPER.D[:1]), (1,)), np.random.default_rng(5)
-    system = paper.error_system(kalman_design(paper).gains)
-    outputs = simulate(system, rng.normal(size=(60_000, 3)))
-    assert np.mean(np.sum(outputs**2, axis=1)) == pytest.approx(white_noise_variance(system), rel=SEEDED)
-
-
 def test_an_unstable_system_has_no_variance() -> None:
     one = np.eye(1)
     with pytest.raises(InfeasibleError, match="not stable"):
         white_noise_variance(PeriodicSystem((Stage(one, one, one, one),)))
-
-
-def test_a_simulated_observer_follows_the_error_system() -> None:
-    """Plant and observer in their own loops, inputs and all, against the error system."""
-    paper, rng, T = problem(PAPER, (2, 3)), np.random.default_rng(6), 40
-    B_u, gains = rng.normal(size=(3, 2)), optimal_design(paper).gains
-    d, w, u = rng.normal(size=(T, 1)), rng.normal(size=(T, 2)), rng.normal(size=(T, 2))
-    x, x_ob = rng.normal(size=3), np.zeros(3)
-    start, errors = x - x_ob, []
-    for k in range(T):
-        errors.append(x - x_ob)
-        S = paper.schedule.selection(k)
-        innovation = S @ (PAPER.C @ x + PAPER.D @ w[k]) - S @ PAPER.C @ x_ob
-        x_ob = PAPER.A @ x_ob + B_u @ u[k] + gains[k % 6] @ innovation
-        x = PAPER.A @ x + B_u @ u[k] + PAPER.B_d @ d[k]
-    outputs = simulate(paper.error_system(gains), np.hstack([d, w]), start)
-    np.testing.assert_allclose(outputs, errors, atol=ROUNDING)
 
 
 def test_the_worst_case_stays_below_the_norm_and_tends_to_it() -> None:
@@ -365,14 +306,6 @@ def test_each_bad_argument_has_its_own_error_before_anything_runs(changes: dict[
         pytest.raises(InvalidInputError, match=message),
     ):
         design(**changes)
-
-
-def test_the_good_arguments_beside_them_are_computed_with() -> None:
-    with (
-        patch.object(facade, "optimum", side_effect=AssertionError("computed")),
-        pytest.raises(AssertionError, match="computed"),
-    ):
-        design(goal="h2", P0=np.eye(2), S=[[0.1, 0.0]])
 
 
 def test_arrays_have_their_own_covariances() -> None:
