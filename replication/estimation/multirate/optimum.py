@@ -284,21 +284,28 @@ class _Search:
 
     def optimum(self) -> Optimum:
         """Raises as the function `optimum`."""
-        C = self.centre.scaled.C
-        told = float(np.linalg.eigvalsh(C @ self.centre.states @ C.mT).max())
-        if told <= LARGEST_TOLD:
-            return self._least()
+        best = self._least()
+        if self._told <= LARGEST_TOLD:
+            return best
         try:
-            best = self._least()
             gains = central(self.centre, best.upper * (1 + DESIGN_MARGIN)).gains
             exact = l2_gain(self.problem.error_system(gains)).value
         except (InfeasibleError, SolverError):
             exact = np.inf
-        if exact < np.inf and best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED):
+        if best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED):
             return best
-        # The optimum is wrong, or rounding hides the noise.
-        raise InvalidInputError(
-            f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for "
+        raise self._hidden()
+
+    @property
+    def _told(self) -> float:
+        """The largest variance of the error that a measurement tells of, over that of its noise."""
+        C = self.centre.scaled.C
+        return float(np.linalg.eigvalsh(C @ self.centre.states @ C.mT).max())
+
+    def _hidden(self) -> InvalidInputError:
+        """Rounding hides the noise of a measurement: the optimum is wrong, or none is found."""
+        return InvalidInputError(
+            f"the noise of a measurement is {self._told**-0.5:.1e} of the error that it tells of, too little for "
             f"floating point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
         )
 
@@ -353,6 +360,8 @@ class _Search:
                 break
             self.tried(*(self.low * factor for factor in (FACTORS if self.aside else FACTORS[-1:])))
         else:
+            if self._told > LARGEST_TOLD:
+                raise self._hidden()
             raise SolverError(
                 f"no level up to {self.low:.3g} proved achievable: rounding spoils the recursion; rescale"
             )
