@@ -38,7 +38,7 @@ from replication.estimation.multirate.optimum import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array, ComplexArray
-from tests.tolerances import AGREEMENT, GRID, NORM_BRACKET, ROUNDING
+from tests.tolerances import AGREEMENT, GRID, ROUNDING
 
 
 def stable_system(seed: int, n: int, N: int, *, radius: float = 0.95) -> PeriodicSystem:

@@ -84,7 +84,7 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
     """
     require_problem(problem)
     if not extra_noise and (found := steady_state(problem)) is not None:
-        return RiccatiDesign(found.L, found.P, np.inf)
+        return found
     centre = kalman_centre(problem, extra_noise=extra_noise)
     scaled, states = centre.scaled, centre.states
     corrected = scaled.corrected(states, scaled.maps())
@@ -314,13 +314,6 @@ class Correction(NamedTuple):
     following: Array
 
 
-class SteadyState(NamedTuple):
-    """Covariances P (N, n, n) of x - x^ before each instant, and gains L (N, n, q) of the filter that predicts."""
-
-    P: Array
-    L: Array
-
-
 def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
     """The sensors of the plant, of which those measure that are due (..., q); S = B_w D'."""
     plant = problem.plant
@@ -347,8 +340,8 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
 
 
-def steady_state(problem: MultirateProblem) -> SteadyState | None:
-    """Covariances and gains for white noise of unit intensity, or None where the recursion from zero does not do.
+def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
+    """The filter for white noise of unit intensity, or None where the recursion from zero does not do.
 
     From one instant that measures to the next is one step of the recursion; what lies between is predicted.
     """
@@ -384,7 +377,7 @@ def steady_state(problem: MultirateProblem) -> SteadyState | None:
     deviation = np.sqrt(np.maximum(np.diagonal(again, axis1=1, axis2=2), 0.0))
     if np.any(np.abs(again - P) > REPEATS * deviation[:, :, None] * deviation[:, None, :]):
         return None
-    return SteadyState(following, L)
+    return RiccatiDesign(L, following, np.inf)
 
 
 def _predictions(A: Array, Q: Array, count: int) -> tuple[Array, Array]:

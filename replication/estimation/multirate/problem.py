@@ -6,7 +6,7 @@ about the identity at every phase that rounding is harmless, whatever the units 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -157,20 +157,11 @@ class MultirateProblem:
                 raise InvalidInputError(
                     f"D must have full row rank on the sensors measured together, {rows}: give each its own noise"
                 )
-        mode = undetectable_mode(*self._lifted_pair(), discrete=True)
-        if mode is not None:
+        if (mode := unseen_mode(plant, schedule.rows)) is not None:
             raise InvalidInputError(
                 f"the pair is not detectable: the mode with multiplier {mode:.6g} over one period is never seen; "
                 "measure it or change the periods and offsets"
             )
-
-    def _lifted_pair(self) -> tuple[Array, Array]:
-        """(A^N, the outputs of one period stacked): detectable iff the periodic pair is."""
-        transition, outputs = np.eye(self.plant.order), []
-        for rows in self.measured_rows():
-            outputs.append(self.plant.C[rows] @ transition)
-            transition = self.plant.A @ transition
-        return transition, np.vstack(outputs)
 
     def measured_rows(self) -> list[list[int]]:
         """For each phase, the sensors that are measured."""
@@ -201,23 +192,36 @@ class MultirateProblem:
 
     def without_sensors(self) -> PeriodicSystem:
         """The plant alone, from (d, w) to W x: the error of the estimate zero."""
-        plant = self.plant
-        drive = plant.drive
-        return PeriodicSystem((Stage(plant.A, drive, plant.W, np.zeros((len(plant.W), drive.shape[1]))),))
+        return error_under(self.plant, [0.0 * self.plant.C.T])
 
     def error_system(self, gains: Array) -> PeriodicSystem:
         """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d + (B_w - L_k S_k D) w, z = W e; gains (N, n, q).
 
         Columns of L_k of sensors that are not measured at k have no effect. Raises InvalidInputError for another shape.
         """
-        gains, plant = self.checked(gains), self.plant
-        stages = []
-        for rows, L in zip(self.measured_rows(), gains, strict=True):
-            gain = L[:, rows]
-            noise = -gain @ plant.D[rows]
-            B = np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
-            stages.append(Stage(plant.A - gain @ plant.C[rows], B, plant.W, np.zeros((plant.W.shape[0], B.shape[1]))))
-        return PeriodicSystem(tuple(stages))
+        return error_under(self.plant, self.checked(gains) * self.schedule.mask[:, None, :])
+
+
+def closed_loop(plant: MultiratePlant, gain: Array) -> tuple[Array, Array]:
+    """A - L C and [B_d, B_w - L D] of one instant; L (n, q) is zero for samples that do not come."""
+    noise = -gain @ plant.D
+    return plant.A - gain @ plant.C, np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
+
+
+def error_under(plant: MultiratePlant, gains: Iterable[Array]) -> PeriodicSystem:
+    """From (d, w) to W e under one gain (n, q) after the other, zero for samples that do not come."""
+    loops = [closed_loop(plant, gain) for gain in gains]
+    direct = np.zeros((len(plant.W), loops[0][1].shape[1]))
+    return PeriodicSystem(tuple(Stage(A, B, plant.W, direct) for A, B in loops))
+
+
+def unseen_mode(plant: MultiratePlant, measured: Iterable[Sequence[int]]) -> complex | None:
+    """An unstable mode over some instants that the sensors measured at each never see, or None."""
+    transition, outputs = np.eye(plant.order), []
+    for rows in measured:
+        outputs.append(plant.C[list(rows)] @ transition)
+        transition = plant.A @ transition
+    return undetectable_mode(transition, np.vstack(outputs), discrete=True)
 
 
 def require_problem(problem: Any) -> None:
@@ -243,8 +247,7 @@ def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> Periodic
     require_problem(problem)
     plant = problem.plant
     stages = []
-    for k, L in enumerate(problem.checked(gains)):
-        used = L @ problem.schedule.selection(k)
+    for used in problem.checked(gains) * problem.schedule.mask[:, None, :]:
         inputs = np.hstack([plant.B_u - used @ plant.D_u, used])
         stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
     return PeriodicSystem(tuple(stages))

@@ -26,12 +26,11 @@ from replication.estimation.multirate.losses.automaton import (
     Automaton,
     along,
     automaton,
-    closed_loop,
     mean_square,
     mean_square_gains,
 )
 from replication.estimation.multirate.losses.worst import Walks, central_gains, kernel, least_level, proved_level
-from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule, closed_loop
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9
@@ -266,7 +265,7 @@ def test_the_observer_follows_its_cases(designed: losses.LossResult) -> None:
         number = int(rng.choice(designed.automaton.out[node]))
         edge = designed.automaton.edges[number]
         u, y = rng.standard_normal(1), rng.standard_normal(2)
-        A, _ = closed_loop(designed.problem, designed.gains["L"][number])
+        A, _ = closed_loop(CART, designed.gains["L"][number])
         state = A @ state + CART.B_u @ u + designed.gains["L"][number] @ y
         due = designed.problem.schedule.mask[k % 2]
         missed += int(np.sum(due) - np.sum(edge.arrived))

@@ -12,18 +12,18 @@ p (A X_s A' + pi_s B B') to X_t: the error is stable in mean square iff that map
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.losses.models import LossModel, Memory
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.validation import Array, undetectable_mode
+from replication.estimation.multirate.problem import MultirateProblem, closed_loop, error_under, unseen_mode
+from replication.estimation.validation import Array
 
 MOST_EDGES = 4000
 """Of an automaton; each is a matrix inequality, or a gain of its own."""
@@ -164,11 +164,7 @@ def require_detectable(problem: MultirateProblem, cases: Automaton) -> list[Word
     """The periodic patterns; raises InvalidInputError if one hides an unstable mode."""
     words = cases.cycles()
     for word in words:
-        transition, outputs = np.eye(problem.plant.order), [np.zeros((0, problem.plant.order))]
-        for i in word:
-            outputs.append(problem.plant.C[list(cases.edges[i].arrived)] @ transition)
-            transition = problem.plant.A @ transition
-        if (mode := undetectable_mode(transition, np.vstack(outputs), discrete=True)) is not None:
+        if (mode := unseen_mode(problem.plant, [cases.edges[i].arrived for i in word])) is not None:
             raise InvalidInputError(
                 f"the plant is not detectable under losses: where the samples come as {patterns(cases.edges, word)} "
                 f"(1: comes), again and again, the mode with multiplier {mode:.6g} is never seen; allow fewer losses "
@@ -177,20 +173,9 @@ def require_detectable(problem: MultirateProblem, cases: Automaton) -> list[Word
     return words
 
 
-def closed_loop(problem: MultirateProblem, gain: Array) -> tuple[Array, Array]:
-    """A - L C and [B_d, B_w - L D] of one instant; L (n, q) is zero for samples that do not come."""
-    plant = problem.plant
-    noise = -gain @ plant.D
-    return plant.A - gain @ plant.C, np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
-
-
-def along(problem: MultirateProblem, gains: Array, edges: Iterator[int] | Sequence[int]) -> PeriodicSystem:
+def along(problem: MultirateProblem, gains: Array, edges: Iterable[int]) -> PeriodicSystem:
     """The error system along a periodic pattern; gains (edges, n, q)."""
-    stages = []
-    for i in edges:
-        A, B = closed_loop(problem, gains[i])
-        stages.append(Stage(A, B, problem.plant.W, np.zeros((len(problem.plant.W), B.shape[1]))))
-    return PeriodicSystem(tuple(stages))
+    return error_under(problem.plant, [gains[i] for i in edges])
 
 
 def gains_by_edge(cases: Automaton, gains: Array) -> Array:
@@ -243,11 +228,7 @@ def require_seen(problem: MultirateProblem, cases: Automaton) -> None:
     for edge in cases.edges:
         if pi[edge.source] > 0:
             came[edge.phase] |= np.array(edge.arrived)
-    transition, outputs = np.eye(problem.plant.order), []
-    for rows in came:
-        outputs.append(problem.plant.C[rows] @ transition)
-        transition = problem.plant.A @ transition
-    if (mode := undetectable_mode(transition, np.vstack(outputs), discrete=True)) is not None:
+    if (mode := unseen_mode(problem.plant, came.tolist())) is not None:
         raise InvalidInputError(
             f"the plant is not detectable under losses: the mode with multiplier {mode:.6g} over one period is seen by "
             "no sample that ever comes; lower the probability of a loss, or add a sensor"
@@ -258,7 +239,7 @@ def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> Me
     """The stationary mean square error of gains (edges, n, q); raises InfeasibleError if there is none."""
     n, pi = problem.plant.order, visits(cases)
     _require_size(cases, n)
-    loops = [closed_loop(problem, gain) for gain in gains]
+    loops = [closed_loop(problem.plant, gain) for gain in gains]
     short, long = _halves(n)
     maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(cases.edges, loops, strict=True)]
     period = _over_period(cases, maps, len(short))
@@ -315,7 +296,7 @@ def _corrected_step(problem: MultirateProblem, cases: Automaton, pi: Array, X: A
     following[[edge.target for edge in cases.edges if edge.phase == phase]] = 0.0
     for edge in cases.edges:
         if edge.phase == phase and pi[edge.source] > 0:
-            A, B = closed_loop(problem, _gain(problem, edge, X[edge.source], pi[edge.source]))
+            A, B = closed_loop(problem.plant, _gain(problem, edge, X[edge.source], pi[edge.source]))
             following[edge.target] += edge.probability * (A @ X[edge.source] @ A.T + pi[edge.source] * B @ B.T)
     return symmetric(following)
 
