@@ -12,7 +12,14 @@ from hypothesis import strategies as st
 from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear import norms, periodic
-from replication.estimation.linear.norms import balanced, compressed, hinf_norm, l2_gain, spectral_norm
+from replication.estimation.linear.norms import (
+    balanced,
+    compressed,
+    hinf_norm,
+    l2_gain,
+    spectral_norm,
+    white_noise_variance,
+)
 from replication.estimation.linear.periodic import (
     LiftedResponse,
     PeriodicSystem,
@@ -139,8 +146,10 @@ def test_spectral_norm_is_the_largest_singular_value() -> None:
 
 @pytest.mark.parametrize("a", [1.0, -1.0, 1.5])
 def test_an_unstable_system_has_no_finite_gain(a: float) -> None:
-    with pytest.raises(InfeasibleError, match="not stable"):
-        hinf_norm([[a]], [[1.0]], [[1.0]], [[0.0]])
+    system = PeriodicSystem((Stage(*(np.array([[entry]]) for entry in (a, 1.0, 1.0, 0.0))),))
+    for measure in (l2_gain, white_noise_variance):
+        with pytest.raises(InfeasibleError, match="not stable"):
+            measure(system)
 
 
 @pytest.mark.parametrize("bad", [[["a"]], [[1, 2]], [1.0], [[float("nan")]], [[1j]]])

@@ -22,10 +22,10 @@ from replication.estimation.linear.periodic import PeriodicSystem, Stage, simula
 from replication.estimation.multirate import facade
 from replication.estimation.multirate import optimum as search
 from replication.estimation.multirate.kalman import kalman_centre, kalman_design, semidefinite, stabilises, state_units
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimal_design, optimum
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, distinct_offsets
-from replication.estimation.multirate.result import balanced, mean_error_facts, rms_error
+from replication.estimation.multirate.result import mean_error_facts, rms_error
 from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING
 
 
@@ -76,16 +76,6 @@ def test_a_sensor_bias_needs_a_little_noise_to_be_tracked() -> None:
     assert bias.error_system(gains).spectral_radius() < 1
 
 
-def test_the_units_of_the_states_scale_with_them() -> None:
-    change = np.array([1e-4, 1.0, 1e4])
-    scaled = replace(PAPER, A=change[:, None] * PAPER.A / change, B_d=change[:, None] * PAPER.B_d, C=PAPER.C / change)
-    np.testing.assert_allclose(
-        state_units(problem(scaled, (2, 3))), change * state_units(problem(PAPER, (2, 3))), rtol=AGREEMENT
-    )
-    unseen = problem(MultiratePlant(A=0.5 * np.eye(2), B_d=[[0], [1]], C=[[0, 1]], D=[[1]]), (1,))
-    assert np.all(state_units(unseen) > 0)
-
-
 def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
     """Against the covariance of the lifted and of the cyclic system by scipy."""
     paper = problem(PAPER, (2, 3))
@@ -94,12 +84,6 @@ def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
         P = scipy.linalg.solve_discrete_lyapunov(form.A, form.B @ form.B.T)
         total = np.trace(form.C @ P @ form.C.T + form.D @ form.D.T)
         assert white_noise_variance(system) == pytest.approx(total / system.period, rel=AGREEMENT)
-
-
-def test_an_unstable_system_has_no_variance() -> None:
-    one = np.eye(1)
-    with pytest.raises(InfeasibleError, match="not stable"):
-        white_noise_variance(PeriodicSystem((Stage(one, one, one, one),)))
 
 
 def test_the_worst_case_stays_below_the_norm_and_tends_to_it() -> None:
@@ -158,12 +142,6 @@ def test_a_solution_that_does_not_stabilise_is_none() -> None:
 def test_one_negative_direction_is_not_semidefinite() -> None:
     assert semidefinite(np.stack([np.eye(2), np.diag([1.0, 0.0])]))
     assert not semidefinite(np.stack([np.eye(2), np.diag([1.0, -0.5])]))
-
-
-@pytest.mark.parametrize("periods", [(1,), (1, 2, 2)])
-def test_a_schedule_has_the_sensors_of_the_plant(periods: tuple[int, ...]) -> None:
-    with pytest.raises(InvalidInputError, match="the plant of 2 sensors"):
-        problem(PAPER, periods)
 
 
 def test_the_value_of_an_optimum_is_the_end_that_is_attained() -> None:
@@ -347,13 +325,6 @@ def test_a_level_hardly_below_that_of_the_kalman_filter_is_told() -> None:
     told = [fact for fact in result.evidence if fact.what == "advice" and "Kalman" in str(fact.value)]
     assert close == bool(told)
     assert not [fact for fact in design().evidence if fact.what == "advice"]
-
-
-def test_the_balance_is_found_from_the_ends_alone() -> None:
-    problem = design().problem
-    found = balanced(problem, optimum(problem))
-    assert np.isfinite(found.level)
-    assert problem.error_system(found.gains).spectral_radius() < 1
 
 
 def test_the_frequencies_of_a_gain_end_at_half_a_turn_over_the_period() -> None:
