@@ -156,7 +156,11 @@ def test_noise_that_reaches_the_output_at_once_counts() -> None:
     assert white_noise_variance(PeriodicSystem((one,))) == pytest.approx(1 / (1 - 0.25) + 4, rel=ROUNDING)
 
 
-CART = control.ss([[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], 0, 0.1)
+CART = control.ss(
+    [[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.3], [0.0, -0.2]], 0.1
+)
+    [[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.3], [0.0, -0.2]], 0.1
+)
 GIVEN: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": [0]}
 EQUAL = 1e-9
 
@@ -239,6 +243,7 @@ def test_covariances_stand_for_their_factors() -> None:
     plain = design(goal="h2")
     matrices = design(goal="h2", noise=None, R=np.diag([0.25, 0.01]), Q=[[1.0]], S=[[0.0, 0.0]])
     np.testing.assert_allclose(matrices.gains["L"], plain.gains["L"], atol=EQUAL)
+    np.testing.assert_array_equal(matrices.problem.plant.D_u, CART.D[:, 1:])
     louder = design(noise=None, R=4 * np.diag([0.25, 0.01]), Q=[[4.0]])
     assert louder.value == pytest.approx(2 * design().value)
     analysed = multirate.analyse(CART, plain.gains["L"], **{**GIVEN, "noise": None}, R=np.diag([0.25, 0.01]))
