@@ -174,16 +174,12 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
     return None
 
 
-def state_scales(problem: MultirateProblem) -> Array:
+def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:
     """T_k (N, n, n), roots of the error covariances of a Kalman filter with a little process noise on every state.
 
-    Cholesky factors, unless rounding makes a covariance singular. Raises SolverError if rounding spoils the recursion.
+    noise: its intensity, in squares of the `state_units`. Cholesky factors, unless rounding makes a covariance
+    singular. Raises SolverError if rounding spoils the recursion.
     """
-    return scales(problem, SCALING_NOISE)
-
-
-def scales(problem: MultirateProblem, noise: float) -> Array:
-    """`state_scales` for process noise of another intensity, in squares of the `state_units`."""
     units = state_units(problem)
     return root(units, covariances_each(problem, units, (noise,))[0])
 

@@ -43,9 +43,9 @@ from replication.estimation.multirate.kalman import (
     kalman_centre,
     kalman_design,
     largest_weighted,
-    scales,
     semidefinite,
     stabilises,
+    state_scales,
     stationary_each,
 )
 from replication.estimation.multirate.plant import MultiratePlant
@@ -76,7 +76,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     """
     require_problem(problem)
     if _is_short(problem):
-        return _bound(problem, scales(problem, NOISE))
+        return _bound(problem, state_scales(problem, NOISE))
     return _bound_of_filter(kalman_centre(problem))
 
 

@@ -211,8 +211,8 @@ class DrawnLosses(Shown):
 
 def drawn_nodes(cases: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """The node at which each run begins, from the stationary distribution at phase 0."""
-    first = np.flatnonzero(np.array(cases.phases) == 0)
-    return np.asarray(rng.choice(first, size=runs, p=visited[first] / visited[first].sum()), dtype=np.intp)
+    shares = visited[cases.first] / visited[cases.first].sum()
+    return np.asarray(rng.choice(cases.first, size=runs, p=shares), dtype=np.intp)
 
 
 def drawn_walks(

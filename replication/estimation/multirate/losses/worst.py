@@ -262,10 +262,9 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
 def growing(problem: MultirateProblem, cases: Automaton, gains: Array) -> list[Word]:
     """A periodic pattern along which the error of `gains` (edges, n, q) grows, if large products lead to one."""
     steps = [closed_loop(problem.plant, gain)[0] for gain in gains]
-    period = max(cases.phases) + 1
-    for start in (node for node, phase in enumerate(cases.phases) if phase == 0):
+    for start in cases.first:
         front: list[tuple[int, Word, Array]] = [(start, (), np.eye(problem.plant.order))]
-        for _ in range(LONGEST * period):
+        for _ in range(LONGEST * cases.period):
             ahead: dict[int, list[tuple[int, Word, Array]]] = {}
             for node, word, moved in front:
                 for i in cases.out[node]:
