@@ -133,6 +133,8 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 
 RANK_TOLERANCE = 1e-10
+DYING = 1e-6
+"""Distance of all multipliers from the unit circle from which on none counts as unstable for rounding."""
 
 
 @dataclass(frozen=True)
@@ -221,6 +223,8 @@ def unseen_mode(plant: MultiratePlant, measured: Iterable[Sequence[int]]) -> com
     for rows in measured:
         outputs.append(plant.C[list(rows)] @ transition)
         transition = plant.A @ transition
+    if np.abs(np.linalg.eigvals(transition)).max() < 1 - DYING:
+        return None  # whatever is not seen dies out
     return undetectable_mode(transition, np.vstack(outputs), discrete=True)
 
 
