@@ -13,7 +13,7 @@ from multirate_examples import CART, MOVING
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
-from replication.estimation.multirate import ContinuousPlant, MultiratePlant
+from replication.estimation.multirate import MultiratePlant
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9
@@ -171,9 +171,3 @@ def test_bad_latencies_have_messages(message: str) -> None:
     plant, given = BAD[message]
     with pytest.raises(InvalidInputError, match=message):
         multirate.design(plant, periods=(1, 4), **given)
-
-
-def test_the_noise_of_the_sensors_is_given_once() -> None:
-    for noise in ({}, {"D": [[0.1]], "R": [[0.01]]}):
-        with pytest.raises(InvalidInputError, match="give the sensor noise once"):
-            ContinuousPlant(A=[[-1.0]], C=[[1.0]], dt=0.1, **noise).after(0.1)  # type: ignore[arg-type]

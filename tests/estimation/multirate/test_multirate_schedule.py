@@ -66,49 +66,6 @@ def test_the_search_holds_the_optimum_of_every_timing() -> None:
     assert len(np.unique(np.round(list(every.values()), 7))) <= 2
 
 
-@pytest.mark.parametrize(
-    ("periods", "offsets", "message"),
-    [
-        ((), (), "at least one sensor"),
-        ((0, 2), (), r"periods\[0\] must be at least 1"),
-        ((2, -3), (), r"periods\[1\] must be at least 1"),
-        ((2, 2.5), (), r"periods\[1\] must be a whole number, got 2.5"),
-        ((2, 3.0), (), r"periods\[1\] must be a whole number"),
-        ((True, 2), (), r"periods\[0\] must be a whole number"),
-        (("2", 3), (), r"periods\[0\] must be a whole number"),
-        ((2, float("nan")), (), r"periods\[1\] must be a whole number"),
-        (3, (), "periods must be a sequence"),
-        ("23", (), "periods must be a sequence"),
-        (None, (), "periods must be a sequence"),
-        ([[2], [3]], (), "periods must be a sequence"),
-        ((2, 3), (0,), "one entry per sensor"),
-        ((2, 3), (0, 1, 0), "one entry per sensor"),
-        ((2, 3), 1, "offsets must be a sequence"),
-        ((2, 3), (0, 3), r"offsets\[1\] must be a whole number from 0 to 2, got 3"),
-        ((2, 3), (-1, 0), r"offsets\[0\] must be a whole number from 0 to 1, got -1"),
-        ((2, 3), (0, 1.0), r"offsets\[1\] must be a whole number"),
-        ((2, 3), (0, True), r"offsets\[1\] must be a whole number"),
-        ((2, 3), (0, None), r"offsets\[1\] must be a whole number"),
-    ],
-)
-def test_a_bad_schedule_is_named(periods: object, offsets: object, message: str) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        SensingSchedule(periods, offsets)  # type: ignore[arg-type]
-
-
-def test_bad_periods_of_a_search_are_named() -> None:
-    for periods in ((2, 0), (2, 1.5), 4):
-        with pytest.raises(InvalidInputError, match="periods"):
-            search_timing(PAPER, periods)  # type: ignore[arg-type]
-    with pytest.raises(InvalidInputError, match="leave 1000000 sets of offsets"):
-        search_timing(PAPER, (10,) * 7)
-
-
-def test_periods_that_hardly_ever_meet_are_refused_though_each_is_short() -> None:
-    with pytest.raises(InvalidInputError, match="repeat together only every"):
-        SensingSchedule((997, 1009, 1013))
-
-
 def oscillator(frequency: float) -> MultiratePlant:
     A = scipy.linalg.expm(0.05 * np.array([[0.0, 1.0], [-(frequency**2), 0.0]]))
     return MultiratePlant(A=A, B_d=0.05 * np.eye(2), C=[[1.0, 0.0]], D=[[0.1]], dt=0.05)
@@ -161,22 +118,6 @@ def test_an_optimum_that_its_gains_miss_is_refused_where_the_noise_is_small(shar
         pytest.raises(InvalidInputError, match="too little for floating point"),
     ):
         optimum(given)
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ({"A": [[1e80, 0.0], [0.0, 0.95]]}, "A has an entry of size 1e\\+80, whose powers"),
-        ({"D": [[1e160]]}, "D has an entry of size 1e\\+160"),
-        ({"W": [[1e160, 0.0]]}, "W has an entry of size 1e\\+160"),
-        ({"under_way": 5}, "under_way must be at most 1, got 5"),
-        ({"under_way": "two"}, "under_way must be a whole number"),
-    ],
-)
-def test_what_leaves_the_range_of_numbers_is_named(change: dict[str, object], told: str) -> None:
-    given = {"A": [[0.9, 1.0], [0.0, 0.95]], "B_d": np.eye(2), "C": [[1.0, 0.0]], "D": [[0.1]], **change}
-    with pytest.raises(InvalidInputError, match=told):
-        MultiratePlant(**given)  # type: ignore[arg-type]
 
 
 DRIVEN = problem(replace(PAPER, B_u=np.array([[1.0, 0], [0, 2], [1, 1]])), (2, 3), (0, 1))
