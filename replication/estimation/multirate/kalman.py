@@ -137,7 +137,7 @@ def _in_scales(scaled: ScaledProblem, maps: RiccatiMap, covariance: Array) -> Ar
         return None
     again = np.roll(apply(maps, states), 1, axis=0)
     left = 1 - multiplier(scaled, again, maps)
-    return again if left > STABILITY_MARGIN and np.abs(again - states).max() <= REPEATS * left else None
+    return again if np.abs(again - states).max() <= REPEATS * left else None
 
 
 def require_noise_near(problem: MultirateProblem) -> None:

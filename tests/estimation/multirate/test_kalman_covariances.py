@@ -188,3 +188,16 @@ def test_variances_of_independent_sensors_may_be_a_vector() -> None:
     assert np.array_equal(vector.D, matrix.D)
     with pytest.raises(InvalidInputError, match="R must have 2 rows"):
         MultiratePlant.from_covariances(**{**GOOD, "R": [1.0]})
+
+
+@pytest.mark.parametrize("share", [1e-8, 1e-9])
+def test_a_mode_that_is_hardly_disturbed_is_not_taken_for_settled(share: float) -> None:
+    """From zero its variance rises so slowly, beside that of the other mode, that it seems to stand still."""
+    V = np.array([[1.0, 1.0], [1.0, -1.0]])
+    back = np.linalg.inv(V)
+    plant = MultiratePlant(A=V @ np.diag([1 - 1e-9, 0.5]) @ back, B_d=V @ [[share], [1]], C=[[1, 1]] @ back, D=[[1]])
+    at_once = kalman.kalman_centre(problem(plant, (2,)))
+    with patch.object(kalman, "_in_scales", return_value=None):
+        careful = kalman.kalman_centre(problem(plant, (2,)))
+    found, wanted = (back @ way.scaled.unscaled(way.states)[0] @ back.T for way in (at_once, careful))
+    assert found[0, 0] == pytest.approx(wanted[0, 0], rel=1e-6)
