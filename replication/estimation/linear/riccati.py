@@ -181,10 +181,10 @@ def settled_each(stages: RiccatiMap) -> Array:
             states[:, ended] = down([RiccatiMap(*level) for level in kept], starts[ended])
             return states
         except np.linalg.LinAlgError:
-            return one_by_one(settled_each, stages)
+            return case_by_case(settled_each, stages)
 
 
-def one_by_one(work: Callable[[RiccatiMap], Array], stages: RiccatiMap) -> Array:
+def case_by_case(work: Callable[[RiccatiMap], Array], stages: RiccatiMap) -> Array:
     """What `work` finds of each case alone where, of all together, one raises LinAlgError: of which is not told."""
     if (count := stages.A.shape[1]) == 1:
         return np.full_like(stages.A, np.nan)

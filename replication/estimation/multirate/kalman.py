@@ -21,9 +21,9 @@ from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodr
 from replication.estimation.linear.riccati import (
     RiccatiMap,
     apply,
+    case_by_case,
     from_zero,
     identity,
-    one_by_one,
     product,
     recentre,
     settled,
@@ -242,7 +242,7 @@ def stationary_each(maps: RiccatiMap, reference: Array) -> Array:
     try:
         return np.asarray(reference[:, None] + settled_each(recentre(maps, reference[:, None])))
     except np.linalg.LinAlgError:
-        return one_by_one(lambda case: stationary_each(case, reference), maps)
+        return case_by_case(lambda case: stationary_each(case, reference), maps)
 
 
 def semidefinite(states: Array) -> Any:
