@@ -116,7 +116,9 @@ def kalman_centre(
     states = None if extra_noise else _in_scales(scaled, maps, units[:, None] * none * units)
     if states is None:
         states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
-    if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
+        if states is not None and not stabilises(scaled, states, maps):
+            states = None
+    if states is None or not semidefinite(states):
         require_noise_near(problem)
         growth = float(np.max(np.abs(np.linalg.eigvals(problem.plant.A)))) ** problem.schedule.period
         raise SolverError(
@@ -137,7 +139,7 @@ def _in_scales(scaled: ScaledProblem, maps: RiccatiMap, covariance: Array) -> Ar
         return None
     again = np.roll(apply(maps, states), 1, axis=0)
     left = 1 - multiplier(scaled, again, maps)
-    return again if np.abs(again - states).max() <= REPEATS * left else None
+    return again if left > STABILITY_MARGIN and np.abs(again - states).max() <= REPEATS * left else None
 
 
 def require_noise_near(problem: MultirateProblem) -> None:

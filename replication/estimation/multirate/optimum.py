@@ -121,12 +121,16 @@ def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
     closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
     n_z, m = scaled.W.shape[1], scaled.B.shape[-1]
     drives, outputs = np.concatenate([scaled.B, -gains], axis=-1), np.concatenate([scaled.W, scaled.C], axis=1)
+    direct = np.zeros((outputs.shape[1], drives.shape[2]))
+    direct[n_z:, m:] = np.eye(gains.shape[2])
+    parts = {}
+    for rows in set(scaled.whitened.rows):
+        kept, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
+        parts[rows] = kept, columns, direct[np.ix_(kept, columns)]
     stages = []
     for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
-        direct = np.zeros((n_z + len(rows), m + len(rows)))
-        direct[n_z:, m:] = np.eye(len(rows))
-        columns, kept = [*range(m), *(m + i for i in rows)], [*range(n_z), *(n_z + i for i in rows)]
-        stages.append(Stage(A, B[:, columns], C[kept], direct))
+        kept, columns, D = parts[rows]
+        stages.append(Stage(A, B[:, columns], C[kept], D))
     return stages
 
 
@@ -433,7 +437,7 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
         return trials
     states = states[:, there]
     slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
-    sound = semidefinite(states)
+    sound = semidefinite(states[:1])  # then all phases are, as long as the slack is positive
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):
         G = maps.G[:, there[checked]]
