@@ -43,7 +43,7 @@ LONGEST = (
     "audit/test_report.py",
     "audit/test_mistakes.py",
     "estimation/multirate/test_multirate_optimum.py",
-    "estimation/multirate/test_losses_c.py",
+    "estimation/multirate/test_multirate_c.py",
     "ownplant/test_design_variants.py",
 )
 """Those of more than ten seconds. The first one computes what most tests of the papers read."""

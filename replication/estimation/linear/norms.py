@@ -261,6 +261,11 @@ def white_noise_variance(system: PeriodicSystem) -> float:
     return total / system.period
 
 
+def rms_if_finite(system: PeriodicSystem) -> float | None:
+    """The root of `white_noise_variance`; None if it is infinite."""
+    return float(np.sqrt(white_noise_variance(system))) if settles(system) else None
+
+
 @dataclass(frozen=True, eq=False)
 class Response:
     """inputs (T, m), outputs (T, p), and `ratio`, the l2 norm of the outputs over that of the inputs."""

@@ -51,6 +51,11 @@ def symmetric(matrix: Array) -> Array:
     return np.asarray((matrix + matrix.mT) / 2)
 
 
+def following(states: Array) -> Array:
+    """Of each phase what is given of the next one; of the last phase that of the first."""
+    return np.concatenate([states[1:], states[:1]])
+
+
 def apply(stage: RiccatiMap, X: Array) -> Array:
     """One step of the recursion from X (n, n); for stacks (..., n, n), one by one."""
     return symmetric(_applied(stage, X))
@@ -142,8 +147,7 @@ def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:
     inner = (identity(A.shape[-1]) + reference @ G).mT
     solved = np.linalg.solve(inner, np.concatenate([A.mT, G], axis=-1))
     closed, weight = solved[..., : A.shape[-1]].mT, solved[..., A.shape[-1] :]
-    following = np.roll(reference, -1, axis=0)
-    return RiccatiMap(closed, symmetric(weight), symmetric(closed @ reference @ A.mT + H - following))
+    return RiccatiMap(closed, symmetric(weight), symmetric(closed @ reference @ A.mT + H - following(reference)))
 
 
 def settled(stages: RiccatiMap) -> Array | None:
@@ -162,19 +166,30 @@ def settled(stages: RiccatiMap) -> Array | None:
             return None
 
 
-def settled_each(stages: RiccatiMap) -> list[Array | None]:
-    """`settled` for several cases at once, stages of shape (N, cases, n, n): small ones take about the time of one."""
-    count = stages.A.shape[1]
-    if count > 1:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            try:
-                levels = tree(stages)
-                starts, ended = _doubled_each(_only(levels[-1]))
-                states = down(levels, starts)
-                return [states[:, case] if ended[case] else None for case in range(count)]
-            except np.linalg.LinAlgError:
-                pass  # of which case is not told
-    return [settled(RiccatiMap(*(part[:, case] for part in stages))) for case in range(count)]
+def settled_each(stages: RiccatiMap) -> Array:
+    """`settled` for several cases at once, fields and states (N, cases, n, n): small ones take about the time of one.
+
+    Not numbers where a case does not settle.
+    """
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        try:
+            levels = tree(stages)
+            starts, ended = _doubled_each(_only(levels[-1]))
+            if ended.all():
+                return down(levels, starts)
+            states, kept = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
+            states[:, ended] = down([RiccatiMap(*level) for level in kept], starts[ended])
+            return states
+        except np.linalg.LinAlgError:
+            return case_by_case(settled_each, stages)
+
+
+def case_by_case(work: Callable[[RiccatiMap], Array], stages: RiccatiMap) -> Array:
+    """What `work` finds of each case alone where, of all together, one raises LinAlgError: of which is not told."""
+    if (count := stages.A.shape[1]) == 1:
+        return np.full_like(stages.A, np.nan)
+    cases = [RiccatiMap(*(part[:, i : i + 1] for part in stages)) for i in range(count)]
+    return np.concatenate([work(case) for case in cases], axis=1)
 
 
 def from_zero(stages: RiccatiMap) -> Array | None:
@@ -215,10 +230,12 @@ def _twice(A: Array, G: Array, H: Array) -> tuple[Array, Array, Array, Array]:
     return ahead[..., :n], G + (told + told.mT) / 2, H + grown, grown
 
 
-def _doubled(total: RiccatiMap) -> Array | None:
-    """The limit of repeating one map from zero; raises numpy.linalg.LinAlgError where the recursion escapes."""
+def _doubled(total: RiccatiMap, previous: float = np.inf) -> Array | None:
+    """The limit of repeating one map from zero; raises numpy.linalg.LinAlgError where the recursion escapes.
+
+    previous: the relative growth of H in the doubling before, if there was one.
+    """
     A, G, H = total.A, symmetric(total.G), symmetric(total.H)
-    previous = np.inf
     for _ in range(MAX_DOUBLINGS):
         A, G, H, grown = _twice(A, G, H)
         size = float(np.sqrt(np.vdot(H, H)))
@@ -226,7 +243,7 @@ def _doubled(total: RiccatiMap) -> Array | None:
             return None
         step = float(np.sqrt(np.vdot(grown, grown))) / max(size, TINY)
         # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
-        if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
+        if step <= STAGNATION or previous >= step <= 1e3 * STAGNATION:
             return H
         previous = step
     return None
@@ -238,11 +255,19 @@ def _doubled_each(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
     limits, ended = np.zeros_like(H), np.zeros(len(H), dtype=bool)
     cases, previous = np.arange(len(H)), [np.inf] * len(H)
     for _ in range(MAX_DOUBLINGS):
+        if len(cases) == 1:
+            limit = _doubled(RiccatiMap(A[0], G[0], H[0]), previous[0])
+            if limit is not None:
+                limits[cases], ended[cases] = limit, True
+            break
         A, G, H, grown = _twice(A, G, H)
-        squared, changes = (np.vecdot(part, part).tolist() for part in (_rows(H), _rows(grown)))
+        sizes, changes = np.vecdot(_rows(H), _rows(H)), np.vecdot(_rows(grown), _rows(grown))
+        if (changes > (1e3 * STAGNATION) ** 2 * sizes).all():
+            previous = [np.inf] * len(cases)
+            continue  # none is near its limit, and none is lost
         steps = [
             sqrt(change / max(size, TINY)) if size < np.inf else np.nan
-            for size, change in zip(squared, changes, strict=True)
+            for size, change in zip(sizes.tolist(), changes.tolist(), strict=True)
         ]
         ready = [
             step <= STAGNATION or before >= step <= 1e3 * STAGNATION

@@ -70,12 +70,9 @@ class MultirateReader(PlantReader[MultiratePlant]):
             raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
         # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
         D = np.diag(noise) if np.ndim(noise) == 1 else noise
-        stand_in = np.eye(len(system.C)) if D is None else D
-        plant = MultiratePlant.from_statespace(system, stand_in, disturbances=disturbances, W=given["weight"])
-        if R is not None or given["Q"] is not None or given["S"] is not None:
-            kept: dict[str, Any] = {"W": plant.W, "B_u": plant.B_u, "dt": plant.dt}
-            noise = {"D": D, "R": R, "Q": given["Q"], "S": given["S"]}
-            plant = MultiratePlant.from_covariances(A=plant.A, B_d=plant.B_d, C=plant.C, **noise, **kept)
+        plant = MultiratePlant.from_statespace(
+            system, D, disturbances=disturbances, W=given["weight"], Q=given["Q"], R=R, S=given["S"]
+        )
         read = parts_of(system, continuous=False, disturbances=disturbances).signals
         signals = self._signals(plant, read.states, read.inputs, read.measurements)
         # A covariance mixes the inputs, whose names then say nothing of the noise that counts.

@@ -20,6 +20,8 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
 from replication.estimation.linear.riccati import (
     RiccatiMap,
+    apply,
+    case_by_case,
     from_zero,
     identity,
     product,
@@ -82,7 +84,7 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
     """
     require_problem(problem)
     if not extra_noise and (found := steady_state(problem)) is not None:
-        return RiccatiDesign(found.L, found.P, np.inf)
+        return found
     centre = kalman_centre(problem, extra_noise=extra_noise)
     scaled, states = centre.scaled, centre.states
     corrected = scaled.corrected(states, scaled.maps())
@@ -107,12 +109,16 @@ def kalman_centre(
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
             "this one (`kalman_design` also takes extra_noise)"
         )
-    noises = (SCALING_NOISE,) if quick_noise is None else (SCALING_NOISE, quick_noise)
-    T, *quick = scales_each(problem, units, noises)
-    scaled = scaled_problem(problem, T)
+    noises = (SCALING_NOISE, 0.0) if quick_noise is None else (SCALING_NOISE, 0.0, quick_noise)
+    little, none, *much = covariances_each(problem, units, noises)
+    scaled = scaled_problem(problem, root(units, little))
     maps = scaled.maps(extra_noise=extra_noise)
-    states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
-    if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
+    states = None if extra_noise else _in_scales(scaled, maps, units[:, None] * none * units)
+    if states is None:
+        states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
+        if states is not None and not stabilises(scaled, states, maps):
+            states = None
+    if states is None or not semidefinite(states):
         require_noise_near(problem)
         growth = float(np.max(np.abs(np.linalg.eigvals(problem.plant.A)))) ** problem.schedule.period
         raise SolverError(
@@ -120,7 +126,20 @@ def kalman_centre(
             f"of {growth:.3g} over the period of {problem.schedule.period} instants; measure more often, or disturb "
             "the slowest mode more"
         )
-    return KalmanCentre(scaled, states, *quick)
+    return KalmanCentre(scaled, states, *(root(units, covariance) for covariance in much))
+
+
+def _in_scales(scaled: ScaledProblem, maps: RiccatiMap, covariance: Array) -> Array | None:
+    """States of covariances in the units of the plant, one step on; None unless what they may still change is rounding.
+
+    From zero a mode that is hardly disturbed rises so slowly that the recursion may seem to have settled.
+    """
+    states = np.linalg.solve(scaled.T, np.linalg.solve(scaled.T, covariance).mT)
+    if not np.isfinite(states).all():
+        return None
+    again = np.roll(apply(maps, states), 1, axis=0)
+    left = 1 - multiplier(scaled, again, maps)
+    return again if left > STABILITY_MARGIN and np.abs(again - states).max() <= REPEATS * left else None
 
 
 def require_noise_near(problem: MultirateProblem) -> None:
@@ -157,35 +176,36 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
     return None
 
 
-def state_scales(problem: MultirateProblem) -> Array:
+def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:
     """T_k (N, n, n), roots of the error covariances of a Kalman filter with a little process noise on every state.
 
-    Cholesky factors, unless rounding makes a covariance singular. Raises SolverError if rounding spoils the recursion.
+    noise: its intensity, in squares of the `state_units`. Cholesky factors, unless rounding makes a covariance
+    singular. Raises SolverError if rounding spoils the recursion.
     """
-    return scales_each(problem, state_units(problem), (SCALING_NOISE,))[0]
+    units = state_units(problem)
+    return root(units, covariances_each(problem, units, (noise,))[0])
 
 
-def scales_each(problem: MultirateProblem, deviations: Array, noises: Sequence[float]) -> list[Array]:
-    """`state_scales` for process noise of each intensity, in squares of the `state_units` (`deviations`)."""
-    units, n = np.diag(deviations), len(deviations)
-    maps = scaled_problem(problem, np.broadcast_to(units, (problem.schedule.period, n, n))).maps()
-    several = (len(maps.A), len(noises), n, n)
-    A, G = (np.broadcast_to(part[:, None], several) for part in (maps.A, maps.G))
-    driven = maps.H[:, None] + np.array(noises)[:, None, None] * identity(n)
-    return [_root(units, covariance) for covariance in settled_each(RiccatiMap(A, G, driven))]
+def covariances_each(problem: MultirateProblem, units: Array, noises: Sequence[float]) -> Array:
+    """Error covariances (noises, N, n, n) of Kalman filters with more process noise, in squares of the units."""
+    whitened = problem.whitened
+    A, B, C = whitened.A * units / units[:, None], whitened.B / units[:, None], whitened.C * units
+    driven = (B @ B.mT)[:, None] + np.array(noises)[:, None, None] * identity(len(units))
+    A, G = (np.broadcast_to(part[:, None], driven.shape) for part in (A, C.mT @ C))
+    return settled_each(RiccatiMap(A, G, driven)).swapaxes(0, 1)
 
 
-def _root(units: Array, covariance: Array | None) -> Array:
+def root(units: Array, covariance: Array) -> Array:
     """Roots (N, n, n) of covariances in `units`."""
-    if covariance is not None and np.all(np.isfinite(covariance)):
+    if np.isfinite(covariance).all():
         try:
-            return np.asarray(units @ np.linalg.cholesky(covariance))
+            return np.asarray(units[:, None] * np.linalg.cholesky(covariance))
         except np.linalg.LinAlgError:
             # States that nearly cancel leave a covariance whose least eigenvalues are rounding; any units of their
             # size serve, for these are scales and no result.
             variances, axes = np.linalg.eigh(covariance)
             least = np.finfo(float).eps * np.max(variances, axis=-1, keepdims=True)
-            return np.asarray(units @ (axes * np.sqrt(np.maximum(variances, least))[:, None, :]))
+            return np.asarray(units[:, None] * axes * np.sqrt(np.maximum(variances, least))[:, None, :])
     raise SolverError(
         "the error covariances used to scale the states were lost in rounding: sensors are almost free of noise, or "
         "modes hardly seen, or growing by many orders of magnitude between measurements; change D, C or the periods"
@@ -215,17 +235,16 @@ def state_units(problem: MultirateProblem) -> Array:
 
 def stationary(maps: RiccatiMap, reference: Array) -> Array | None:
     """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
-    return stationary_each(RiccatiMap(*(part[:, None] for part in maps)), reference)[0]
+    states = stationary_each(RiccatiMap(*(part[:, None] for part in maps)), reference)[:, 0]
+    return states if np.isfinite(states).all() else None
 
 
-def stationary_each(maps: RiccatiMap, reference: Array) -> list[Array | None]:
-    """`stationary` for the maps (N, cases, n, n) of several cases, with one reference."""
+def stationary_each(maps: RiccatiMap, reference: Array) -> Array:
+    """`stationary` for the maps (N, cases, n, n) of several cases; not numbers where there is no solution."""
     try:
-        deviations = settled_each(recentre(maps, reference[:, None]))
+        return np.asarray(reference[:, None] + settled_each(recentre(maps, reference[:, None])))
     except np.linalg.LinAlgError:
-        cases = [RiccatiMap(*(part[:, i : i + 1] for part in maps)) for i in range(maps.A.shape[1])]
-        return [None] if len(cases) == 1 else [stationary_each(case, reference)[0] for case in cases]
-    return [None if deviation is None else np.asarray(reference + deviation) for deviation in deviations]
+        return case_by_case(lambda case: stationary_each(case, reference), maps)
 
 
 def semidefinite(states: Array) -> Any:
@@ -244,10 +263,15 @@ def semidefinite(states: Array) -> Any:
 
 def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:
     """Whether the gains at the states stabilise the error system. Every I + X_k G_k must be regular."""
+    return multiplier(scaled, states, maps) < 1 - STABILITY_MARGIN
+
+
+def multiplier(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:
+    """The largest modulus of the multipliers of the error system with these gains, and what rounding may add to it."""
     total = monodromy(scaled.closed_loop(scaled.corrected(states, maps)))
     # What a measurement takes off a mode that has grown since the one before is known to rounding of that growth.
     blur = np.finfo(float).eps * np.abs(scaled.A).max()
-    return np.abs(np.linalg.eigvals(total)).max(axis=-1) + blur < 1 - STABILITY_MARGIN
+    return np.abs(np.linalg.eigvals(total)).max(axis=-1) + blur
 
 
 def largest_weighted(scaled: ScaledProblem, states: Array) -> Any:
@@ -288,13 +312,6 @@ class Correction(NamedTuple):
     following: Array
 
 
-class SteadyState(NamedTuple):
-    """Covariances P (N, n, n) of x - x^ before each instant, and gains L (N, n, q) of the filter that predicts."""
-
-    P: Array
-    L: Array
-
-
 def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
     """The sensors of the plant, of which those measure that are due (..., q); S = B_w D'."""
     plant = problem.plant
@@ -321,8 +338,8 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
 
 
-def steady_state(problem: MultirateProblem) -> SteadyState | None:
-    """Covariances and gains for white noise of unit intensity, or None where the recursion from zero does not do.
+def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
+    """The filter for white noise of unit intensity, or None where the recursion from zero does not do.
 
     From one instant that measures to the next is one step of the recursion; what lies between is predicted.
     """
@@ -358,7 +375,7 @@ def steady_state(problem: MultirateProblem) -> SteadyState | None:
     deviation = np.sqrt(np.maximum(np.diagonal(again, axis1=1, axis2=2), 0.0))
     if np.any(np.abs(again - P) > REPEATS * deviation[:, :, None] * deviation[:, None, :]):
         return None
-    return SteadyState(following, L)
+    return RiccatiDesign(L, following, np.inf)
 
 
 def _predictions(A: Array, Q: Array, count: int) -> tuple[Array, Array]:

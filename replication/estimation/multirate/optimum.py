@@ -43,10 +43,9 @@ from replication.estimation.multirate.kalman import (
     kalman_centre,
     kalman_design,
     largest_weighted,
-    scales_each,
     semidefinite,
     stabilises,
-    state_units,
+    state_scales,
     stationary_each,
 )
 from replication.estimation.multirate.plant import MultiratePlant
@@ -77,7 +76,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     """
     require_problem(problem)
     if _is_short(problem):
-        return _bound(problem, scales_each(problem, state_units(problem), (NOISE,))[0])
+        return _bound(problem, state_scales(problem, NOISE))
     return _bound_of_filter(kalman_centre(problem))
 
 
@@ -121,14 +120,17 @@ def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
     corrected = scaled.corrected(states, scaled.maps())
     closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
     n_z, m = scaled.W.shape[1], scaled.B.shape[-1]
-    outputs = np.concatenate([scaled.W, scaled.C], axis=1)
+    drives, outputs = np.concatenate([scaled.B, -gains], axis=-1), np.concatenate([scaled.W, scaled.C], axis=1)
+    direct = np.zeros((outputs.shape[1], drives.shape[2]))
+    direct[n_z:, m:] = np.eye(gains.shape[2])
+    parts = {}
+    for rows in set(scaled.whitened.rows):
+        kept, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
+        parts[rows] = kept, columns, direct[np.ix_(kept, columns)]
     stages = []
-    for A, B, C, L, rows in zip(closed, scaled.B, outputs, gains, scaled.whitened.rows, strict=True):
-        seen = len(rows)
-        drive, direct = np.empty((len(A), m + seen)), np.zeros((n_z + seen, m + seen))
-        drive[:, :m], drive[:, m:] = B, -L[:, :seen]
-        direct[n_z:, m:] = np.eye(seen)
-        stages.append(Stage(A, drive, C[: n_z + seen], direct))
+    for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
+        kept, columns, D = parts[rows]
+        stages.append(Stage(A, B[:, columns], C[kept], D))
     return stages
 
 
@@ -181,6 +183,8 @@ DESIGN_MARGIN = 1e-8
 """Relative distance above the optimum at which gains are computed: at the optimum the recursion degenerates."""
 TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
+NEAR = 0.6
+"""Share of the non-causal bound from which on, were it that of the floor, the optimum is likely to lie above it."""
 LARGEST_TOLD, MISSED = 1e14, 1e-3
 """Variance of the error of a prediction, over that of the noise of the measurement that corrects it, from which on the
 optimum is compared with what its gains reach; relative distance that is too much then.
@@ -284,23 +288,30 @@ class _Search:
 
     def optimum(self) -> Optimum:
         """Raises as the function `optimum`."""
-        best, centre = self._least(), self.centre
-        told = float(np.max(np.abs(np.linalg.eigvals(centre.scaled.maps().G @ centre.states))))
-        if told > LARGEST_TOLD and not self._reached(best):
-            raise InvalidInputError(
-                f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for "
-                f"floating point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
-            )
-        return best
-
-    def _reached(self, best: Optimum) -> bool:
-        """Whether the gains that should reach the optimum do; not so where it is wrong, or rounding hides the noise."""
+        best = self._least()
+        if self._told <= LARGEST_TOLD:
+            return best
         try:
             gains = central(self.centre, best.upper * (1 + DESIGN_MARGIN)).gains
             exact = l2_gain(self.problem.error_system(gains)).value
         except (InfeasibleError, SolverError):
-            return False
-        return best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED)
+            exact = np.inf
+        if best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED):
+            return best
+        raise self._hidden()
+
+    @property
+    def _told(self) -> float:
+        """The largest variance of the error that a measurement tells of, over that of its noise."""
+        C = self.centre.scaled.C
+        return float(np.linalg.eigvalsh(C @ self.centre.states @ C.mT).max())
+
+    def _hidden(self) -> InvalidInputError:
+        """Rounding hides the noise of a measurement: the optimum is wrong, or none is found."""
+        return InvalidInputError(
+            f"the noise of a measurement is {self._told**-0.5:.1e} of the error that it tells of, too little for "
+            f"floating point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
+        )
 
     def _least(self) -> Optimum:
         centre = self.centre
@@ -313,8 +324,10 @@ class _Search:
         self.low = max(noncausal.lower, centre.floor)
         if noncausal.upper >= centre.floor:
             touching = [noncausal.upper * (1 + distance) for distance in TOUCHING]
-            ahead = (touching[0], *self._designs(touching[0]), *(self.low * factor for factor in FACTORS))
-            self.tried(touching[-1], *(ahead if self.aside else ()))
+            touching[-1] = touching[0] * (1 + DESIGN_MARGIN)  # where the gains are computed, if the first is reached
+            likely = self.aside and centre.floor > NEAR * noncausal.upper
+            ahead = [self.low * factor for factor in FACTORS] if likely else []
+            self.tried(touching[-1], *(ahead or touching[: self.aside]))
             if self.latest[touching[-1]][1] > 0:
                 level = next((level for level in touching[:-1] if self._achieved(level)), touching[-1])
                 return Optimum(noncausal.lower, level, noncausal, "noncausal")
@@ -351,6 +364,8 @@ class _Search:
                 break
             self.tried(*(self.low * factor for factor in (FACTORS if self.aside else FACTORS[-1:])))
         else:
+            if self._told > LARGEST_TOLD:
+                raise self._hidden()
             raise SolverError(
                 f"no level up to {self.low:.3g} proved achievable: rounding spoils the recursion; rescale"
             )
@@ -416,13 +431,13 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
         return trials
     above, scaled = np.array(levels)[tried], centre.scaled
     maps = scaled.maps_each(above)
-    solved = stationary_each(maps, centre.states)
-    finite = {i: states for i, states in enumerate(solved) if states is not None and np.isfinite(states).all()}
-    if not finite:
+    states = stationary_each(maps, centre.states)
+    there = np.flatnonzero(np.isfinite(states).all(axis=(0, 2, 3)))
+    if not len(there):
         return trials
-    there, states = np.array(list(finite)), np.stack(list(finite.values()), axis=1)
+    states = states[:, there]
     slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
-    sound = semidefinite(states)
+    sound = semidefinite(states[:1])  # then all phases are, as long as the slack is positive
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):
         G = maps.G[:, there[checked]]

@@ -179,7 +179,15 @@ class MultiratePlant(LinearPlant):
 
     @classmethod
     def from_statespace(
-        cls, system: Any, D: Any, *, disturbances: Sequence[int | str] | None = None, W: Any = None
+        cls,
+        system: Any,
+        D: Any = None,
+        *,
+        disturbances: Sequence[int | str] | None = None,
+        W: Any = None,
+        Q: Any = None,
+        R: Any = None,
+        S: Any = None,
     ) -> MultiratePlant:
         """Take A, B, C and dt from a discrete-time `control.StateSpace`.
 
@@ -187,12 +195,14 @@ class MultiratePlant(LinearPlant):
         ----------
         system : control.StateSpace
             Discrete-time, without feedthrough from process noise.
-        D : array (q, q_w)
-            Effect of the sensor noise w.
+        D : array (q, q_w), optional
+            Effect of the sensor noise w; or `R`.
         disturbances : sequence of int or str, optional
             Inputs that are process noise, by index or label; all unless given. The others become B_u.
         W : array (n_z, n), optional
             Weight of the estimation error.
+        Q, R, S : array, optional
+            Covariances of the noise, as in `from_covariances`.
 
         Returns
         -------
@@ -211,5 +221,8 @@ class MultiratePlant(LinearPlant):
                 "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
                 "the state, or name the inputs that are disturbances"
             )
-        dt = parts.signals.dt or 1.0
-        return cls(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, B_u=parts.B_u, D_u=parts.D_u, dt=dt)
+        given = {name: value for name, value in {"Q": Q, "R": R, "S": S}.items() if value is not None}
+        make: Any = cls.from_covariances if given or D is None else cls
+        known = {"B_u": parts.B_u, "D_u": parts.D_u, "dt": parts.signals.dt or 1.0}
+        made: MultiratePlant = make(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, **known, **given)
+        return made

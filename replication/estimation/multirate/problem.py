@@ -6,7 +6,7 @@ about the identity at every phase that rounding is harmless, whatever the units 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.linear.riccati import RiccatiMap, identity
+from replication.estimation.linear.riccati import RiccatiMap, following, identity
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_array, positive_integer, undetectable_mode
 
@@ -80,11 +80,19 @@ class SensingSchedule:
 
     def measured(self, k: int) -> tuple[int, ...]:
         """The sensors that measure at instant k, in order."""
-        return self._rows[k % self.period]
+        return self.rows[k % self.period]
 
     @cached_property
-    def _rows(self) -> tuple[tuple[int, ...], ...]:
+    def rows(self) -> tuple[tuple[int, ...], ...]:
+        """The sensors that measure at each instant of the period."""
         return tuple(tuple(np.flatnonzero(row).tolist()) for row in self.mask)
+
+    @cached_property
+    def kinds(self) -> tuple[tuple[int, ...], list[int]]:
+        """The first instant of each set of sensors that measure together, and the number of the set at each instant."""
+        found: dict[tuple[int, ...], int] = {}
+        which = [found.setdefault(rows, len(found)) for rows in self.rows]
+        return tuple(which.index(kind) for kind in range(len(found))), which
 
     def selection(self, k: int) -> Array:
         """S_k of eq. (4), shape (q, q)."""
@@ -125,6 +133,8 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 
 RANK_TOLERANCE = 1e-10
+DYING = 1e-6
+"""Distance of all multipliers from the unit circle from which on none counts as unstable for rounding."""
 
 
 @dataclass(frozen=True)
@@ -144,47 +154,38 @@ class MultirateProblem:
         _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")
         if schedule.sensors != plant.sensors:
             raise InvalidInputError(f"the schedule is of {schedule.sensors}, the plant of {plant.sensors} sensors")
-        for rows in sorted({schedule.measured(k) for k in range(schedule.period)}):
+        for rows in sorted(schedule.measured(k) for k in schedule.kinds[0]):
             if rows and not _full_row_rank(plant.D[list(rows)]):
                 raise InvalidInputError(
                     f"D must have full row rank on the sensors measured together, {rows}: give each its own noise"
                 )
-        mode = undetectable_mode(*self._lifted_pair(), discrete=True)
-        if mode is not None:
+        if (mode := unseen_mode(plant, schedule.rows)) is not None:
             raise InvalidInputError(
                 f"the pair is not detectable: the mode with multiplier {mode:.6g} over one period is never seen; "
                 "measure it or change the periods and offsets"
             )
 
-    def _lifted_pair(self) -> tuple[Array, Array]:
-        """(A^N, the outputs of one period stacked): detectable iff the periodic pair is."""
-        transition, outputs = np.eye(self.plant.order), []
-        for rows in self.measured_rows():
-            outputs.append(self.plant.C[rows] @ transition)
-            transition = self.plant.A @ transition
-        return transition, np.vstack(outputs)
-
     def measured_rows(self) -> list[list[int]]:
         """For each phase, the sensors that are measured."""
-        return [list(self.schedule.measured(k)) for k in range(self.schedule.period)]
+        return [list(rows) for rows in self.schedule.rows]
 
     @cached_property
     def whitened(self) -> Whitened:
         """What does not depend on the coordinates of the states."""
-        plant, measured = self.plant, [self.schedule.measured(k) for k in range(self.schedule.period)]
-        kinds = list(dict.fromkeys(measured))
-        C, parts, roots = np.zeros((len(kinds), *plant.C.shape)), [], []
-        for i, kind in enumerate(kinds):
-            rows = list(kind)
-            # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
-            roots.append(np.asarray(np.linalg.qr(plant.D[rows].T, mode="r")))
-            C[i, : len(rows)] = np.linalg.solve(roots[-1].T, plant.C[rows])
-            parts.append(_decorrelated(plant, rows))
-        which = [kinds.index(rows) for rows in measured]
-        A, B = (np.stack([part[field] for part in parts])[which] for field in (0, 1))
-        return Whitened(
-            A, B, C[which], tuple(roots[i] for i in which), tuple(measured), tuple(parts[i][2] for i in which)
-        )
+        plant, (first, which) = self.plant, self.schedule.kinds
+        due = self.schedule.mask[list(first), :, None]
+        # A sensor that does not measure has a noise of its own in the place of its rows, and tells nothing.
+        C, D = due * plant.C, np.concatenate([due * plant.D, ~due * np.eye(plant.sensors)], axis=-1)
+        # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
+        factor = np.linalg.qr(D.mT)
+        roots = np.where(due == due.mT, factor.R, 0.0)
+        A, B, J = (np.broadcast_to(part, (len(first), *part.shape)) for part in (plant.A, plant.B_d, 0.0 * plant.C.T))
+        if plant.correlated:
+            # What the measurements tell of the noise, J = B_w D_k'(D_k D_k')^-1, is taken out of the plant.
+            J = np.linalg.solve(roots, (plant.B_w @ factor.Q[:, : plant.B_w.shape[1]]).mT).mT * due.mT
+            A, B = plant.A - J @ C, np.concatenate([B, plant.B_w - J @ plant.D], axis=-1)
+        seen = np.asarray(np.linalg.solve(roots.mT, C), dtype=float)
+        return Whitened(A[which], B[which], seen[which], roots[which], J[which], self.schedule.rows)
 
     def checked(self, gains: npt.ArrayLike) -> Array:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
@@ -193,23 +194,38 @@ class MultirateProblem:
 
     def without_sensors(self) -> PeriodicSystem:
         """The plant alone, from (d, w) to W x: the error of the estimate zero."""
-        plant = self.plant
-        drive = plant.drive
-        return PeriodicSystem((Stage(plant.A, drive, plant.W, np.zeros((len(plant.W), drive.shape[1]))),))
+        return error_under(self.plant, [0.0 * self.plant.C.T])
 
     def error_system(self, gains: Array) -> PeriodicSystem:
         """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d + (B_w - L_k S_k D) w, z = W e; gains (N, n, q).
 
         Columns of L_k of sensors that are not measured at k have no effect. Raises InvalidInputError for another shape.
         """
-        gains, plant = self.checked(gains), self.plant
-        stages = []
-        for rows, L in zip(self.measured_rows(), gains, strict=True):
-            gain = L[:, rows]
-            noise = -gain @ plant.D[rows]
-            B = np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
-            stages.append(Stage(plant.A - gain @ plant.C[rows], B, plant.W, np.zeros((plant.W.shape[0], B.shape[1]))))
-        return PeriodicSystem(tuple(stages))
+        return error_under(self.plant, self.checked(gains) * self.schedule.mask[:, None, :])
+
+
+def closed_loop(plant: MultiratePlant, gain: Array) -> tuple[Array, Array]:
+    """A - L C and [B_d, B_w - L D] of one instant; L (n, q) is zero for samples that do not come."""
+    noise = -gain @ plant.D
+    return plant.A - gain @ plant.C, np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
+
+
+def error_under(plant: MultiratePlant, gains: Iterable[Array]) -> PeriodicSystem:
+    """From (d, w) to W e under one gain (n, q) after the other, zero for samples that do not come."""
+    loops = [closed_loop(plant, gain) for gain in gains]
+    direct = np.zeros((len(plant.W), loops[0][1].shape[1]))
+    return PeriodicSystem(tuple(Stage(A, B, plant.W, direct) for A, B in loops))
+
+
+def unseen_mode(plant: MultiratePlant, measured: Iterable[Sequence[int]]) -> complex | None:
+    """An unstable mode over some instants that the sensors measured at each never see, or None."""
+    transition, outputs = np.eye(plant.order), []
+    for rows in measured:
+        outputs.append(plant.C[list(rows)] @ transition)
+        transition = plant.A @ transition
+    if np.abs(np.linalg.eigvals(transition)).max() < 1 - DYING:
+        return None  # whatever is not seen dies out
+    return undetectable_mode(transition, np.vstack(outputs), discrete=True)
 
 
 def require_problem(problem: Any) -> None:
@@ -235,8 +251,7 @@ def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> Periodic
     require_problem(problem)
     plant = problem.plant
     stages = []
-    for k, L in enumerate(problem.checked(gains)):
-        used = L @ problem.schedule.selection(k)
+    for used in problem.checked(gains) * problem.schedule.mask[:, None, :]:
         inputs = np.hstack([plant.B_u - used @ plant.D_u, used])
         stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
     return PeriodicSystem(tuple(stages))
@@ -252,25 +267,25 @@ def _full_row_rank(D: Array) -> bool:
     norms = np.linalg.norm(D, axis=1, keepdims=True)
     if D.shape[1] < len(D) or not np.all(norms > 0):
         return False
-    return bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
+    return len(D) == 1 or bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
 
 
 class Whitened(NamedTuple):
-    """At each phase A (N, n, n), B (N, n, m) and the whitened measurements C (N, q, n), rows of zeros at the end.
+    """At each phase A (N, n, n), B (N, n, m) and the whitened measurements C (N, q, n), zero where a sensor has none.
 
-    Whitening: with the triangular `roots` R_k, D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k, their noise is white with
-    unit intensity, and their gain is R_k'-fold that of the measurements of the sensors `rows`.
+    Whitening: with the triangular `roots` R_k (N, q, q), D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k, their noise is
+    white with unit intensity, and their gain is R_k'-fold that of the measurements.
 
     Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
-    `injected` (n, r) are the gains of the measurements that do it.
+    `injected` (N, n, q) are the gains of the measurements that do it. rows: the sensors that measure.
     """
 
     A: Array
     B: Array
     C: Array
-    roots: tuple[Array, ...]
+    roots: Array
+    injected: Array
     rows: tuple[tuple[int, ...], ...]
-    injected: tuple[Array, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,7 +310,7 @@ class ScaledProblem:
         G = self.information - W.mT @ W
         H = self.B @ self.B.mT
         if extra_noise:
-            inverse = np.linalg.inv(np.roll(self.T, -1, axis=0))
+            inverse = np.linalg.inv(following(self.T))
             H = H + extra_noise * inverse @ inverse.mT
         return RiccatiMap(self.A, G, H)
 
@@ -321,17 +336,13 @@ class ScaledProblem:
         return np.asarray(W @ states @ W.mT)
 
     def whitened_gains(self, corrected: Array) -> Array:
-        """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k' (N, n, q), columns of zeros at the end."""
+        """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k' (N, n, q)."""
         return np.asarray(self.A @ corrected @ self.C.mT)
 
     def gains(self, corrected: Array) -> Array:
         """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
-        whitened, gains = self.whitened, np.zeros_like(self.C.mT)
-        given = np.roll(self.T, -1, axis=0) @ self.whitened_gains(corrected)
-        for k, (rows, root) in enumerate(zip(whitened.rows, whitened.roots, strict=True)):
-            if rows:
-                gains[k][:, rows] = np.linalg.solve(root, given[k][:, : len(rows)].T).T + whitened.injected[k]
-        return gains
+        given = following(self.T) @ self.whitened_gains(corrected)
+        return np.asarray(np.linalg.solve(self.whitened.roots, given.mT).mT + self.whitened.injected)
 
     def unscaled(self, states: Array) -> Array:
         """T_k X_k T_k' for each phase, shape (N, n, n)."""
@@ -346,18 +357,6 @@ def _beside(part: Array, states: Array) -> Array:
 def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
     """`problem` in the coordinates s(k) = T_k^-1 e(k); T of shape (N, n, n)."""
     whitened, n = problem.whitened, problem.plant.order
-    moved = np.linalg.solve(np.roll(T, -1, axis=0), np.concatenate([whitened.A @ T, whitened.B], axis=-1))
+    moved = np.linalg.solve(following(T), np.concatenate([whitened.A @ T, whitened.B], axis=-1))
     C = whitened.C @ T
     return ScaledProblem(T, moved[..., :n], moved[..., n:], problem.plant.W @ T, C, C.mT @ C, whitened)
-
-
-def _decorrelated(plant: MultiratePlant, rows: list[int]) -> tuple[Array, Array, Array]:
-    """A and B of what the sensors `rows` do not tell of the noise, and the gains J (n, r) of what they tell.
-
-    J = B_w D_r'(D_r D_r')^-1, A - J C_r, [B_d, B_w - J D_r].
-    """
-    if not plant.correlated:
-        return plant.A, plant.B_d, np.zeros((plant.order, len(rows)))
-    factor = np.linalg.qr(plant.D[rows].T)
-    J = np.linalg.solve(factor.R, (plant.B_w @ factor.Q).T).T
-    return plant.A - J @ plant.C[rows], np.hstack([plant.B_d, plant.B_w - J @ plant.D[rows]]), J

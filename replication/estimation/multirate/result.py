@@ -15,7 +15,7 @@ from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.shown import Goal, TradeOff
-from replication.estimation.linear.norms import gain_if_finite, l2_gain, settles, white_noise_variance
+from replication.estimation.linear.norms import gain_if_finite, l2_gain, rms_if_finite, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
 from replication.estimation.multirate.kalman import (
     RiccatiDesign,
@@ -105,12 +105,13 @@ class MultirateResult(Design):
 
         It keeps what late samples need and gives the estimate of the present state.
         """
-        plant, mask = self.problem.plant, self.problem.schedule.mask
+        plant, known = self.problem.plant, self.problem.plant.B_u.shape[1]
         present = plant.order - plant.under_way
-        shown, phases = np.eye(present, plant.order), []
-        for gain, due in zip(self.gains["L"], mask, strict=True):
-            L = gain * due
-            phases.append(Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due))
+        shown, stages = np.eye(present, plant.order), observer_system(self.problem, self.gains["L"]).stages
+        phases = [
+            Phase(A, B[:, :known], B[:, known:], shown, due)
+            for (A, B, *_), due in zip(stages, self.problem.schedule.mask, strict=True)
+        ]
         return Recursion(phases, present, [plant.C] * len(phases), plant.D_u)
 
     def disturbances(self) -> tuple[str, ...]:
@@ -184,9 +185,8 @@ def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence,
     own, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
     W = problem.plant.W
     limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
-    alone = problem.without_sensors()
-    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
     how = "periodic Lyapunov equation"
+    without = rms_if_finite(problem.without_sensors())
     return (
         Evidence("rms error", own, f"white noise of unit intensity; {how}"),
         *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.multirate.latency import ContinuousPlant
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array
@@ -21,6 +22,15 @@ PAPER = MultiratePlant(
     D=[[1, 0], [0, 0.5]],
 )
 """The plant of Okajima et al. (2023), Sec. IV-A."""
+
+CART = MultiratePlant(
+    A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], B_u=[[0], [0.2]], C=[[0, 1], [1, 0]], D=np.diag([0.5, 0.1]),
+    D_u=[[0.3], [-0.2]], dt=0.1,
+)  # fmt: skip
+MOVING = ContinuousPlant(
+    A=[[0, 1], [-4, -0.3]], B_d=[[0], [1]], B_u=[[0.5], [2]], C=[[1, 0], [0, 1]], D=np.diag([0.1, 0.2]),
+    D_u=[[0.0], [0.7]], dt=0.2,
+)  # fmt: skip
 
 
 def only_sensor(plant: MultiratePlant, i: int) -> MultiratePlant:

@@ -8,7 +8,6 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from multirate_examples import (
     PAPER,
     Recipe,
@@ -16,7 +15,6 @@ from multirate_examples import (
     by_plain_recursion,
     correlated,
     problem,
-    problems,
     with_noise_as_state,
 )
 
@@ -25,7 +23,7 @@ from replication.estimation.multirate import kalman
 from replication.estimation.multirate.kalman import kalman_design, steady_state
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem, observer_system
+from replication.estimation.multirate.problem import observer_system
 from replication.estimation.validation import Array, noise_factors
 from tests.tolerances import AGREEMENT, ROUNDING
 
@@ -84,31 +82,11 @@ def test_both_ways_to_them_agree(name: str) -> None:
         near(fast.gains, careful.gains)
 
 
-@settings(max_examples=40)
-@given(problems(max_n=4, max_period=4))
-def test_what_is_found_at_once_is_stationary_and_stabilises(generated: MultirateProblem) -> None:
-    found = steady_state(generated)
-    if found is None:
-        return
-    for k, P in enumerate(by_plain_recursion(generated, found.P[0], generated.schedule.period)):
-        near(found.P[k % generated.schedule.period], P, 1e-8)
-    assert generated.error_system(found.L).spectral_radius() < 1
-
-
 @pytest.mark.parametrize("mode", [1.0, -1.0])
 def test_a_mode_on_the_circle_that_nothing_disturbs_is_not_settled_at_once(mode: float) -> None:
     """From zero the recursion never learns of it: it would end in gains that do not stabilise."""
     plant = MultiratePlant(A=np.diag([mode, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]])
     assert steady_state(problem(plant, (2,))) is None
-
-
-def test_an_unstable_mode_that_nothing_disturbs_is_stabilised() -> None:
-    """From zero only rounding tells of it; whether or not that is enough, the filter is the same."""
-    given_problem = problem(MultiratePlant(A=np.diag([1.3, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]), (2,))
-    found = kalman_design(given_problem)
-    assert given_problem.error_system(found.gains).spectral_radius() < 1
-    with patch.object(kalman, "steady_state", return_value=None):
-        near(found.X, kalman_design(given_problem).X)
 
 
 def test_a_mode_that_only_known_noise_disturbs_never_settles() -> None:
@@ -186,16 +164,6 @@ def test_each_bad_covariance_has_its_own_error(changes: dict[str, Any], message:
         MultiratePlant.from_covariances(**{**GOOD, **changes})
 
 
-def test_the_good_covariances_beside_them_are_taken() -> None:
-    MultiratePlant.from_covariances(**GOOD)
-    MultiratePlant.from_covariances(**{**GOOD, "Q": np.ones((2, 2)), "S": 0.7 * np.ones((2, 2)) / np.sqrt(2)})
-
-
-def test_noise_of_the_wrong_width_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="B_w must have 2 columns"):
-        MultiratePlant(A=np.eye(2), B_d=np.eye(2), C=np.eye(2), D=np.eye(2), B_w=np.ones((2, 1)))
-
-
 def test_noise_that_drives_the_state_meets_its_own_correction() -> None:
     """One unit of w at an instant, plant and observer at zero: e^+ = B_w w - L (y - 0), with y = D w."""
     found = correlated(problem(UNSTABLE, (1, 2)), 3)
@@ -220,3 +188,16 @@ def test_variances_of_independent_sensors_may_be_a_vector() -> None:
     assert np.array_equal(vector.D, matrix.D)
     with pytest.raises(InvalidInputError, match="R must have 2 rows"):
         MultiratePlant.from_covariances(**{**GOOD, "R": [1.0]})
+
+
+@pytest.mark.parametrize("share", [1e-8, 1e-9])
+def test_a_mode_that_is_hardly_disturbed_is_not_taken_for_settled(share: float) -> None:
+    """From zero its variance rises so slowly, beside that of the other mode, that it seems to stand still."""
+    V = np.array([[1.0, 1.0], [1.0, -1.0]])
+    back = np.linalg.inv(V)
+    plant = MultiratePlant(A=V @ np.diag([1 - 1e-9, 0.5]) @ back, B_d=V @ [[share], [1]], C=[[1, 1]] @ back, D=[[1]])
+    at_once = kalman.kalman_centre(problem(plant, (2,)))
+    with patch.object(kalman, "_in_scales", return_value=None):
+        careful = kalman.kalman_centre(problem(plant, (2,)))
+    found, wanted = (back @ way.scaled.unscaled(way.states)[0] @ back.T for way in (at_once, careful))
+    assert found[0, 0] == pytest.approx(wanted[0, 0], rel=1e-6)

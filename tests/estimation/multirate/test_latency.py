@@ -4,33 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import scipy.integrate
+from multirate_examples import CART, MOVING
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
-from replication.estimation.multirate import ContinuousPlant, MultiratePlant
+from replication.estimation.multirate import MultiratePlant
 from replication.estimation.validation import Array
-from tests.estimation.api.test_c_code import EXACT, Compiled
 
 EQUAL = 1e-9
-CART = MultiratePlant(
-    A=[[1, 0.1], [0, 0.98]],
-    B_d=[[0], [0.1]],
-    B_u=[[0], [0.2]],
-    C=[[0, 1], [1, 0]],
-    D=[[0.5, 0], [0, 0.1]],
-    D_u=[[0.3], [-0.2]],
-    dt=0.1,
-)
-MOVING = ContinuousPlant(
-    A=[[0, 1], [-4, -0.3]], B_d=[[0], [1]], B_u=[[0.5], [2]], C=[[1, 0], [0, 1]], D=np.diag([0.1, 0.2]),
-    D_u=[[0.0], [0.7]], dt=0.2,
-)  # fmt: skip
 
 
 def past_states(latency: tuple[int, ...]) -> MultiratePlant:
@@ -159,19 +145,6 @@ def test_analyse_gives_the_level_of_a_design() -> None:
     assert np.array_equal(start[0], [1.0, 0.0]) and np.linalg.norm(start[-1]) < 0.5
 
 
-@pytest.mark.parametrize("goal", ["hinf", "h2"])
-def test_the_c_form_knows_latency_and_feedthrough(goal: str, tmp_path: Path) -> None:
-    observer = multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75), goal=goal).observer()
-    compiled, rng = Compiled(observer, tmp_path), np.random.default_rng(8)
-    observer.reset([1.0, 2.0])
-    compiled.reset([1.0, 2.0])
-    for _ in range(2000):
-        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
-        answer, found = compiled.step(u, y)
-        assert answer == 0 and np.allclose(found, observer.step(u, y), rtol=EXACT, atol=EXACT)
-    assert observer.missed > 100
-
-
 def test_the_kalman_filter_knows_the_feedthrough() -> None:
     found: Any = multirate.design(CART, periods=(1, 4), goal="h2")
     running, predictor = found.filter(), found.observer()
@@ -181,59 +154,20 @@ def test_the_kalman_filter_knows_the_feedthrough() -> None:
         assert np.allclose(running.step(u, y).prediction, predictor.step(u, y), rtol=EQUAL, atol=EQUAL)
 
 
-@pytest.mark.parametrize("plant", [CART, MOVING])
-def test_the_c_form_of_the_kalman_filter_knows_it(plant: Any, tmp_path: Path) -> None:
-    found: Any = multirate.design(plant, periods=(1, 4), goal="h2")
-    running = found.filter()
-    compiled, rng = Compiled(Whole(running), tmp_path), np.random.default_rng(2)  # type: ignore[arg-type]
-    compiled.reset([0.0, 0.0])
-    for _ in range(500):
-        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
-        _, values = compiled.step(u, y)
-        step = running.step(u, y)
-        assert np.allclose(values, [*step.prediction, *step.filtered], rtol=EXACT, atol=EXACT)
-
-
-class Whole:
-    """What `Compiled` asks of an observer."""
-
-    def __init__(self, run: Any) -> None:
-        self.to_c, self.estimate = run.to_c, np.zeros(4)
-
-
-def test_a_feedthrough_that_is_left_out_is_noticed() -> None:
-    u = np.random.default_rng(5).standard_normal(30)
-    course, y = measured((0.0, 0.0), u, np.zeros(30))
-    right = runs(multirate.design(MOVING, periods=(1, 1)), u, y)
-    assert np.allclose(right[:-1], course[1:], rtol=1e-8, atol=1e-8)
-    wrong = runs(multirate.design(replace(MOVING, D_u=None), periods=(1, 1)), u, y)
-    assert not np.allclose(wrong[:-1], course[1:], rtol=1e-2, atol=1e-2)
-
-
-BAD = {
-    "latency beyond the horizon": {"latency": (0, 500)},
-    "must be at least 0": {"latency": (0, -1)},
-    "one entry for each": {"latency": (1,)},
-    "must be a number": {"latency": (0, "1")},
-    "in continuous time": {"latency": (0, 0.5)},
-    "dt belongs": {"dt": 0.1},
+BAD: dict[str, tuple[MultiratePlant, dict[str, Any]]] = {
+    "latency beyond the horizon": (CART, {"latency": (0, 500)}),
+    "must be at least 0": (CART, {"latency": (0, -1)}),
+    "one entry for each": (CART, {"latency": (1,)}),
+    "must be a number": (CART, {"latency": (0, "1")}),
+    "in continuous time": (CART, {"latency": (0, 0.5)}),
+    "dt belongs": (CART, {"dt": 0.1}),
+    "S and latency": (replace(CART, B_w=[[0.1, 0], [0, 0]]), {"latency": (0, 1)}),
+    "P0 and latency": (CART, {"latency": (0, 1), "goal": "h2", "P0": np.eye(2)}),
 }
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_bad_latencies_have_messages(message: str) -> None:
+    plant, given = BAD[message]
     with pytest.raises(InvalidInputError, match=message):
-        multirate.design(CART, periods=(1, 4), **BAD[message])
-
-
-def test_correlated_noise_and_a_start_do_not_go_with_latency() -> None:
-    with pytest.raises(InvalidInputError, match="S and latency"):
-        multirate.design(replace(CART, B_w=[[0.1, 0], [0, 0]]), periods=(1, 4), latency=(0, 1))
-    with pytest.raises(InvalidInputError, match="P0 and latency"):
-        multirate.design(CART, periods=(1, 4), latency=(0, 1), goal="h2", P0=np.eye(2))
-
-
-def test_the_noise_of_the_sensors_is_given_once() -> None:
-    for noise in ({}, {"D": [[0.1]], "R": [[0.01]]}):
-        with pytest.raises(InvalidInputError, match="give the sensor noise once"):
-            ContinuousPlant(A=[[-1.0]], C=[[1.0]], dt=0.1, **noise).after(0.1)  # type: ignore[arg-type]
+        multirate.design(plant, periods=(1, 4), **given)

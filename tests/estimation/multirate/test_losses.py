@@ -11,6 +11,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from multirate_examples import CART as DIRECT
 from multirate_examples import correlated
 
 from replication.errors import InfeasibleError, InvalidInputError
@@ -25,18 +26,15 @@ from replication.estimation.multirate.losses.automaton import (
     Automaton,
     along,
     automaton,
-    closed_loop,
     mean_square,
     mean_square_gains,
 )
 from replication.estimation.multirate.losses.worst import Walks, central_gains, kernel, least_level, proved_level
-from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule, closed_loop
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9
-CART = MultiratePlant(
-    A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], B_u=[[0], [0.2]], C=[[0, 1], [1, 0]], D=np.diag([0.5, 0.1])
-)
+CART = replace(DIRECT, D_u=None)
 LOST = losses.InARow(1)
 
 
@@ -267,7 +265,7 @@ def test_the_observer_follows_its_cases(designed: losses.LossResult) -> None:
         number = int(rng.choice(designed.automaton.out[node]))
         edge = designed.automaton.edges[number]
         u, y = rng.standard_normal(1), rng.standard_normal(2)
-        A, _ = closed_loop(designed.problem, designed.gains["L"][number])
+        A, _ = closed_loop(CART, designed.gains["L"][number])
         state = A @ state + CART.B_u @ u + designed.gains["L"][number] @ y
         due = designed.problem.schedule.mask[k % 2]
         missed += int(np.sum(due) - np.sum(edge.arrived))
@@ -396,9 +394,6 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
 def test_covariances_with_too_many_entries_are_refused(best: multirate.MultirateResult) -> None:
     with patch.object(mean, "MOST_UNKNOWNS", 2), pytest.raises(InvalidInputError, match="entries, more than 2;"):
         losses.analyse(best, losses.Independent(0.1))
-
-
-DIRECT = replace(CART, D_u=np.array([[0.7], [-0.4]]))
 
 
 def test_a_known_input_that_the_sensors_read_at_once_is_no_innovation() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from hypothesis import given, settings
-from multirate_examples import PAPER, PUBLISHED, problem, problems
+from multirate_examples import PAPER, by_plain_recursion, problem, problems
 
 from papers.okajima2023.method.lmi import cyclic
 from replication.drawing.panels import draw
@@ -22,44 +22,11 @@ from replication.estimation.linear.periodic import PeriodicSystem, Stage, simula
 from replication.estimation.multirate import facade
 from replication.estimation.multirate import optimum as search
 from replication.estimation.multirate.kalman import kalman_centre, kalman_design, semidefinite, stabilises, state_units
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimal_design, optimum
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, distinct_offsets
-from replication.estimation.multirate.result import balanced, mean_error_facts, rms_error
-from replication.estimation.validation import Array
-from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING, SEEDED
-
-
-def test_the_single_rate_filter_solves_the_algebraic_riccati_equation() -> None:
-    single = problem(PAPER, (1, 1))
-    A, B, C, R = PAPER.A, PAPER.B_d, PAPER.C, PAPER.D @ PAPER.D.T
-    P = scipy.linalg.solve_discrete_are(A.T, C.T, B @ B.T, R)
-    design = kalman_design(single)
-    np.testing.assert_allclose(design.X[0], P, rtol=AGREEMENT)
-    np.testing.assert_allclose(design.gains[0], A @ P @ C.T @ np.linalg.inv(C @ P @ C.T + R), rtol=AGREEMENT)
-
-
-@pytest.mark.parametrize("name", PUBLISHED)
-def test_the_filter_is_the_limit_of_the_plain_recursion(name: str) -> None:
-    published = PUBLISHED[name]
-    plant, N = published.plant, published.schedule.period
-    X = np.eye(3)
-    for k in range(400 * N):
-        X = plain_step(published, k, X)
-    design = kalman_design(published)
-    for k in range(N):
-        np.testing.assert_allclose(design.X[k], X, rtol=1e-7, atol=1e-12)
-        X = plain_step(published, k, X)
-    assert design.level == np.inf
-    assert design.gains.shape == (N, 3, plant.sensors)
-
-
-def plain_step(given_problem: MultirateProblem, k: int, X: Array) -> Array:
-    """Measurement and time update with covariance matrices, without inverses of X."""
-    plant, rows = given_problem.plant, list(given_problem.schedule.measured(k))
-    C, D = plant.C[rows], plant.D[rows]
-    gain = X @ C.T @ np.linalg.inv(C @ X @ C.T + D @ D.T) if rows else np.zeros((len(X), 0))
-    return plant.A @ (X - gain @ C @ X) @ plant.A.T + plant.B_d @ plant.B_d.T
+from replication.estimation.multirate.result import mean_error_facts, rms_error
+from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING
 
 
 def test_only_gains_that_stabilise_pass_for_it() -> None:
@@ -78,9 +45,7 @@ def test_the_covariance_of_a_generated_problem_repeats_after_one_period(generate
     except InvalidInputError as error:
         assert "not disturbed" in str(error)
         return
-    X = design.X[0]
-    for k in range(generated.schedule.period):
-        X = plain_step(generated, k, X)
+    *_, X = by_plain_recursion(generated, design.X[0], generated.schedule.period)
     np.testing.assert_allclose(X, design.X[0], rtol=0, atol=ILL_CONDITIONED * max(1.0, np.linalg.norm(design.X[0])))
     assert generated.error_system(design.gains).spectral_radius() < 1
 
@@ -111,16 +76,6 @@ def test_a_sensor_bias_needs_a_little_noise_to_be_tracked() -> None:
     assert bias.error_system(gains).spectral_radius() < 1
 
 
-def test_the_units_of_the_states_scale_with_them() -> None:
-    change = np.array([1e-4, 1.0, 1e4])
-    scaled = replace(PAPER, A=change[:, None] * PAPER.A / change, B_d=change[:, None] * PAPER.B_d, C=PAPER.C / change)
-    np.testing.assert_allclose(
-        state_units(problem(scaled, (2, 3))), change * state_units(problem(PAPER, (2, 3))), rtol=AGREEMENT
-    )
-    unseen = problem(MultiratePlant(A=0.5 * np.eye(2), B_d=[[0], [1]], C=[[0, 1]], D=[[1]]), (1,))
-    assert np.all(state_units(unseen) > 0)
-
-
 def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
     """Against the covariance of the lifted and of the cyclic system by scipy."""
     paper = problem(PAPER, (2, 3))
@@ -129,36 +84,6 @@ def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
         P = scipy.linalg.solve_discrete_lyapunov(form.A, form.B @ form.B.T)
         total = np.trace(form.C @ P @ form.C.T + form.D @ form.D.T)
         assert white_noise_variance(system) == pytest.approx(total / system.period, rel=AGREEMENT)
-
-
-def test_white_noise_variance_is_that_of_a_simulation() -> None:
-    paper, rng = problem(replace(PAPER, C=PAPER.C[:1], D=PAPER.D[:1]), (1,)), np.random.default_rng(5)
-    system = paper.error_system(kalman_design(paper).gains)
-    outputs = simulate(system, rng.normal(size=(60_000, 3)))
-    assert np.mean(np.sum(outputs**2, axis=1)) == pytest.approx(white_noise_variance(system), rel=SEEDED)
-
-
-def test_an_unstable_system_has_no_variance() -> None:
-    one = np.eye(1)
-    with pytest.raises(InfeasibleError, match="not stable"):
-        white_noise_variance(PeriodicSystem((Stage(one, one, one, one),)))
-
-
-def test_a_simulated_observer_follows_the_error_system() -> None:
-    """Plant and observer in their own loops, inputs and all, against the error system."""
-    paper, rng, T = problem(PAPER, (2, 3)), np.random.default_rng(6), 40
-    B_u, gains = rng.normal(size=(3, 2)), optimal_design(paper).gains
-    d, w, u = rng.normal(size=(T, 1)), rng.normal(size=(T, 2)), rng.normal(size=(T, 2))
-    x, x_ob = rng.normal(size=3), np.zeros(3)
-    start, errors = x - x_ob, []
-    for k in range(T):
-        errors.append(x - x_ob)
-        S = paper.schedule.selection(k)
-        innovation = S @ (PAPER.C @ x + PAPER.D @ w[k]) - S @ PAPER.C @ x_ob
-        x_ob = PAPER.A @ x_ob + B_u @ u[k] + gains[k % 6] @ innovation
-        x = PAPER.A @ x + B_u @ u[k] + PAPER.B_d @ d[k]
-    outputs = simulate(paper.error_system(gains), np.hstack([d, w]), start)
-    np.testing.assert_allclose(outputs, errors, atol=ROUNDING)
 
 
 def test_the_worst_case_stays_below_the_norm_and_tends_to_it() -> None:
@@ -183,22 +108,6 @@ def test_the_worst_case_is_the_response_to_its_own_input() -> None:
         assert np.linalg.norm(simulate(system, v)) <= worst.ratio * np.linalg.norm(v)
 
 
-def test_bad_simulations_are_named() -> None:
-    system = problem(PAPER, (2, 3)).error_system(np.zeros((6, 3, 2)))
-    with pytest.raises(InvalidInputError, match="inputs must have as many columns"):
-        simulate(system, np.zeros((5, 2)))
-    with pytest.raises(InvalidInputError, match="inputs must be finite"):
-        simulate(system, np.full((5, 3), np.nan))
-    with pytest.raises(InvalidInputError, match="initial_state must have shape"):
-        simulate(system, np.zeros((5, 3)), np.zeros(2))
-    for horizon in (0, 2.5, -1):
-        with pytest.raises(InvalidInputError, match="horizon"):
-            worst_case_response(system, horizon)  # type: ignore[arg-type]
-    uneven = PeriodicSystem(tuple(Stage(np.eye(1), np.ones((1, m)), np.eye(1), np.ones((1, m))) for m in (1, 2)))
-    with pytest.raises(InvalidInputError, match="same number of inputs"):
-        worst_case_response(uneven, 3)
-
-
 @pytest.mark.parametrize(("push", "noise"), [(10.0, 0.01), (0.01, 10.0)])
 def test_the_unit_of_a_state_is_the_smaller_of_what_pushes_it_and_what_hides_it(push: float, noise: float) -> None:
     plant = MultiratePlant(A=[[0.5]], B_d=[[push]], C=[[1.0]], D=[[noise]])
@@ -219,12 +128,6 @@ def test_one_negative_direction_is_not_semidefinite() -> None:
     assert not semidefinite(np.stack([np.eye(2), np.diag([1.0, -0.5])]))
 
 
-@pytest.mark.parametrize("periods", [(1,), (1, 2, 2)])
-def test_a_schedule_has_the_sensors_of_the_plant(periods: tuple[int, ...]) -> None:
-    with pytest.raises(InvalidInputError, match="the plant of 2 sensors"):
-        problem(PAPER, periods)
-
-
 def test_the_value_of_an_optimum_is_the_end_that_is_attained() -> None:
     found = search.optimum(problem(PAPER, (2, 3)))
     wide = replace(found, lower=1.0, upper=2.0)
@@ -237,7 +140,9 @@ def test_noise_that_reaches_the_output_at_once_counts() -> None:
     assert white_noise_variance(PeriodicSystem((one,))) == pytest.approx(1 / (1 - 0.25) + 4, rel=ROUNDING)
 
 
-CART = control.ss([[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], 0, 0.1)
+CART = control.ss(
+    [[1.0, 0.1], [0.0, 0.98]], [[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.3], [0.0, -0.2]], 0.1
+)
 GIVEN: dict[str, Any] = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": [0]}
 EQUAL = 1e-9
 
@@ -320,6 +225,7 @@ def test_covariances_stand_for_their_factors() -> None:
     plain = design(goal="h2")
     matrices = design(goal="h2", noise=None, R=np.diag([0.25, 0.01]), Q=[[1.0]], S=[[0.0, 0.0]])
     np.testing.assert_allclose(matrices.gains["L"], plain.gains["L"], atol=EQUAL)
+    np.testing.assert_array_equal(matrices.problem.plant.D_u, CART.D[:, 1:])
     louder = design(noise=None, R=4 * np.diag([0.25, 0.01]), Q=[[4.0]])
     assert louder.value == pytest.approx(2 * design().value)
     analysed = multirate.analyse(CART, plain.gains["L"], **{**GIVEN, "noise": None}, R=np.diag([0.25, 0.01]))
@@ -367,33 +273,11 @@ def test_each_bad_argument_has_its_own_error_before_anything_runs(changes: dict[
         design(**changes)
 
 
-def test_the_good_arguments_beside_them_are_computed_with() -> None:
-    with (
-        patch.object(facade, "optimum", side_effect=AssertionError("computed")),
-        pytest.raises(AssertionError, match="computed"),
-    ):
-        design(goal="h2", P0=np.eye(2), S=[[0.1, 0.0]])
-
-
-def test_arrays_have_their_own_covariances() -> None:
-    plant = MultiratePlant.from_covariances(A=[[0.5]], C=[[1]], Q=[[1]], R=[[1]])
-    with pytest.raises(InvalidInputError, match="from_covariances takes Q, R and S"):
-        multirate.design(plant, periods=(1,), Q=[[1.0]])
-
-
 @pytest.mark.parametrize("goal", ["hinf", "mixed"])
 def test_a_level_out_of_reach_names_the_least(goal: str) -> None:
     best = value(design(), "optimum")
     with pytest.raises(InfeasibleError, match=f"the least is {best:.6g}"):
         design(goal=goal, level=0.9 * best)
-
-
-def test_a_filter_that_looks_back_too_far_is_refused() -> None:
-    result = design(goal="h2")
-    assert isinstance(result, multirate.KalmanResult)
-    for bad in (-1, 1.5, True, 1001):
-        with pytest.raises(InvalidInputError, match="lag must be"):
-            result.filter(lag=bad)  # type: ignore[arg-type]
 
 
 def test_poor_sensors_are_told_of_by_the_mean_error() -> None:
@@ -414,13 +298,6 @@ def test_a_level_hardly_below_that_of_the_kalman_filter_is_told() -> None:
     told = [fact for fact in result.evidence if fact.what == "advice" and "Kalman" in str(fact.value)]
     assert close == bool(told)
     assert not [fact for fact in design().evidence if fact.what == "advice"]
-
-
-def test_the_balance_is_found_from_the_ends_alone() -> None:
-    problem = design().problem
-    found = balanced(problem, optimum(problem))
-    assert np.isfinite(found.level)
-    assert problem.error_system(found.gains).spectral_radius() < 1
 
 
 def test_the_frequencies_of_a_gain_end_at_half_a_turn_over_the_period() -> None:

@@ -54,14 +54,8 @@ def check_bracket(generated: MultirateProblem, tolerance: float) -> None:
     assert achieved.upper >= best.lower * (1 - tolerance)
 
 
-@settings(max_examples=40)
-@given(problems(max_period=4))
-def test_generated_problems_are_bracketed(generated: MultirateProblem) -> None:
-    check_bracket(generated, ILL_CONDITIONED)
-
-
-@settings(max_examples=30)
-@given(problems(max_period=3, decades=4.0))
+@settings(max_examples=60)
+@given(st.sampled_from((0.0, 4.0)).flatmap(lambda decades: problems(max_period=4, decades=decades)))
 def test_generated_problems_in_any_units_are_bracketed(generated: MultirateProblem) -> None:
     check_bracket(generated, ILL_CONDITIONED)
 
@@ -97,21 +91,16 @@ def test_the_inequality_finds_no_better_observer(generated: MultirateProblem) ->
     """Theorem 2 as printed on generated plants: what it returns achieves no less than the optimum, and no more."""
     try:
         best = optimum(generated)
-        design = lmi_design(generated)
-    except (InvalidInputError, SolverError, InfeasibleError):
-        # The interior-point method gives up on some, by name; the Riccati route must not.
-        assert optimum_or_nothing(generated)
+    except InvalidInputError as error:
+        assert "nothing to minimise" in str(error)
         return
+    try:
+        design = lmi_design(generated)
+    except (SolverError, InfeasibleError):
+        return  # the interior-point method gives up on some, by name; the Riccati route does not
     achieved = l2_gain(generated.error_system(design.gains))
     assert achieved.upper >= best.lower * (1 - ILL_CONDITIONED)
     assert design.level >= best.lower * (1 - ILL_CONDITIONED)
-
-
-def optimum_or_nothing(generated: MultirateProblem) -> bool:
-    try:
-        return optimum(generated).value > 0
-    except InvalidInputError as error:
-        return "nothing to minimise" in str(error)
 
 
 COARSE = 1e-4
@@ -163,19 +152,19 @@ def test_the_single_rate_case_is_the_textbook_filter() -> None:
         np.testing.assert_allclose(riccati_design(single, 1.1 * best.value).gains[0], gain, rtol=AGREEMENT, atol=1e-9)
 
 
-@pytest.mark.parametrize("a", [1.5, 2.0, -3.0])
-def test_an_undisturbed_unstable_mode_by_hand(a: float) -> None:
-    """Without disturbance, x+ = a x: X = (a^2 - 1) / (1 - 1/g^2) and X < g^2, so the optimum is |a|."""
-    best = optimum(scalar(a, 0.0))
-    assert best.value == pytest.approx(abs(a), rel=AGREEMENT)
-    assert best.noncausal.upper == 0.0
+@pytest.mark.parametrize(("a", "b", "causal", "noncausal"), [
+    (1.5, 0.0, 1.5, 0.0),
+    (-3.0, 0.0, 3.0, 0.0),
+    (0.0, 2.0, 2.0, 2 / np.sqrt(5)),
+])  # fmt: skip
+def test_an_undisturbed_unstable_mode_by_hand(a: float, b: float, causal: float, noncausal: float) -> None:
+    """Without disturbance, x+ = a x: X = (a^2 - 1) / (1 - 1/g^2) and X < g^2, so the optimum is |a|.
 
-
-def test_a_memoryless_state_by_hand() -> None:
-    """x+ = d measured too late: nothing is known of x, and the optimum is b; with a smoother, b / sqrt(1 + b^2)."""
-    best = optimum(scalar(0.0, 2.0))
-    assert best.value == pytest.approx(2.0, rel=AGREEMENT)
-    assert best.noncausal.value == pytest.approx(2 / np.sqrt(5), rel=AGREEMENT)
+    With x+ = b d, measured too late, nothing is known of x, and it is b; for a smoother b / sqrt(1 + b^2).
+    """
+    best = optimum(scalar(a, b))
+    assert best.value == pytest.approx(causal, rel=AGREEMENT)
+    assert best.noncausal.value == pytest.approx(noncausal, rel=AGREEMENT)
 
 
 def test_a_random_walk_by_hand() -> None:
@@ -292,17 +281,12 @@ def test_louder_noise_scales_the_optimum_and_leaves_the_gains(factor: float) -> 
     original = problem(PAPER, (2, 3))
     louder = problem(replace(PAPER, B_d=factor * PAPER.B_d, D=factor * PAPER.D), (2, 3))
     best = optimum(original)
-    assert optimum(louder).value == pytest.approx(factor * best.value, rel=AGREEMENT)
+    for scaled in (louder, problem(replace(PAPER, W=factor * PAPER.W), (2, 3))):
+        assert optimum(scaled).value == pytest.approx(factor * best.value, rel=AGREEMENT)
     np.testing.assert_allclose(
         riccati_design(louder, factor * 1.5 * best.value).gains, riccati_design(original, 1.5 * best.value).gains,
         rtol=1e-7, atol=AGREEMENT,
     )  # fmt: skip
-
-
-@pytest.mark.parametrize("factor", [1e-100, 1e-4, 7.0, 1e100])
-def test_a_larger_weight_scales_the_optimum(factor: float) -> None:
-    heavier = problem(replace(PAPER, W=factor * PAPER.W), (2, 3))
-    assert optimum(heavier).value == pytest.approx(factor * optimum(problem(PAPER, (2, 3))).value, rel=AGREEMENT)
 
 
 def test_the_order_and_units_of_the_sensors_do_not_matter() -> None:
@@ -468,14 +452,6 @@ def test_thirty_states_and_sixty_phases() -> None:
     check_bracket(MultirateProblem(plant, SensingSchedule((3, 4, 5))), ILL_CONDITIONED)
 
 
-@given(st.integers(1, 12), st.integers(0, 11))
-@settings(max_examples=12)
-def test_one_sensor_may_start_anywhere(period: int, offset: int) -> None:
-    plant = replace(PAPER, C=PAPER.C[:1], D=PAPER.D[:1])
-    shifted = optimum(problem(plant, (period,), (offset % period,)))
-    assert shifted.value == pytest.approx(optimum(problem(plant, (period,))).value, rel=AGREEMENT)
-
-
 ROOM = str(Path(multirate.__file__).parents[2])
 MOST = 14
 
@@ -507,8 +483,3 @@ def design() -> Any:
 def test_an_own_plant_enters_few_files() -> None:
     design()  # modules load when they are first used
     assert 5 < len(files_of(design)) <= MOST
-
-
-def test_another_room_is_seen() -> None:
-    result = design()
-    assert len(files_of(lambda: (design(), result.observer().to_c(), result.panels()))) > MOST

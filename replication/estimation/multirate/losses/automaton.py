@@ -12,18 +12,18 @@ p (A X_s A' + pi_s B B') to X_t: the error is stable in mean square iff that map
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.losses.models import LossModel, Memory
-from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.validation import Array, undetectable_mode
+from replication.estimation.multirate.problem import MultirateProblem, closed_loop, error_under, unseen_mode
+from replication.estimation.validation import Array
 
 MOST_EDGES = 4000
 """Of an automaton; each is a matrix inequality, or a gain of its own."""
@@ -66,6 +66,21 @@ class Automaton:
             leaving[edge.source].append(i)
         return tuple(tuple(part) for part in leaving)
 
+    @property
+    def period(self) -> int:
+        """Instants after which the phases begin anew."""
+        return max(self.phases) + 1
+
+    @cached_property
+    def first(self) -> list[int]:
+        """The nodes at phase 0."""
+        return [i for i, phase in enumerate(self.phases) if phase == 0]
+
+    @cached_property
+    def by_phase(self) -> list[list[int]]:
+        """The edges of each phase."""
+        return [[i for i, edge in enumerate(self.edges) if edge.phase == phase] for phase in range(self.period)]
+
     def split(self, chosen: set[int]) -> Automaton:
         """The same walks, with the chosen nodes told apart by the edge that leads to them."""
         copies: dict[tuple[int, int], int] = {}
@@ -93,7 +108,7 @@ class Automaton:
 
     def followed(self, flux: Array) -> list[Word]:
         """The periodic patterns, as edges of the origin, that take the edge of largest flux at each node."""
-        period, found = max(self.phases) + 1, {}
+        found = {}
         best = [max(leaving, key=lambda i: flux[i]) for leaving in self.out]
         for start in range(len(self.phases)):
             path, seen, node = list[int](), dict[int, int](), start
@@ -103,16 +118,14 @@ class Automaton:
                 node = self.edges[best[node]].target
             cycle = path[seen[node] :]
             turn = next(k for k, i in enumerate(cycle) if self.edges[i].phase == 0)
-            word = _once(tuple(self.edges[i].origin for i in (*cycle[turn:], *cycle[:turn])), period)
-            found[min(word[k:] + word[:k] for k in range(0, len(word), period))] = word
+            word = _once(tuple(self.edges[i].origin for i in (*cycle[turn:], *cycle[:turn])), self.period)
+            found[min(word[k:] + word[:k] for k in range(0, len(word), self.period))] = word
         return list(found.values())
 
     def cycles(self) -> list[Word]:
         """Periodic patterns, the shortest first; each once, wherever it begins."""
-        period = max(self.phases) + 1
-        found: dict[Word, Word] = {}
-        starts = [i for i, phase in enumerate(self.phases) if phase == 0]
-        queue: deque[tuple[int, int, Word]] = deque((start, start, ()) for start in starts)
+        period, found = self.period, dict[Word, Word]()
+        queue: deque[tuple[int, int, Word]] = deque((start, start, ()) for start in self.first)
         for _ in range(WALKS):
             if not queue or len(found) >= CYCLES:
                 break
@@ -164,11 +177,7 @@ def require_detectable(problem: MultirateProblem, cases: Automaton) -> list[Word
     """The periodic patterns; raises InvalidInputError if one hides an unstable mode."""
     words = cases.cycles()
     for word in words:
-        transition, outputs = np.eye(problem.plant.order), [np.zeros((0, problem.plant.order))]
-        for i in word:
-            outputs.append(problem.plant.C[list(cases.edges[i].arrived)] @ transition)
-            transition = problem.plant.A @ transition
-        if (mode := undetectable_mode(transition, np.vstack(outputs), discrete=True)) is not None:
+        if (mode := unseen_mode(problem.plant, [cases.edges[i].arrived for i in word])) is not None:
             raise InvalidInputError(
                 f"the plant is not detectable under losses: where the samples come as {patterns(cases.edges, word)} "
                 f"(1: comes), again and again, the mode with multiplier {mode:.6g} is never seen; allow fewer losses "
@@ -177,20 +186,9 @@ def require_detectable(problem: MultirateProblem, cases: Automaton) -> list[Word
     return words
 
 
-def closed_loop(problem: MultirateProblem, gain: Array) -> tuple[Array, Array]:
-    """A - L C and [B_d, B_w - L D] of one instant; L (n, q) is zero for samples that do not come."""
-    plant = problem.plant
-    noise = -gain @ plant.D
-    return plant.A - gain @ plant.C, np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
-
-
-def along(problem: MultirateProblem, gains: Array, edges: Iterator[int] | Sequence[int]) -> PeriodicSystem:
+def along(problem: MultirateProblem, gains: Array, edges: Iterable[int]) -> PeriodicSystem:
     """The error system along a periodic pattern; gains (edges, n, q)."""
-    stages = []
-    for i in edges:
-        A, B = closed_loop(problem, gains[i])
-        stages.append(Stage(A, B, problem.plant.W, np.zeros((len(problem.plant.W), B.shape[1]))))
-    return PeriodicSystem(tuple(stages))
+    return error_under(problem.plant, [gains[i] for i in edges])
 
 
 def gains_by_edge(cases: Automaton, gains: Array) -> Array:
@@ -223,16 +221,13 @@ def visits(cases: Automaton) -> Array:
 
     From the start and one period on: the least-squares solution of pi T = pi, sum 1, of the chain at phase 0.
     """
-    first = [i for i, phase in enumerate(cases.phases) if phase == 0]
     moves = _over_period(cases, [np.array([[edge.probability]]) for edge in cases.edges], 1)
-    count = len(first)
+    count = len(cases.first)
     system = np.vstack([np.eye(count) - moves, np.ones(count)])
     pi = np.zeros(len(cases.phases))
-    pi[first] = np.linalg.lstsq(system, np.append(np.zeros(count), 1.0), rcond=None)[0]
-    for phase in range(max(cases.phases)):
-        for edge in cases.edges:
-            if edge.phase == phase:
-                pi[edge.target] += edge.probability * pi[edge.source]
+    pi[cases.first] = np.linalg.lstsq(system, np.append(np.zeros(count), 1.0), rcond=None)[0]
+    for edge in (cases.edges[i] for ways in cases.by_phase[:-1] for i in ways):
+        pi[edge.target] += edge.probability * pi[edge.source]
     return np.where(pi > RARE, pi, 0.0)
 
 
@@ -243,11 +238,7 @@ def require_seen(problem: MultirateProblem, cases: Automaton) -> None:
     for edge in cases.edges:
         if pi[edge.source] > 0:
             came[edge.phase] |= np.array(edge.arrived)
-    transition, outputs = np.eye(problem.plant.order), []
-    for rows in came:
-        outputs.append(problem.plant.C[rows] @ transition)
-        transition = problem.plant.A @ transition
-    if (mode := undetectable_mode(transition, np.vstack(outputs), discrete=True)) is not None:
+    if (mode := unseen_mode(problem.plant, came.tolist())) is not None:
         raise InvalidInputError(
             f"the plant is not detectable under losses: the mode with multiplier {mode:.6g} over one period is seen by "
             "no sample that ever comes; lower the probability of a loss, or add a sensor"
@@ -258,7 +249,7 @@ def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> Me
     """The stationary mean square error of gains (edges, n, q); raises InfeasibleError if there is none."""
     n, pi = problem.plant.order, visits(cases)
     _require_size(cases, n)
-    loops = [closed_loop(problem, gain) for gain in gains]
+    loops = [closed_loop(problem.plant, gain) for gain in gains]
     short, long = _halves(n)
     maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(cases.edges, loops, strict=True)]
     period = _over_period(cases, maps, len(short))
@@ -272,11 +263,10 @@ def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> Me
         edge.probability * pi[edge.source] * (short @ (B @ B.T).ravel())
         for edge, (_, B) in zip(cases.edges, loops, strict=True)
     ]
-    first = [i for i, phase in enumerate(cases.phases) if phase == 0]
     states = _along(cases, maps, added, np.zeros((len(cases.phases), len(short))))
-    start = np.linalg.solve(np.eye(len(period)) - period, states[first].ravel())
+    start = np.linalg.solve(np.eye(len(period)) - period, states[cases.first].ravel())
     before = np.zeros_like(states)
-    before[first] = start.reshape(len(first), len(short))
+    before[cases.first] = start.reshape(len(cases.first), len(short))
     states = _along(cases, maps, added, before)
     X = (states @ long.T).reshape(-1, n, n)
     total = np.einsum("za,kab,zb->", problem.plant.W, X, problem.plant.W)
@@ -311,11 +301,11 @@ def mean_square_gains(problem: MultirateProblem, cases: Automaton) -> Array:
 
 
 def _corrected_step(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array, phase: int) -> Array:
-    following = X.copy()
-    following[[edge.target for edge in cases.edges if edge.phase == phase]] = 0.0
-    for edge in cases.edges:
-        if edge.phase == phase and pi[edge.source] > 0:
-            A, B = closed_loop(problem, _gain(problem, edge, X[edge.source], pi[edge.source]))
+    following, edges = X.copy(), [cases.edges[i] for i in cases.by_phase[phase]]
+    following[[edge.target for edge in edges]] = 0.0
+    for edge in edges:
+        if pi[edge.source] > 0:
+            A, B = closed_loop(problem.plant, _gain(problem, edge, X[edge.source], pi[edge.source]))
             following[edge.target] += edge.probability * (A @ X[edge.source] @ A.T + pi[edge.source] * B @ B.T)
     return symmetric(following)
 
@@ -353,14 +343,12 @@ def _halves(n: int) -> tuple[Array, Array]:
 def _over_period(cases: Automaton, maps: list[Array], size: int) -> Array:
     """The map of the stacked states of the nodes at phase 0 over one period."""
     place = [cases.phases[:i].count(phase) for i, phase in enumerate(cases.phases)]
-    period = max(cases.phases) + 1
-    total = np.eye(cases.phases.count(0) * size)
-    for phase in range(period):
-        step = np.zeros((cases.phases.count((phase + 1) % period) * size, cases.phases.count(phase) * size))
-        for edge, part in zip(cases.edges, maps, strict=True):
-            if edge.phase == phase:
-                to, at = place[edge.target] * size, place[edge.source] * size
-                step[to : to + size, at : at + size] += part
+    total = np.eye(len(cases.first) * size)
+    for phase, ways in enumerate(cases.by_phase):
+        step = np.zeros((cases.phases.count((phase + 1) % cases.period) * size, cases.phases.count(phase) * size))
+        for i in ways:
+            to, at = place[cases.edges[i].target] * size, place[cases.edges[i].source] * size
+            step[to : to + size, at : at + size] += maps[i]
         total = step @ total
     return total
 
@@ -368,12 +356,9 @@ def _over_period(cases: Automaton, maps: list[Array], size: int) -> Array:
 def _along(cases: Automaton, maps: list[Array], added: list[Array], states: Array) -> Array:
     """The states of all nodes over one period, from those of phase 0; these are those after the period."""
     states, after = states.copy(), np.zeros_like(states)
-    period = max(cases.phases) + 1
-    for phase in range(period):
-        to = after if phase == period - 1 else states
-        for edge, part, more in zip(cases.edges, maps, added, strict=True):
-            if edge.phase == phase:
-                to[edge.target] += part @ states[edge.source] + more
-    first = [i for i, phase in enumerate(cases.phases) if phase == 0]
-    states[first] = after[first]
+    for phase, ways in enumerate(cases.by_phase):
+        to = after if phase == cases.period - 1 else states
+        for i in ways:
+            to[cases.edges[i].target] += maps[i] @ states[cases.edges[i].source] + added[i]
+    states[cases.first] = after[cases.first]
     return states

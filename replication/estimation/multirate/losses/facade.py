@@ -21,8 +21,7 @@ from replication.estimation.linear.norms import (
     gain_curve,
     gain_if_finite,
     l2_gain,
-    settles,
-    white_noise_variance,
+    rms_if_finite,
     worst_case_response,
 )
 from replication.estimation.multirate.kalman import kalman_design
@@ -210,8 +209,7 @@ def _mean_error(
     require_seen(problem, cases)
     mean = mean_square(problem, cases, gains)
     how = "covariances of all cases, by linear equations"
-    kalman, alone = rms_error(problem, kalman_design(problem).gains), problem.without_sensors()
-    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
+    kalman, without = rms_error(problem, kalman_design(problem).gains), rms_if_finite(problem.without_sensors())
     evidence = (
         Evidence("growth of the mean square over a period", mean.radius, "largest eigenvalue; below 1 is stable"),
         Evidence("rms error of the Kalman filter without losses", kalman, "periodic Lyapunov equation"),

@@ -14,8 +14,8 @@ from replication.estimation.api.export import INSTANTS, c_file
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import Shown
 from replication.estimation.multirate.kalman import corrected, sensing
-from replication.estimation.multirate.losses.automaton import Automaton, Edge, closed_loop
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.losses.automaton import Automaton, Edge
+from replication.estimation.multirate.problem import MultirateProblem, closed_loop
 from replication.estimation.validation import Array
 
 USAGE = f"""{INSTANTS} s.unforeseen counts instants with more of them than the gains were
@@ -211,8 +211,8 @@ class DrawnLosses(Shown):
 
 def drawn_nodes(cases: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """The node at which each run begins, from the stationary distribution at phase 0."""
-    first = np.flatnonzero(np.array(cases.phases) == 0)
-    return np.asarray(rng.choice(first, size=runs, p=visited[first] / visited[first].sum()), dtype=np.intp)
+    shares = visited[cases.first] / visited[cases.first].sum()
+    return np.asarray(rng.choice(cases.first, size=runs, p=shares), dtype=np.intp)
 
 
 def drawn_walks(
@@ -242,7 +242,7 @@ def drawn_errors(
     values, vectors = np.linalg.eigh(start)
     roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     e = np.einsum("rab,rb->ra", roots, rng.standard_normal((runs, plant.order)))
-    loops = [closed_loop(problem, gain) for gain in gains]
+    loops = [closed_loop(problem.plant, gain) for gain in gains]
     squares = []
     for taken in walks:
         squares.append(np.sum((e @ plant.W.T) ** 2, axis=1))

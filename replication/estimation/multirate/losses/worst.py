@@ -18,8 +18,8 @@ from replication.estimation.conic.program import ALMOST, Inequalities, program_u
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.kalman import state_scales
-from replication.estimation.multirate.losses.automaton import Automaton, Word, along, closed_loop, patterns
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.losses.automaton import Automaton, Word, along, patterns
+from replication.estimation.multirate.problem import MultirateProblem, closed_loop
 from replication.estimation.validation import Array
 
 SLACK = 1e-7
@@ -56,7 +56,7 @@ class Walks:
 
     def moved(self, edge: int, gain: Array) -> Array:
         """[A B] of an edge with a gain (n, q), in these units; B turned so that it has no more columns than rows."""
-        A, B = closed_loop(self.problem, gain)
+        A, B = closed_loop(self.problem.plant, gain)
         if B.shape[1] > len(B):
             B = np.asarray(np.linalg.qr(B.T, mode="r")).T
         return self._scaled(edge, A, B)
@@ -261,11 +261,10 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
 
 def growing(problem: MultirateProblem, cases: Automaton, gains: Array) -> list[Word]:
     """A periodic pattern along which the error of `gains` (edges, n, q) grows, if large products lead to one."""
-    steps = [closed_loop(problem, gain)[0] for gain in gains]
-    period = max(cases.phases) + 1
-    for start in (node for node, phase in enumerate(cases.phases) if phase == 0):
+    steps = [closed_loop(problem.plant, gain)[0] for gain in gains]
+    for start in cases.first:
         front: list[tuple[int, Word, Array]] = [(start, (), np.eye(problem.plant.order))]
-        for _ in range(LONGEST * period):
+        for _ in range(LONGEST * cases.period):
             ahead: dict[int, list[tuple[int, Word, Array]]] = {}
             for node, word, moved in front:
                 for i in cases.out[node]:

@@ -1,0 +1,141 @@
+"""The C forms of observers, filters, and observers that count losses do what Python does, step by step."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from multirate_examples import CART, MOVING, correlated, problem
+
+from replication.errors import InvalidInputError
+from replication.estimation import multirate
+from replication.estimation.multirate import MultiratePlant, losses
+from replication.estimation.multirate.kalman import filter_gains, kalman_design
+from replication.estimation.multirate.running import KalmanFilter
+from replication.estimation.validation import Array
+from tests.estimation.compiled import EXACT, Compiled
+
+STEPS = 4000
+TURNING = replace(CART, A=np.array([[0.98, 0.1], [-0.05, 0.97]]))
+ALONE = MultiratePlant(A=[[0.9]], B_d=[[1]], C=[[1]], D=[[0.5]])
+
+
+class Flat:
+    """A filter with one vector for all that its C form writes of an instant, and of the one `lag` before."""
+
+    def __init__(self, run: KalmanFilter) -> None:
+        self.run, self.to_c, self.inputs, self.measurements = run, run.to_c, run.inputs, run.measurements
+        self.states, self.estimate = run.states, np.zeros(run.states * (run.lag + 2))
+
+    def reset(self, start: Array) -> None:
+        self.run.reset(start)
+
+    def step(self, u: Array, y: Array) -> Array:
+        step = self.run.step(u, y)
+        return np.concatenate([step.prediction, step.filtered, step.smoothed])
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.run, name)
+
+
+def kalman(plant: Any, **settings: Any) -> Flat:
+    found: Any = multirate.design(plant, periods=(1, 4), goal="h2")
+    return Flat(found.filter(**settings))
+
+
+def smoother() -> Flat:
+    given = correlated(problem(CART, (1, 3)), 6)
+    return Flat(KalmanFilter(given, filter_gains(given, kalman_design(given).X, 3)))
+
+
+@functools.cache
+def lossy(kind: str) -> losses.LossResult:
+    plant, periods, model = LOSSES[kind]
+    return losses.design(multirate.design(plant, periods=periods), model)
+
+
+def late(goal: str) -> Any:
+    return multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75), goal=goal).observer()
+
+
+LOSSES: dict[str, tuple[MultiratePlant, tuple[int, ...], losses.LossModel]] = {
+    "each sensor": (TURNING, (1, 2), losses.InARow((2, 1))),
+    "packets": (TURNING, (2, 3), losses.InARow(1, together=True)),
+    "one sensor, no inputs": (ALONE, (2,), losses.InARow(3)),
+    "random": (TURNING, (1, 2), losses.Markov(after_arrival=0.1, after_loss=0.5)),
+}
+OBSERVERS: dict[str, Callable[[], Any]] = {
+    "late": lambda: late("hinf"),
+    "late, least mean error": lambda: late("h2"),
+    "filter": lambda: kalman(CART),
+    "filter in continuous time": lambda: kalman(MOVING),
+    "filter with a gate": lambda: kalman(CART, lag=1, gate=2.0),
+    "smoother": smoother,
+    **{kind: functools.partial(lambda kind: lossy(kind).observer(), kind) for kind in LOSSES},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::replication.estimation.api.running.UnscheduledSampleWarning")
+@pytest.mark.parametrize("kind", OBSERVERS)
+def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
+    observer, rng = OBSERVERS[kind](), np.random.default_rng(11)
+    compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
+    observer.reset(start)
+    compiled.reset(start)
+    for k in range(STEPS):
+        u, y = rng.standard_normal(observer.inputs), rng.standard_normal(observer.measurements)
+        y = np.where(rng.random(len(y)) < (0.6 if (k // 100) % 2 else 0.2), math.nan, y)
+        answer, found = compiled.step(u, y)
+        wanted, n = observer.step(u if observer.inputs else None, y), observer.states
+        told = np.concatenate([found[: 2 * n], found[-n:]]) if isinstance(observer, Flat) else found
+        there = ~np.isnan(wanted)  # of before the first instant nothing is known
+        assert answer == 0 and np.all(there[:n])
+        assert np.allclose(told[there], wanted[there], rtol=EXACT, atol=EXACT)
+    assert observer.missed > STEPS / 20
+    if "gate" in kind:
+        assert STEPS / 20 < observer.gated < STEPS
+    if kind in LOSSES:
+        orders, order = ctypes.cast(compiled.state, ctypes.POINTER(ctypes.c_ulong)), len(observer._state)
+        assert [orders[order], orders[order + 1]] == [observer.missed, observer.unforeseen]
+        assert (observer.unforeseen > 0) is (kind != "random")
+
+
+@pytest.mark.slow
+def test_what_python_refuses_changes_nothing_and_another_gain_is_noticed(tmp_path: Path) -> None:
+    result = lossy("each sensor")
+    observer: Any = result.observer()
+    other = replace(result, gains={**result.gains, "L": result.gains["L"] * 1.01}).observer()
+    compiled = Compiled(observer, tmp_path)
+    compiled.reset([1.0, 1.0])
+    other.reset([1.0, 1.0])
+    kept = bytes(compiled.state)
+    assert compiled.step([1.0], [math.inf, 1.0])[0] == 1
+    assert compiled.step([math.nan], [1.0, 1.0])[0] == 1
+    assert bytes(compiled.state) == kept
+    assert not np.allclose(compiled.step([1.0], [1.0, 2.0])[1], other.step([1.0], [1.0, 2.0]), rtol=EXACT, atol=EXACT)
+    assert bytes(compiled.state) != kept
+    with pytest.raises(InvalidInputError, match="C identifier"):
+        observer.to_c("double")
+    with pytest.raises(InvalidInputError, match="no form in MATLAB"):
+        kalman(CART, gate=2.0).run.to_matlab()
+
+
+def test_after_more_losses_than_were_foreseen_the_gain_is_that_after_losses() -> None:
+    """Not that after an arrival: the estimate is as uncertain as after the most losses that the gains are made for."""
+    result = losses.design(multirate.design(ALONE, periods=(1,)), losses.InARow(1))
+    gains = dict(zip(((e.source, e.arrived) for e in result.automaton.edges), result.gains["L"], strict=True))
+    observer = result.observer()
+    observer.reset([0.0])
+    for _ in range(3):
+        observer.step(None, [None])
+    assert observer.unforeseen == 2
+    assert observer.step(None, [1.0]) == pytest.approx(gains[1, (True,)][0])
+    assert gains[1, (True,)] != pytest.approx(gains[0, (True,)], rel=1e-3)
