@@ -13,13 +13,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.export import c_file
+from replication.estimation.api.export import c_file, source
 from replication.estimation.api.plants import numbered
 from replication.estimation.api.running import gate_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from replication.estimation.nonuniform.stamped.transition import TURN, USAGE, WEIGHED, stepped
+from replication.estimation.nonuniform.stamped.transition import USAGE
 from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3
@@ -217,7 +217,7 @@ class ExtendedKalman(StampedKalman):
         super().reset(self.plant.x0 if estimate is None else estimate, P0, t=t)
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The filter as one C99 file that calls two functions of yours, `NAME_f` and `NAME_h`, declared at its top.
+        """The filter as one C99 file that calls two functions of yours, `NAME_f` and `NAME_h`, which it declares.
 
         `NAME_init`, `NAME_step` and `NAME_predict` do what `reset`, `step` and `predict` do, for samples in order. Q
         must be a matrix.
@@ -235,16 +235,10 @@ def extended_c(plant: NonlinearPlant, gate: float, name: str, comment: str) -> s
     if callable(plant.Q):
         raise InvalidInputError("the C form needs Q as a matrix, the intensity of white noise")
     n = plant.order
-    sizes = {
-        "estimates": n,
-        "inputs": plant.inputs,
-        "measurements": len(plant.R),
-        "mean": n,
-        "gaps": 1,
-        "spread": n * n,
-    }
+    sizes = {"estimates": n, "inputs": plant.inputs, "measurements": len(plant.R)}
+    sizes |= {"mean": n, "gaps": 1, "spread": n * n}
     tables = {"q": plant.Q, "noise": plant.R, "origin": plant.x0, "start": plant.P0, "gate": np.array([gate])}
-    return c_file(name, comment, YOURS + USAGE, stepped(TURN + AHEAD, WEIGHED + CORRECTED), sizes, tables)
+    return c_file(name, comment, YOURS + USAGE, source("stamped.c", "weighed.c", "extended.c"), sizes, tables)
 
 
 YOURS = """\
@@ -252,37 +246,3 @@ It is an extended Kalman filter, and guarantees nothing. You write OBS_f(x, u, d
    after x under the input u that is held, and its Jacobian by x, OBS_ESTIMATES rows; and OBS_h(x, y, jacobian): what
    the sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
    """
-AHEAD = """
-void obs_f(const double *x, const double *u, double d, double *next, double *jacobian);
-void obs_h(const double *x, double *y, double *jacobian);
-
-/* f at the estimate, and F (P + Q d/2) F' + Q d/2. */
-static int obs_ahead(const obs_t *s, double d, double *x, double *covariance)
-{
-    double jacobian[OBS_ESTIMATES * OBS_ESTIMATES], spread[OBS_ESTIMATES * OBS_ESTIMATES];
-    int i;
-    if (d <= 0.0)
-        return 0;
-    obs_f(s->mean, s->input, d, x, jacobian);
-    if (obs_bad(x, OBS_ESTIMATES, 0) || obs_bad(jacobian, OBS_ESTIMATES * OBS_ESTIMATES, 0))
-        return 1;
-    for (i = 0; i < OBS_ESTIMATES * OBS_ESTIMATES; i++) {
-        covariance[i] = obs_q[i] * d / 2.0;
-        spread[i] = s->covariance[i] + covariance[i];
-    }
-    obs_turn(covariance, jacobian, spread);
-    return 0;
-}
-"""
-CORRECTED = """
-static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
-{
-    double expected[OBS_MEASUREMENTS], jacobian[OBS_MEASUREMENTS * OBS_ESTIMATES];
-    (void)t;
-    obs_h(x, expected, jacobian);
-    if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ESTIMATES, 0))
-        return 1;
-    obs_weigh(s, x, covariance, y, expected, jacobian);
-    return 0;
-}
-"""
