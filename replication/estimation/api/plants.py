@@ -267,7 +267,7 @@ class PlantReader(ABC, Generic[P]):
     kind: ClassVar[type[Any]]
     arrays: ClassVar[str]
     """What makes a plant of arrays, for messages."""
-    advice: ClassVar[str] = ""
+    advice: str = ""
     refusal: ClassVar[str] = ""
     """What is said where the arguments of a `control.StateSpace` come with arrays."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -38,10 +38,11 @@ FORGOTTEN = 1e-12
 class SampledPlantReader(PlantReader[SampledPlant]):
     """Continuous-time plants whose outputs are measured, y, or estimated, z."""
 
-    kind = SampledPlant
-    arrays, advice = "SampledPlant", "; arrays make one: SampledPlant(A, B, C, D, L)"
-    makes: ClassVar[type[SampledPlant]] = SampledPlant
+    kind, arrays = SampledPlant, "SampledPlant"
     refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
+
+    def __init__(self, makes: type[SampledPlant]) -> None:
+        self.makes, self.advice = makes, f"; arrays make one: {makes.__name__}(A, B, C, D, L)"
 
     def signals_of(self, plant: SampledPlant) -> Signals:
         """x[0], y[0], z[0] and so on."""
@@ -56,7 +57,7 @@ class SampledPlantReader(PlantReader[SampledPlant]):
         return self.makes.from_statespace(system, measured), signals
 
 
-read_plant = SampledPlantReader()
+read_plant, read_stamped_plant = SampledPlantReader(SampledPlant), SampledPlantReader(StampedPlant)
 
 
 def design(
@@ -240,16 +241,6 @@ def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
     if np.ndim(periods) != 1 or len(periods) != 2:
         raise InvalidInputError(f"periods must be (h_l, h_u) in seconds, got {periods!r}")
     return PeriodRange(*periods)
-
-
-class StampedPlantReader(SampledPlantReader):
-    """The same plants, of which A may have eigenvalues anywhere."""
-
-    advice = "; arrays make one: StampedPlant(A, B, C, D, L)"
-    makes = StampedPlant
-
-
-read_stamped_plant = StampedPlantReader()
 
 
 def design_stamped(

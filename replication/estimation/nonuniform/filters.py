@@ -53,17 +53,17 @@ class Estimator(ABC):
     def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
         """e_0 ... e_K from rest for a sequence of periods, one after the other."""
 
-    @abstractmethod
     def require_settling(self, plant: SampledPlant) -> None:
-        """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if it cannot settle."""
+        """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if it settles at no period."""
+        self.error_output(plant)
 
-    @abstractmethod
     def in_coordinates(self, T: Array) -> Self:
-        """The same for the plant with state T x."""
+        """The same for the plant with state T x: itself, unless it knows of that state."""
+        return self
 
-    @abstractmethod
     def in_units(self, units: Array) -> Self:
-        """The same with its own states divided by units."""
+        """The same with its own states divided by units: itself, unless it has some."""
+        return self
 
 
 @dataclass(frozen=True)
@@ -158,16 +158,12 @@ class Filter(Estimator):
 
     def require_settling(self, plant: SampledPlant) -> None:
         """A_f must be Schur stable."""
-        self.error_output(plant)
+        super().require_settling(plant)
         radius = self.spectral_radius()
         if radius >= 1:
             raise InfeasibleError(
                 f"A_f has spectral radius {radius:.6g} >= 1: the error does not settle; its gain is infinite"
             )
-
-    def in_coordinates(self, T: Array) -> Self:
-        """Itself: it knows nothing of the plant's state."""
-        return self
 
     def in_units(self, units: Array) -> Self:
         """With states x^ / units."""

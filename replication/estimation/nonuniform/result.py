@@ -177,11 +177,11 @@ class SequenceResult(Design):
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
-        compared = beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
-        facts = [*solution.evidence, *ends_found(attack, compared.lower, matrices), *more]
+        lower, levels = beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
+        facts = [*solution.evidence, *ends_found(attack, lower, matrices), *more]
         facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
-        bracket = Bracket(compared.lower, upper, BOTH_ENDS)
-        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *compared.facts), **own)
+        bracket = Bracket(lower, upper, BOTH_ENDS)
+        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **own)
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""
@@ -335,7 +335,7 @@ class StampedResult(SequenceResult):
 
     def constant(self, h: float) -> Filter:
         """x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)) with the gain after that period."""
-        return observer(self.plant, h, self.plant.transition(h)[: self.plant.order] @ self.filter.gain(h))
+        return observer(self.plant, h, np.hstack(self.plant.discretise(h)) @ self.filter.gain(h))
 
     def observer(self) -> StampedObserver:  # type: ignore[override]
         """The filter, to run in a loop: `step(y, t=...)` for each sample."""

@@ -386,7 +386,8 @@ def scan(plant: SampledPlant, periods: PeriodRange) -> tuple[Array, Array]:
         return ratios, plant.transitions(ratios)
     steps = periods.nodes(SCAN)
     # Repeated products: two exponentials in place of one each.
-    stack, step = [plant.transition(periods.h_l)], plant.transition(float(steps[1] - steps[0]))
+    start, step = plant.transitions(np.array([periods.h_l, steps[1] - steps[0]]))
+    stack = [start]
     for _ in steps[1:]:
         stack.append(stack[-1] @ step)
     return steps, np.array(stack)

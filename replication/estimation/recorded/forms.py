@@ -207,5 +207,4 @@ def _dual_rate(observer: RunningController) -> Form:
     P0 = covariances(problem)[0]
     plant = NoisyPlant(model.A, model.C, problem.process_noise, problem.sensor_noise, model.B_u, None, P0, names)
     K = np.asarray(np.linalg.solve(problem.sampled.state, gains))
-    due = np.tile(problem.sensors.mask, (len(gains) // problem.sensors.period, 1))
-    return replace(stamped(plant), dt=problem.period, gains=K, due=due)
+    return replace(stamped(plant), dt=problem.period, gains=K, due=problem.mask)

@@ -21,7 +21,14 @@ from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
 from replication.estimation.dualrate.steady import Steady, steady_of
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
+from replication.estimation.validation import (
+    Array,
+    hidden_modes,
+    positive_integer,
+    positive_scalar,
+    root,
+    undetectable_mode,
+)
 
 BOUNDARY = 1e-9
 """Real parts up to so much, in 1/s or of the largest eigenvalue, count as zero."""
@@ -78,6 +85,11 @@ class SlowProblem:
     def noise(self) -> Array:
         """G (n, n) of the process noise over one fast period."""
         return root(_accumulated(self.plant.A, self.process_noise, self.period))
+
+    @property
+    def mask(self) -> Array:
+        """Which sensors deliver at each instant of the period (N, p)."""
+        return np.asarray(np.tile(self.sensors.mask, (self.instants // self.sensors.period, 1)))
 
     def measured(self) -> list[list[int]]:
         """For each instant of the period, the sensors that deliver."""
@@ -152,14 +164,6 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
         process_noise=problem.process_noise / np.outer(t, t),
     )
     return scaled, t, r
-
-
-def root(matrix: Array) -> Array:
-    """G (n, n) with G G' = `matrix`, symmetric and semidefinite; in the units of its diagonal, so that none is lost."""
-    units = np.sqrt(np.diag(matrix))
-    units[units == 0] = 1.0
-    values, vectors = np.linalg.eigh(matrix / np.outer(units, units))
-    return np.asarray(units[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _accumulated(A: Array, W: Array, time: float) -> Array:

@@ -109,18 +109,10 @@ class StampedFilter(Estimator):
             outputs.append(plant.L @ error)
         return np.array(outputs)
 
-    def require_settling(self, plant: SampledPlant) -> None:
-        """The gain must fit; whether the error settles depends on the periods."""
-        self.error_output(plant)
-
     def in_coordinates(self, T: Array) -> Self:
         """The same for the plant with state T x."""
         n = len(T)
         return type(self)(np.concatenate([T @ self.G[:, :n], self.G[:, n:]], axis=1), self.edges)
-
-    def in_units(self, units: Array) -> Self:
-        """Itself: its state is the estimate of the plant's."""
-        return self
 
 
 def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:

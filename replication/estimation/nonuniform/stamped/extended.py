@@ -14,10 +14,8 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import c_file, source
-from replication.estimation.api.plants import numbered
-from replication.estimation.api.running import gate_of
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, sensor_names
 from replication.estimation.nonuniform.stamped.running import StampedKalman
 from replication.estimation.nonuniform.stamped.transition import USAGE
 from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
@@ -100,12 +98,13 @@ class NonlinearPlant:
         q = len(y)
         noise_factors(np.zeros((n, n)), self.R, None, disturbances=n, sensors=q)  # refuses what is no covariance
         P0 = np.eye(n) if self.P0 is None else self.P0
-        names = numbered("y", q) if self.sensors is None else tuple(self.sensors)
-        if len(names) != q or len(set(names)) < q:
-            raise InvalidInputError(
-                f"sensors must be {q} different names, one for each entry of h, got {self.sensors!r}"
-            )
-        checked = {"x0": x0, "R": covariance("R", self.R, q), "P0": covariance("P0", P0, n), "sensors": names, "dt": dt}
+        checked: dict[str, Any] = {
+            "x0": x0,
+            "sensors": sensor_names(self.sensors, q, "entry of h"),
+            "R": covariance("R", self.R, q),
+            "P0": covariance("P0", P0, n),
+            "dt": dt,
+        }
         if not callable(self.Q):
             checked["Q"] = covariance("Q", self.Q, n)
         for name, value in checked.items():
@@ -179,6 +178,11 @@ class ExtendedRecursion(Recursion):
         )
 
 
+def extended(plant: NonlinearPlant, gate: float) -> ExtendedRecursion:
+    """Its recursion, which has no table of transitions."""
+    return ExtendedRecursion(plant, None, gate)  # type: ignore[arg-type]
+
+
 class ExtendedKalman(StampedKalman):
     """An extended Kalman filter on time stamps; it guarantees nothing.
 
@@ -201,16 +205,8 @@ class ExtendedKalman(StampedKalman):
         The plant is of another kind, the horizon is negative, or the gate is none.
     """
 
-    plant: Any
-
-    def __init__(self, plant: NonlinearPlant, *, horizon: float = 0.0, gate: float | None = None) -> None:
-        if not isinstance(plant, NonlinearPlant):
-            raise InvalidInputError(f"plant must be a NonlinearPlant, got {type(plant).__name__}")
-        self.plant, self.sensors, self.inputs = plant, tuple(plant.sensors), plant.inputs
-        self.horizon = positive_scalar("horizon", horizon, unit="s") if horizon else 0.0
-        self.gate = gate_of(gate)
-        self._run = extended(plant, self.gate)
-        self.reset()
+    kind = NonlinearPlant
+    recursion = extended
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
         """Forget all samples; the start is that of the plant unless given."""
@@ -223,11 +219,6 @@ class ExtendedKalman(StampedKalman):
         must be a matrix.
         """
         return extended_c(self.plant, self.gate, name, comment)
-
-
-def extended(plant: NonlinearPlant, gate: float) -> ExtendedRecursion:
-    """Its recursion, which has no table of transitions."""
-    return ExtendedRecursion(plant, None, gate)  # type: ignore[arg-type]
 
 
 def extended_c(plant: NonlinearPlant, gate: float, name: str, comment: str) -> str:
