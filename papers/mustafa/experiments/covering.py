@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from papers.mustafa.experiments.levels import Json, Matrices, problem
+from papers.mustafa.experiments.levels import Json, Matrices, crossing, problem
 from papers.mustafa.method import (
     Interval,
     UpperEnd,
@@ -93,20 +92,9 @@ def _elements(left_side: LeftSide, span: PeriodRange, limit: int = 64, nodes: in
 
 def _around(left_side: LeftSide, h_0: float, span: PeriodRange, nodes: int) -> Interval:
     """Where (8) holds around h_0, seen at `nodes` periods of each side; just beyond the range if on all of it."""
-    beyond = 1e-9
-    return Interval(
-        _edge(left_side, h_0, span.h_l - beyond, nodes),
-        _edge(left_side, h_0, span.h_u + beyond, nodes),
-    )
-
-
-def _edge(left_side: LeftSide, h_0: float, end: float, nodes: int) -> float:
-    from scipy.optimize import brentq  # slow to load
-
-    for near, far in pairwise(np.linspace(h_0, end, nodes)):
-        if left_side(h_0, float(far)) >= 1:
-            return float(brentq(lambda h: left_side(h_0, h) - 1, near, far, xtol=1e-9))
-    return end
+    beyond, of_h = 1e-9, partial(left_side, h_0)
+    ends = (np.linspace(h_0, end, nodes).tolist() for end in (span.h_l - beyond, span.h_u + beyond))
+    return Interval(*(crossing(of_h, outward, 1.0) for outward in ends))
 
 
 def _ends(plant: SampledPlant, h_0: float) -> Json:

@@ -143,29 +143,14 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     }
 
 
-def bracket(
-    plant: Matrices,
-    periods: list[float],
-    printed: Matrices | None,
-    per_duration: bool,
-    horizon: int,
-    final_horizon: int,
-    leaves: int,
-    cuts: list[float] | None,
-) -> Json:
-    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end."""
+def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, leaves: int, **effort: Any) -> Json:
+    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end.
+
+    effort: as in `worst_case_gain`.
+    """
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
-    found = worst_case_gain(
-        system,
-        filter_,
-        span,
-        horizon=horizon,
-        final_horizon=final_horizon,
-        max_leaves=leaves,
-        cuts=cuts,
-        per_duration=per_duration,
-    )
+    found = worst_case_gain(system, filter_, span, max_leaves=leaves, **effort)
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
@@ -200,15 +185,15 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
         "h": h.tolist(),
         "optimum": [closed_form(system, float(t)) for t in h],
         "filter": [norm(float(t)) for t in h],
-        "holds_from": _reach(norm, [span.middle, *h[h < span.middle][::-1].tolist()], level),
-        "holds_to": _reach(norm, [span.middle, *h[h > span.middle].tolist()], level),
+        "holds_from": crossing(norm, [span.middle, *h[h < span.middle][::-1].tolist()], level),
+        "holds_to": crossing(norm, [span.middle, *h[h > span.middle].tolist()], level),
         "middle": span.middle,
         "floor": floor,
         "floor_at": where,
     }
 
 
-def _reach(norm: Callable[[float], float], outward: list[float], level: float) -> float:
+def crossing(norm: Callable[[float], float], outward: list[float], level: float) -> float:
     """The period at which the norm first exceeds `level` on the way outward, seen at those nodes; else the last."""
     from scipy.optimize import brentq  # slow to load
 

@@ -257,11 +257,9 @@ def design_stamped(
     Parameters
     ----------
     plant : SampledPlant, StampedPlant or control.StateSpace
-        Plant of arrays, or a continuous-time system with inputs w and outputs y and z. It may be unstable.
-    periods : (float, float) or PeriodRange
-        Shortest and longest sampling period h_l, h_u, s.
-    measured : int, or sequence of int or str
-        How many of the first outputs of a `control.StateSpace` are y, or which ones, by index or name.
+        As in `design`; it may be unstable.
+    periods, measured : see there
+        As in `design`.
     B_u : array (n, p), optional
         Effect of known inputs on the state, which are held from sample to sample; they change no level.
     cells : int

@@ -16,7 +16,7 @@ from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence
-from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.nonuniform.bounds.compare import (
     beside,
@@ -82,7 +82,7 @@ def labelled(filter_: Filter, dt: float | bool, signals: Signals | None) -> cont
     return system
 
 
-class RunningFilter(RunningObserver):
+class RunningFilter(PeriodicObserver):
     """Eq. (4): x^(k+1) = A_f x^(k) + B_f y(k); the estimate is z^(k) = C_f x^(k), and no input is known.
 
     A sample that did not come (y None) only makes the sampling interval longer: the filter waits, and its level holds
@@ -96,33 +96,11 @@ class RunningFilter(RunningObserver):
 
     def __init__(self, filter_: Filter) -> None:
         self.filter = filter_
-        super().__init__(len(filter_.A), 0, filter_.B.shape[1])
-
-    @property
-    def estimate(self) -> Array:
-        """z^(k), (s,)."""
-        return np.asarray(self.filter.C @ self._state)
-
-    def _recursion(self) -> Recursion:
-        return recursion(self.filter)
+        super().__init__(recursion(filter_).phases, (), starts=len(filter_.A))
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^, at its samples, whose period is unspecified (True)."""
         return labelled(self.filter, True, self.signals)
-
-    def _begin(self, start: Array) -> None:
-        self._state = start
-
-    def _advance(self, u: Array, y: Array) -> None:
-        missing = np.isnan(y)
-        if np.all(missing):
-            self.missed += len(y)
-        elif np.any(missing):
-            raise InvalidInputError(
-                f"y must be complete or None, got {y.tolist()}; the filter takes all sensors at once"
-            )
-        else:
-            self._state = self.filter.A @ self._state + self.filter.B @ y
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +243,7 @@ class NonuniformResult(SequenceResult):
         """The filter itself."""
         return self.filter
 
-    def observer(self) -> RunningFilter:  # type: ignore[override]
+    def observer(self) -> RunningFilter:
         """The filter of eq. (4), to run in a loop: one step for each sample."""
         return RunningFilter(self.filter).named(self.signals)
 

@@ -173,12 +173,8 @@ def fit(
         First guess of the latencies of sensors, s, of plants with time stamps.
     fixed : sequence of str
         Parameters by their names that are held at the first guess.
-    time : str
-        Column of times, s.
-    inputs : tuple of str
-        Columns of the known inputs, in order; those of the design unless given.
-    start : array (n,), optional
-        x^(0); zero unless given.
+    time, inputs, start : see there
+        As in `replay`.
 
     Returns
     -------

@@ -206,7 +206,7 @@ class ExtendedKalman(StampedKalman):
     """
 
     kind = NonlinearPlant
-    recursion = extended
+    _run_of = extended
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
         """Forget all samples; the start is that of the plant unless given."""

@@ -51,7 +51,7 @@ class StampedKalman(StampedEstimator):
     """
 
     kind: ClassVar[type[Any]] = NoisyPlant
-    recursion: ClassVar[Callable[[Any, float], Recursion]] = Recursion.of
+    _run_of: ClassVar[Callable[[Any, float], Recursion]] = Recursion.of
 
     def __init__(self, plant: Any, *, horizon: float = 0.0, gate: float | None = None) -> None:
         if not isinstance(plant, self.kind):
@@ -63,7 +63,7 @@ class StampedKalman(StampedEstimator):
         self.gate = gate_of(gate)
         if self.gate and plant.S is not None:
             raise InvalidInputError("held noise (S) is told by every sample: a gate needs white noise, without S")
-        self._run = type(self).recursion(plant, self.gate)
+        self._run = type(self)._run_of(plant, self.gate)
         self.reset()
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
