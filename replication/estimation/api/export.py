@@ -175,24 +175,6 @@ RESERVED = re.compile(
     "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|persistent|return|spmd|"
     "switch|try|while"
 )
-COMPLETED = """\
-guess = expected{k} * state$through;
-lost_so_far = lost_so_far + sum(isnan(y) & due{k});
-left_out = isnan(y) | ~due{k};
-y(left_out) = guess(left_out);"""
-"""A measurement that should be there and is not is replaced by the one that is expected."""
-WAITING = """\
-if any(isnan(y)) && ~all(isnan(y))
-    error('$name: a sample must be complete, or NaN as a whole');
-end
-lost_so_far = lost_so_far + sum(isnan(y));
-if all(isnan(y))
-    instant = instant + 1;
-    estimate = readout{k} * state;
-    missed = lost_so_far;
-    return
-end"""
-"""A sample that does not come only makes the interval longer; one that is not complete is refused."""
 
 
 def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
@@ -228,7 +210,7 @@ def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
         known=f"drive = {_cells([phase.input for phase in phases])};\n" if inputs else "",
         tables=tables,
         driven=" + drive{k} * u" if inputs else "",
-        measured=Template(WAITING if expected is None else COMPLETED).substitute(
+        measured=Template(source("waiting.m" if expected is None else "completed.m")).substitute(
             name=name, through="" if through is None else " + direct{1} * u"
         ),
     )
