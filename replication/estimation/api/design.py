@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -32,9 +32,6 @@ from replication.estimation.linear.norms import (
 )
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.validation import Array, frozen, positive_integer
-
-if TYPE_CHECKING:
-    import control
 
 UNKNOWN = Bracket(0.0, np.inf, "not computed yet")
 Facts = Callable[[Any, PeriodicSystem], tuple[Evidence, ...]]
@@ -214,10 +211,6 @@ class Design(GainResult):
         """The observer, to run in a loop: its `step` takes y of all sensors, and looks at those that are due."""
         run = self.phases()
         return PeriodicObserver(run.phases, run.expected or (), run.direct).named(self.signals)
-
-    def to_statespace(self) -> control.StateSpace:
-        """The same as `estimator`, unless the method says otherwise."""
-        return self.estimator()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency, with the guaranteed level."""

@@ -21,6 +21,7 @@ from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
 from replication.estimation.dualrate.steady import Steady, steady_of
 from replication.estimation.multirate.problem import SensingSchedule
+from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import (
     Array,
     hidden_modes,
@@ -84,7 +85,8 @@ class SlowProblem:
     @cached_property
     def noise(self) -> Array:
         """G (n, n) of the process noise over one fast period."""
-        return root(_accumulated(self.plant.A, self.process_noise, self.period))
+        A = self.plant.A
+        return root(Transition.of(A, np.zeros((len(A), 0)), self.process_noise).at(self.period)[2])
 
     @property
     def mask(self) -> Array:
@@ -164,20 +166,6 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
         process_noise=problem.process_noise / np.outer(t, t),
     )
     return scaled, t, r
-
-
-def _accumulated(A: Array, W: Array, time: float) -> Array:
-    """int_0^time e^{As} W e^{A's} ds: of a short time by one exponential, then doubled; no term cancels another."""
-    n = len(A)
-    halvings = int(np.ceil(np.log2(max(float(np.linalg.norm(A, 2)) * time, 1.0))))
-    block = np.block([[-A, W], [np.zeros((n, n)), A.T]]) * (time / 2**halvings)
-    power = scipy.linalg.expm(block)
-    step = power[n:, n:].T
-    total = step @ power[:n, n:]
-    for _ in range(halvings):
-        total = total + step @ total @ step.T
-        step = step @ step
-    return np.asarray((total + total.T) / 2)
 
 
 def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
