@@ -116,7 +116,13 @@ def design(
     """
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
-    _require_memory(checked, range_)
+    # Between two samples a stable plant must not forget its state altogether.
+    kept = np.exp(float(np.max(np.linalg.eigvals(checked.A).real)) * range_.h_u)
+    if kept < FORGOTTEN:
+        raise InvalidInputError(
+            f"periods are in seconds: over {range_.h_u:g} s the plant forgets its state (what is left of it is "
+            f"{kept:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
+        )
     solution = NonuniformResult.solve(checked, range_, goal)
     own = {"plant": checked, "signals": signals, "periods": range_}
     return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **own)
@@ -221,17 +227,6 @@ def _filter(filter_: Filter | control.StateSpace) -> Filter:
     if np.any(filter_.D):
         raise InvalidInputError("the filter must be strictly proper: form (4) has no D")
     return Filter(filter_.A, filter_.B, filter_.C)
-
-
-def _require_memory(plant: SampledPlant, periods: PeriodRange) -> None:
-    """Raise InvalidInputError if between two samples a stable plant forgets its state altogether."""
-    slowest = float(np.max(np.linalg.eigvals(plant.A).real))
-    kept = np.exp(slowest * periods.h_u)
-    if kept < FORGOTTEN:
-        raise InvalidInputError(
-            f"periods are in seconds: over {periods.h_u:g} s the plant forgets its state (what is left of it is "
-            f"{kept:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
-        )
 
 
 def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:

@@ -250,13 +250,8 @@ class RobustDesign:
     shortfall: float
 
 
-def violations(normalised: Normalised, v: LmiVariables, periods: Array) -> Array:
-    """Largest eigenvalue of the matrix of (10) at each period; not above zero iff the inequality holds there."""
-    return largest_eigenvalues(normalised.plant, v, normalised.plant.transitions(periods))
-
-
 def largest_eigenvalues(plant: SampledPlant, v: LmiVariables, transitions: Array) -> Array:
-    """The same for given stacks of transition matrices (K, n + m, n + m)."""
+    """Of the matrix of (10) for each of a stack of transitions (K, n + m, n + m); not above zero iff it holds."""
     n = plant.order
     return np.asarray(np.linalg.eigvalsh(lmi10(plant, transitions[:, :n, :n], transitions[:, :n, n:], v))[:, -1])
 

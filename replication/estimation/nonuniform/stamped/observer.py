@@ -162,18 +162,7 @@ class StampedObserver(StampedEstimator):
         self.reset()
 
     def reset(self, estimate: Any = None) -> None:
-        """Forget all samples.
-
-        Parameters
-        ----------
-        estimate : array (n,), optional
-            x^ at the first sample; zero unless given.
-
-        Raises
-        ------
-        InvalidInputError
-            `estimate` has another length, or is not finite.
-        """
+        """Forget all samples; `estimate` (n,) is x^ at the first one, zero unless given. Raises InvalidInputError."""
         n = self.plant.order
         start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
         # The state at `_since`, the disturbance since the sample at `_time`, and the input since then.
