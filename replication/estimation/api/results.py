@@ -206,7 +206,8 @@ class GainResult(Shown):
         InvalidInputError
             Another number of names, a name twice, or the unit of no signal.
         """
-        return replace(self, signals=self.signals.named(states, inputs, measurements, outputs, units))
+        given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
+        return replace(self, signals=self.signals.named(given, units))
 
     def fact(self, what: str) -> Evidence:
         """Look up one piece of evidence.

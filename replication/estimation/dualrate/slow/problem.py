@@ -137,11 +137,15 @@ def slow_problem(
     problem = SlowProblem(plant, T, sensors, actuators, Q, R, W, V, steady_of(plant, tracked))
     _require_stabilisable(problem)
     moved = problem.unloaded
-    for name, A, weight in (
-        ("state_weight", moved.plant.A, moved.state_weight),
-        ("process_noise", plant.A.T, W),
-    ):
-        _require_weighted(name, A, weight)
+    for name, A, weight in (("state_weight", moved.plant.A, moved.state_weight), ("process_noise", plant.A.T, W)):
+        scale = 1.0 + float(np.linalg.norm(A, 2))
+        for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
+            # Gains tend to zero there, and never settle.
+            if abs(mode.real) <= BOUNDARY * scale:
+                raise InvalidInputError(
+                    f"{name} leaves out the mode {mode:.6g} on the boundary of stability, so no optimal gain settles; "
+                    "add a little weight on it"
+                )
     return problem
 
 
@@ -229,14 +233,3 @@ def _moved(problem: SlowProblem) -> Iterator[Array]:
 
 def _shifted(A: Array) -> Array:
     return A - max(0.0, float(np.max(np.linalg.eigvals(A).real))) * np.eye(len(A))
-
-
-def _require_weighted(name: str, A: Array, weight: Array) -> None:
-    """Refuse a mode on the boundary of stability that the weight leaves out: gains tend to zero there, never settle."""
-    scale = 1.0 + float(np.linalg.norm(A, 2))
-    for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
-        if abs(mode.real) <= BOUNDARY * scale:
-            raise InvalidInputError(
-                f"{name} leaves out the mode {mode:.6g} on the boundary of stability, so no optimal gain settles; add "
-                "a little weight on it"
-            )

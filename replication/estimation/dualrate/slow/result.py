@@ -262,6 +262,12 @@ def slow_design(
         noise = gain(problem, noise_to_output(problem, loop)).upper
         rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
         mean, rest = root_mean_square(problem, loop), problem.steady
+        continuous: tuple[Evidence, ...] = ()
+        if not (problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1):
+            other = of_continuous_gains(problem, observer)
+            how = f"K and L designed in continuous time, observer {observer}; same measure"
+            found = "infinite: unstable" if other is None else other
+            continuous = (Evidence("level of the continuous gains", found, how),)
         return (
             Evidence("goal", str(goal), GOALS[goal]),
             Evidence("monodromy radius", loop.spectral_radius(), "largest eigenvalue over one period; stable below 1"),
@@ -270,7 +276,7 @@ def slow_design(
             Evidence(
                 "gain from sensor noise to output", noise, "root mean squares, exact; the measure of continuous gains"
             ),
-            *_continuous(problem, observer),
+            *continuous,
             Evidence("fast period T", problem.period, "as given", "s"),
             Evidence("ratios", rates, "as given"),
             *(() if rest is None else (steady_error(rest, problem.plant, driven_by(problem, result.controller)),)),
@@ -279,12 +285,3 @@ def slow_design(
 
     quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
     return SlowRateResult.analysed(signals, solution.gains, facts=facts, problem=problem, quantity=quantity)
-
-
-def _continuous(problem: SlowProblem, observer: str) -> tuple[Evidence, ...]:
-    """The gains of the paper, designed for one ratio of all sensors and inputs that change at each instant."""
-    if problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1:
-        return ()
-    level = of_continuous_gains(problem, observer)
-    how = f"K and L designed in continuous time, observer {observer}; same measure"
-    return (Evidence("level of the continuous gains", "infinite: unstable" if level is None else level, how),)
