@@ -18,14 +18,7 @@ from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.nonuniform.bounds.compare import (
-    beside,
-    ends_found,
-    floor_of_any_filter,
-    searched,
-    zero_at_constant_periods,
-    zero_filter,
-)
+from replication.estimation.nonuniform.bounds import compare
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import (
     BadSequence,
@@ -155,8 +148,8 @@ class SequenceResult(Design):
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
-        lower, levels = beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
-        facts = [*solution.evidence, *ends_found(attack, lower, matrices), *more]
+        lower, levels = compare.beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
+        facts = [*solution.evidence, *compare.ends_found(attack, lower, matrices), *more]
         facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
         bracket = Bracket(lower, upper, BOTH_ENDS)
         return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **own)
@@ -231,7 +224,7 @@ class NonuniformResult(SequenceResult):
     def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **own: Any) -> Self:
         """With as many Lyapunov matrices as `leaves`."""
         plant, periods, filter_ = own["plant"], own["periods"], Filter(*solution.gains.values())
-        with threadpool_limits(1, user_api="blas"), searched(horizon):
+        with threadpool_limits(1, user_api="blas"), compare.searched(horizon):
             gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
             radius = Evidence(
                 "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
@@ -287,9 +280,9 @@ class StampedResult(SequenceResult):
             Evidence("violation left", least.violation, "largest eigenvalue of its inequality over the range"),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
+        without = compare.zero_at_constant_periods(plant, periods.nodes(3).tolist())
         if without is not None and proof.level > without:
-            zero = zero_filter(plant)
+            zero = compare.zero_filter(plant)
             still = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
             if still.level <= proof.level:
                 before = tuple(map(tuple, still.tree.before()))
@@ -303,10 +296,10 @@ class StampedResult(SequenceResult):
     def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
         """With a floor of any filter."""
         plant, periods, filter_, proof = own["plant"], own["periods"], solution.own["filter"], solution.own["proof"]
-        with searched(horizon):
+        with compare.searched(horizon):
             own |= {"filter": filter_}
             own["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
-            floor = floor_of_any_filter(plant, periods, proof.level)
+            floor = compare.floor_of_any_filter(plant, periods, proof.level)
             how = "Riccati recursion, the worst constant period"
             more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
             return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **own)
