@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket, l2_gain
@@ -88,10 +87,6 @@ class Filter(Estimator):
     A: Array
     B: Array
     C: Array
-
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         A = as_matrix("A_f", self.A)

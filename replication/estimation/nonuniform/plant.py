@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from replication.errors import InvalidInputError
@@ -107,12 +106,6 @@ class SampledPlant(LinearPlant):
     L: Array
     settles: ClassVar[bool] = True
     """Whether A must be Hurwitz."""
-
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(
-            self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.ArrayLike, L: npt.ArrayLike
-        ) -> None: ...
 
     def __post_init__(self) -> None:
         self.check()

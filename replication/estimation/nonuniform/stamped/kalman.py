@@ -76,20 +76,6 @@ class NoisyPlant(LinearPlant):
     P0: Array = NOT_GIVEN
     sensors: Sequence[str] = NOT_GIVEN
 
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(
-            self,
-            A: npt.ArrayLike,
-            C: npt.ArrayLike,
-            Q: npt.ArrayLike,
-            R: npt.ArrayLike,
-            B_u: npt.ArrayLike | None = None,
-            S: npt.ArrayLike | None = None,
-            P0: npt.ArrayLike | None = None,
-            sensors: Sequence[str] | None = None,
-        ) -> None: ...
-
     def __post_init__(self) -> None:
         sizes = self.check()
         n, q = sizes["n"], sizes["q"]
@@ -113,7 +99,7 @@ class NoisyPlant(LinearPlant):
 
     @staticmethod
     def from_statespace(
-        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any | None = None
+        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None
     ) -> NoisyPlant:
         """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
 
