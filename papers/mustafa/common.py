@@ -11,7 +11,7 @@ from replication.audit.judge.printed import Parameters, spread
 from replication.audit.parts import CommonLevel
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.nominal import closed_form
+from replication.estimation.nonuniform.nominal import closed_form, riccati_level
 from replication.estimation.nonuniform.plant import SampledPlant
 
 IRREGULAR = (
@@ -24,17 +24,14 @@ def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: in
     """Bracket of the gain of the robust design over all sequences of periods in [h, m h], for each multiple m."""
     A, B, C = (np.array(plant[name]) for name in "ABC")
     system = nonuniform.SampledPlant(A, np.hstack([B, 0 * B]), C, np.array([[0.0, plant["noise"]]]), C)
-    return [_bracket(system, plant["h"], m, leaves, horizon) for m in multiples]
-
-
-def _bracket(system: nonuniform.SampledPlant, h: float, m: int, leaves: int, horizon: int) -> list[float]:
-    if m == 1:
-        from replication.estimation.nonuniform.nominal import riccati_level  # slow to load
-
-        level = riccati_level(system, h).level
-        return [level, level]
-    found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
-    return [found.lower, found.upper]
+    h, brackets = plant["h"], []
+    for m in multiples:
+        if m == 1:
+            brackets.append([riccati_level(system, h).level] * 2)
+        else:
+            found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
+            brackets.append([found.lower, found.upper])
+    return brackets
 
 
 def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLevel, ...]:

@@ -10,32 +10,12 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.conic.program import (
-    ALMOST,
-    Indices,
-    Inequalities,
-    SolverReport,
-    minimise_modelled,
-    program_under,
-    solve_clarabel,
-)
+from replication.estimation.conic import program
 from replication.estimation.linear.norms import hinf_norm
+from replication.estimation.nonuniform import robust
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.nonuniform.robust import (
-    FilterDesign,
-    LmiSolution,
-    LmiVariables,
-    Solver,
-    combine,
-    design_for_periods,
-    lmi10,
-    normalise,
-    recover,
-    variable_basis,
-    with_filter,
-)
 from replication.estimation.validation import Array, positive_integer
 
 MU_ZERO = 1e-14
@@ -234,7 +214,7 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
 ACCEPTED = ("optimal", "optimal_inaccurate")
 
 
-def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesign:
+def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.FilterDesign:
     """Minimise delta = gamma^2 subject to (10) at all `periods` (s); the filter by (11). Status in the report.
 
     Raises InvalidInputError for periods that are not positive, InfeasibleError or SolverError by the solver's status.
@@ -242,7 +222,7 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
     import cvxpy  # slow to load
 
     grid = as_periods("periods", periods).tolist()
-    normalised = normalise(plant, float(np.mean(grid)))
+    normalised = robust.normalise(plant, float(np.mean(grid)))
     p = normalised.plant
     n, m, r, s = p.order, p.B.shape[1], len(p.C), len(p.L)
     Z, Y = (cvxpy.Variable((n, n), symmetric=True) for _ in range(2))
@@ -263,12 +243,12 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
             [Gamma.T @ Z, c.T, np.zeros((m, s)), o_m.T, o_m.T, -cvxpy.kron(np.eye(m), delta)],
         ]
         matrices.append(-cvxpy.bmat(rows))
-    report, constraints = minimise_modelled(delta[0, 0], matrices, ACCEPTED)
+    report, constraints = program.minimise_modelled(delta[0, 0], matrices, ACCEPTED)
     values = {name: np.asarray(x.value) for name, x in zip("ZYFGQ", (Z, Y, F, G, Q), strict=True)}
-    v = LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
+    v = robust.LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
     level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))
     weights = tuple(float(np.trace(constraint.dual_value)) for constraint in constraints)
-    return with_filter(normalised, LmiSolution(level, v, tuple(grid), weights, report))
+    return robust.with_filter(normalised, robust.LmiSolution(level, v, tuple(grid), weights, report))
 
 
 # The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
@@ -287,7 +267,7 @@ class RobustLmiDesign:
     filter: Filter
     alphas: tuple[float, ...]
     radius: float
-    report: SolverReport
+    report: program.SolverReport
 
 
 def modal_transform(A: Array) -> Array:
@@ -324,26 +304,32 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, 
                 f"the cell around h = {h:.6g} s has alpha * delta = {alpha * radius:.4g} >= 1, so (13) has no "
                 "solution; use more cells"
             )
-    normalised = normalise(plant, periods.middle)
+    normalised = robust.normalise(plant, periods.middle)
     frame = (modal_transform(plant.A) if modal else np.eye(plant.order)) @ np.linalg.inv(normalised.T)
     group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
     cost = np.zeros(unknowns + count)
     cost[0] = 1.0
-    solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
-    v = combine(variable_basis(normalised.plant), solution.multipliers[:unknowns])
+    solution = program.solve_clarabel(program.program_under(cost, group), accept=program.ALMOST)
+    v = robust.combine(robust.variable_basis(normalised.plant), solution.multipliers[:unknowns])
     level = normalised.scale * float(np.sqrt(v.delta))
-    return RobustLmiDesign(level, normalised.restore(recover(v)), tuple(alphas), radius, solution.report)
+    return RobustLmiDesign(level, normalised.restore(robust.recover(v)), tuple(alphas), radius, solution.report)
 
 
 def lmi13(
-    plant: SampledPlant, frame: Array, Phi: Array, Gamma: Array, radius: float, v: LmiVariables, multiplier: Array
+    plant: SampledPlant,
+    frame: Array,
+    Phi: Array,
+    Gamma: Array,
+    radius: float,
+    v: robust.LmiVariables,
+    multiplier: Array,
 ) -> Array:
     """The matrix of (13) for one cell, order 6n + s + m. `frame` (n, n): Delta is measured in coordinates frame @ x.
 
     `v` and `multiplier` may be stacks.
     """
     n, s, m = plant.order, len(plant.L), plant.B.shape[1]
-    base = lmi10(plant, Phi, Gamma, v)
+    base = robust.lmi10(plant, Phi, Gamma, v)
     total = 6 * n + s + m
     matrix = np.zeros((*base.shape[:-2], total, total))
     # Positions of the blocks of (10) among those of (13): eta comes after e, xi after the second (Z, Y).
@@ -360,7 +346,7 @@ def lmi13(
     return matrix
 
 
-def _put(matrix: Array, rows: Indices, columns: Indices, block: Array) -> None:
+def _put(matrix: Array, rows: program.Indices, columns: program.Indices, block: Array) -> None:
     """Write an off-diagonal block and its transpose."""
     matrix[..., rows[:, None], columns] = block
     matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
@@ -368,16 +354,18 @@ def _put(matrix: Array, rows: Indices, columns: Indices, block: Array) -> None:
 
 def _inequalities(
     plant: SampledPlant, frame: Array, centres: Sequence[float], radius: float
-) -> tuple[Inequalities, int]:
+) -> tuple[program.Inequalities, int]:
     """-(13) >= 0 for every cell; the unknowns are those of (10) and then the multipliers."""
-    basis = variable_basis(plant)
+    basis = robust.variable_basis(plant)
     unknowns = len(basis.delta) - 1
-    extended = LmiVariables(**{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()})
+    extended = robust.LmiVariables(
+        **{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()}
+    )
     multiplier = np.append(np.zeros(unknowns + 1), 1.0)
     stacks = np.array([-lmi13(plant, frame, *plant.discretise(h), radius, extended, multiplier) for h in centres])
     constant = stacks[:, 0]
     variables = np.array([[*range(unknowns), unknowns + i] for i in range(len(centres))])
-    return Inequalities(constant, stacks[:, 1:] - constant[:, None], variables), unknowns
+    return program.Inequalities(constant, stacks[:, 1:] - constant[:, None], variables), unknowns
 
 
 # Comparisons of levels: a floor for every filter, a design over a dense grid, the size of the inequality
@@ -393,10 +381,10 @@ def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) 
     return max(levels)
 
 
-def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> FilterDesign:
+def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> robust.FilterDesign:
     """One Lyapunov function on `nodes` equally spaced periods, all at once; nothing is known between them."""
-    normalised = normalise(plant, periods.middle)
-    return design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=Solver.SDPA)
+    normalised = robust.normalise(plant, periods.middle)
+    return robust.design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=robust.Solver.SDPA)
 
 
 def lmi_size(plant: SampledPlant) -> tuple[int, int]:

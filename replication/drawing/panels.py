@@ -55,11 +55,15 @@ def draw(panels: Sequence[Panel]) -> Figure:
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     """The curves of one panel and its levels, each level with its name and value on it."""
     drawn = "steps-post" if panel.steps else "default"
-    apart = {"linestyle": "none"} if panel.dots else {}
+
+    def apart(i: int) -> dict[str, Any]:
+        """Another mark for each curve, if its values are."""
+        return {"linestyle": "none", "marker": MARKS[i % len(MARKS)], "markersize": 2.5} if panel.dots else {}
+
     if panel.band:
         axes.fill_between(panel.x, *panel.band, facecolor=BAND, alpha=0.55, linewidth=0, zorder=0)
     curves = [
-        axes.plot(panel.x, values, label=name, drawstyle=drawn, **line(i) | apart | _mark(panel, i))[0]
+        axes.plot(panel.x, values, label=name, drawstyle=drawn, **line(i) | apart(i))[0]
         for i, (name, values) in enumerate(panel.lines.items())
     ]
     for i, (name, level) in enumerate(panel.levels.items(), start=len(panel.lines)):
@@ -73,11 +77,6 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
     name_axes(axes, panel.y_label)
     if len(curves) > 1:
         _legend(axes, curves)
-
-
-def _mark(panel: Panel, i: int) -> dict[str, Any]:
-    """Of the values of a curve, if they are apart: another one for each."""
-    return {"marker": MARKS[i % len(MARKS)], "markersize": 2.5} if panel.dots else {}
 
 
 def _legend(axes: Axes, curves: Sequence[Line2D]) -> None:

@@ -7,6 +7,6 @@ if TYPE_CHECKING:
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(__name__, {"api.portable": "load"})
+    __getattr__ = lazy(__name__)
 
 __all__ = ["load"]

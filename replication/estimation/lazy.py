@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 
-def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """The `__getattr__` of `package`: the names of each module, given as {"module": "name name"} relative to it.
+def lazy(package: str) -> Callable[[str], Any]:
+    """The `__getattr__` of `package`: the names that it imports for type checkers, under its first `if`.
 
     `dir` and `help` then show these names, and not what the package needs for itself.
     """
     held = vars(sys.modules[package])
-    homes = {name: module for module, taken in modules.items() for name in taken.split()}
+    source = ast.parse(Path(held["__file__"]).read_text(encoding="utf-8"))
+    checked = next(node for node in source.body if isinstance(node, ast.If)).body
+    homes = {name.name: node.module for node in checked if isinstance(node, ast.ImportFrom) for name in node.names}
 
     def attribute(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        held[name] = getattr(importlib.import_module(f".{homes[name]}", package), name)
+        held[name] = getattr(importlib.import_module(str(homes[name])), name)
         return held[name]
 
     held["__dir__"] = lambda: sorted({*homes, *(name for name in held if name.startswith("__"))})

@@ -58,9 +58,9 @@ def _real_array(name: str, value: Any) -> Array:
         # A cast would drop imaginary parts, and read digits out of text, without a word.
         if given.dtype.kind not in "biufO":
             raise TypeError(f"its entries are of type {given.dtype}")
-        if given.dtype.kind == "O":
-            for entry in given.flat:
-                _refuse_casts(entry)
+        for entry in given.flat if given.dtype.kind == "O" else ():
+            if entry is None or isinstance(entry, (str, bytes, np.complexfloating)):
+                raise TypeError(f"{entry!r} is not a number")
         array = given.astype(float)
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
@@ -73,12 +73,6 @@ def _real_array(name: str, value: Any) -> Array:
             f"choose other units, in which none exceeds {LARGEST:g}"
         )
     return array
-
-
-def _refuse_casts(value: Any) -> None:
-    """Raise TypeError for what a cast to float would read as a number although it is none."""
-    if value is None or isinstance(value, (str, bytes, np.complexfloating)):
-        raise TypeError(f"{value!r} is not a number")
 
 
 def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:
@@ -234,7 +228,7 @@ def noise_factors(Q: Any, R: Any, S: Any, *, disturbances: int, sensors: int) ->
                 f"S does not fit Q and R: Q - S R^-1 S' has the eigenvalue {least:.3g} (every variance of Q scaled to "
                 "one), and must be positive semidefinite; make S smaller"
             )
-    return NoiseFactors(_root(rest), E, D)
+    return NoiseFactors(root(rest), E, D)
 
 
 def covariance(name: str, value: Any, size: int) -> Array:
@@ -266,8 +260,8 @@ def _least_eigenvalue(matrix: Array, variances: Array) -> float:
     return float(np.linalg.eigvalsh(matrix / np.outer(units, units))[0])
 
 
-def _root(matrix: Array) -> Array:
-    """F with F F' = matrix, which is semidefinite up to rounding."""
+def root(matrix: Array) -> Array:
+    """F (n, n) with F F' = matrix, semidefinite up to rounding; in the units of its diagonal, so that none is lost."""
     variances = np.diag(matrix)
     units = np.sqrt(np.where(variances > 0, variances, 1.0))
     values, vectors = np.linalg.eigh(matrix / np.outer(units, units))

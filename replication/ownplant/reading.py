@@ -69,7 +69,11 @@ def read_plant(path: Path, method: str) -> PlantFile:
     sizes = _sizes(known, values, problems)
     names = _names(found.get("names", {}), sizes, problems)
     units = _units(found.get("units", {}), {label for labels in names.values() for label in labels}, problems)
-    _raise_if_any(path, problems)
+    if problems:
+        more = [f"and {len(problems) - MAX_SHOWN} more"] if len(problems) > MAX_SHOWN else []
+        lines = "\n  ".join([*problems[:MAX_SHOWN], *more])
+        count = f"{len(problems)} mistakes" if len(problems) > 1 else "a mistake"
+        raise InvalidInputError(f"{path} has {count}:\n  {lines}")
     name = found.get("name", path.stem if NAME.fullmatch(path.stem) else "plant")
     return PlantFile(name, found.get("title", name), method, values, names, units)
 
@@ -266,11 +270,3 @@ def _is_label(label: Any) -> bool:
 def _shown(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= MAX_LABEL else f"{text[:MAX_LABEL]}..."
-
-
-def _raise_if_any(path: Path, problems: list[str]) -> None:
-    if problems:
-        more = [f"and {len(problems) - MAX_SHOWN} more"] if len(problems) > MAX_SHOWN else []
-        lines = "\n  ".join([*problems[:MAX_SHOWN], *more])
-        count = f"{len(problems)} mistakes" if len(problems) > 1 else "a mistake"
-        raise InvalidInputError(f"{path} has {count}:\n  {lines}")

@@ -4,23 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from papers.mustafa.experiments.levels import Json, Matrices, problem
-from papers.mustafa.method import (
-    Interval,
-    UpperEnd,
-    build_grid,
-    covered_interval,
-    delta_block,
-    gaps,
-    logarithmic_norm,
-    printed_design,
-    small_gain_alpha,
-)
+from papers.mustafa import method
+from papers.mustafa.experiments.levels import Json, Matrices, crossing, problem
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import periodic_gain
@@ -45,7 +34,9 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
     h, h_0, half = span.nodes(nodes), span.middle, (span.h_u - span.h_l) / (nodes - 1) / 2
     constant = [_left_side(system, h_0, float(t)) for t in h]
     # d/dh Delta = e^{theta A}, so (8) grows by at most alpha |e^{theta A}| <= alpha e^{mu(-A)|theta|} a second.
-    steepest = np.exp(max(logarithmic_norm(system.A), logarithmic_norm(-system.A)) * (span.h_u - span.h_l) / 2)
+    steepest = np.exp(
+        max(method.logarithmic_norm(system.A), method.logarithmic_norm(-system.A)) * (span.h_u - span.h_l) / 2
+    )
     rates = np.linalg.eigvals(system.A)
     modal = _modal(rates, np.array([h_0]), h)[0]
     steep = np.abs(rates) * np.exp(rates.real * span.h_l) / (1 - np.exp(rates.real * h_0))
@@ -54,7 +45,7 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
     return {
         "constant": max(constant),
         "constant_at": float(h[int(np.argmax(constant))]),
-        "constant_bound": max(constant) + small_gain_alpha(system, h_0) * float(steepest) * half,
+        "constant_bound": max(constant) + method.small_gain_alpha(system, h_0) * float(steepest) * half,
         "modal": float(np.max(modal)),
         "modal_at": float(h[int(np.argmax(modal))]),
         "modal_bound": float(np.max(modal) + np.max(steep) * half),
@@ -70,7 +61,7 @@ def _left_side(plant: SampledPlant, h_0: float, h: float) -> float:
     """||Sigma_11 Delta(h - h_0)||_inf for a change that is held constant."""
     Phi, _ = plant.discretise(h_0)
     n = plant.order
-    return hinf_norm(Phi, delta_block(plant, h - h_0), plant.A @ Phi, np.zeros((n, n))).value
+    return hinf_norm(Phi, method.delta_block(plant, h - h_0), plant.A @ Phi, np.zeros((n, n))).value
 
 
 def _modal(rates: Any, centres: Any, h: Any) -> Any:
@@ -84,29 +75,18 @@ def _modal(rates: Any, centres: Any, h: Any) -> Any:
 
 def _elements(left_side: LeftSide, span: PeriodRange, limit: int = 64, nodes: int = 33) -> int:
     """Elements of Algorithm 1 if each covers the periods around it at which the left side of (8) is below one."""
-    new, intervals = [span.middle], list[Interval]()
+    new, intervals = [span.middle], list[method.Interval]()
     while new and len(intervals) < limit:
         intervals += [_around(left_side, h, span, nodes) for h in new]
-        new = [(a + b) / 2 for a, b in gaps(intervals, span)]
+        new = [(a + b) / 2 for a, b in method.gaps(intervals, span)]
     return len(intervals)
 
 
-def _around(left_side: LeftSide, h_0: float, span: PeriodRange, nodes: int) -> Interval:
+def _around(left_side: LeftSide, h_0: float, span: PeriodRange, nodes: int) -> method.Interval:
     """Where (8) holds around h_0, seen at `nodes` periods of each side; just beyond the range if on all of it."""
-    beyond = 1e-9
-    return Interval(
-        _edge(left_side, h_0, span.h_l - beyond, nodes),
-        _edge(left_side, h_0, span.h_u + beyond, nodes),
-    )
-
-
-def _edge(left_side: LeftSide, h_0: float, end: float, nodes: int) -> float:
-    from scipy.optimize import brentq  # slow to load
-
-    for near, far in pairwise(np.linspace(h_0, end, nodes)):
-        if left_side(h_0, float(far)) >= 1:
-            return float(brentq(lambda h: left_side(h_0, h) - 1, near, far, xtol=1e-9))
-    return end
+    beyond, of_h = 1e-9, partial(left_side, h_0)
+    ends = (np.linspace(h_0, end, nodes).tolist() for end in (span.h_l - beyond, span.h_u + beyond))
+    return method.Interval(*(crossing(of_h, outward, 1.0) for outward in ends))
 
 
 def _ends(plant: SampledPlant, h_0: float) -> Json:
@@ -116,19 +96,19 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
     """
     from scipy.integrate import quad  # slow to load
 
-    alpha, found = small_gain_alpha(plant, h_0), {}
+    alpha, found = method.small_gain_alpha(plant, h_0), {}
     for name, sign, reading in (
-        ("lower", -1, UpperEnd.CORRECTED),
-        ("upper, printed", 1, UpperEnd.PRINTED),
-        ("upper, corrected", 1, UpperEnd.CORRECTED),
+        ("lower", -1, method.UpperEnd.CORRECTED),
+        ("upper, printed", 1, method.UpperEnd.PRINTED),
+        ("upper, corrected", 1, method.UpperEnd.CORRECTED),
     ):
-        interval = covered_interval(plant, h_0, alpha, reading)
+        interval = method.covered_interval(plant, h_0, alpha, reading)
         reach = h_0 - interval.lower if sign < 0 else interval.upper - h_0
-        mu = logarithmic_norm(sign * plant.A)
+        mu = method.logarithmic_norm(sign * plant.A)
         found[name] = {
             "reach": reach,
             "bound": alpha * float(quad(lambda t, mu=mu: np.exp(mu * t), 0.0, reach, epsabs=0.0, epsrel=1e-13)[0]),
-            "size": alpha * float(np.linalg.norm(delta_block(plant, sign * reach), 2)),
+            "size": alpha * float(np.linalg.norm(method.delta_block(plant, sign * reach), 2)),
         }
     return found
 
@@ -151,8 +131,8 @@ def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, fi
     largest: the gain at the worst of `nodes` constant periods. lower, upper: a bracket of the gain over all sequences.
     """
     system, span = problem(plant, periods)
-    grid = list(build_grid(system, span).periods)
-    design, again = design_for_periods(system, grid), printed_design(system, grid)
+    grid = list(method.build_grid(system, span).periods)
+    design, again = design_for_periods(system, grid), method.printed_design(system, grid)
     h = span.nodes(nodes)
     gains = [periodic_gain(system, design.filter, [float(t)]).value for t in h]
     found = worst_case_gain(

@@ -8,22 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa.method import (
-    Reading,
-    UpperEnd,
-    build_grid,
-    covered_interval,
-    delta_radius,
-    dense_design,
-    floor_for_any_filter,
-    lmi_size,
-    logarithmic_norm,
-    modal_transform,
-    printed_design,
-    robust_lmi_design,
-    small_gain_alpha,
-    stability,
-)
+from papers.mustafa import method
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
@@ -59,8 +44,8 @@ def nominal(plant: Matrices, periods: list[float]) -> Json:
     system, span = problem(plant, periods)
     h = span.middle
     riccati = riccati_level(system, h)
-    direct, printed = design_for_periods(system, [h]), printed_design(system, [h])
-    unknowns, order = lmi_size(system)
+    direct, printed = design_for_periods(system, [h]), method.printed_design(system, [h])
+    unknowns, order = method.lmi_size(system)
     return {
         "h": h,
         "formula": closed_form(system, h),
@@ -115,19 +100,19 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
 def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     """alpha, the intervals (9) around the middle for alpha and its root and both readings of U3, and Algorithm 1."""
     system, span = problem(plant, periods)
-    alpha = small_gain_alpha(system, span.middle)
+    alpha = method.small_gain_alpha(system, span.middle)
     intervals, runs = {}, {}
-    for upper in UpperEnd:
+    for upper in method.UpperEnd:
         for root in (False, True):
-            found = covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
+            found = method.covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
             intervals[f"{upper.name.lower()}, {'root' if root else 'alpha'}"] = {
                 "lower": found.lower,
                 "upper": found.upper,
                 "covers": found.covers(span.h_l, span.h_u),
             }
             for union in (False, True):
-                reading = Reading(upper, root, union)
-                grid = build_grid(system, span, reading, limit=limit)
+                reading = method.Reading(upper, root, union)
+                grid = method.build_grid(system, span, reading, limit=limit)
                 runs[reading.name] = {
                     "end": grid.end.name,
                     "size": len(grid.periods),
@@ -136,41 +121,26 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
                 }
     return {
         "alpha": alpha,
-        "mu": logarithmic_norm(system.A),
-        "mu_minus": logarithmic_norm(-system.A),
+        "mu": method.logarithmic_norm(system.A),
+        "mu_minus": method.logarithmic_norm(-system.A),
         "intervals": intervals,
         "algorithm": runs,
     }
 
 
-def bracket(
-    plant: Matrices,
-    periods: list[float],
-    printed: Matrices | None,
-    per_duration: bool,
-    horizon: int,
-    final_horizon: int,
-    leaves: int,
-    cuts: list[float] | None,
-) -> Json:
-    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end."""
+def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, leaves: int, **effort: Any) -> Json:
+    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end.
+
+    effort: as in `worst_case_gain`.
+    """
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
-    found = worst_case_gain(
-        system,
-        filter_,
-        span,
-        horizon=horizon,
-        final_horizon=final_horizon,
-        max_leaves=leaves,
-        cuts=cuts,
-        per_duration=per_duration,
-    )
+    found = worst_case_gain(system, filter_, span, max_leaves=leaves, **effort)
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
         "constant": {end: periodic_gain(system, filter_, [getattr(span, end)]).value for end in ("h_l", "h_u")},
-        **vars(stability(system, filter_)),
+        **vars(method.stability(system, filter_)),
         "lower": found.lower,
         "upper": found.upper,
         "runs": list(attack.runs),
@@ -191,7 +161,7 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     h = span.nodes(nodes)
-    floor, where = floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
+    floor, where = method.floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
 
     def norm(period: float) -> float:
         return periodic_gain(system, filter_, [period]).value
@@ -200,15 +170,15 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
         "h": h.tolist(),
         "optimum": [closed_form(system, float(t)) for t in h],
         "filter": [norm(float(t)) for t in h],
-        "holds_from": _reach(norm, [span.middle, *h[h < span.middle][::-1].tolist()], level),
-        "holds_to": _reach(norm, [span.middle, *h[h > span.middle].tolist()], level),
+        "holds_from": crossing(norm, [span.middle, *h[h < span.middle][::-1].tolist()], level),
+        "holds_to": crossing(norm, [span.middle, *h[h > span.middle].tolist()], level),
         "middle": span.middle,
         "floor": floor,
         "floor_at": where,
     }
 
 
-def _reach(norm: Callable[[float], float], outward: list[float], level: float) -> float:
+def crossing(norm: Callable[[float], float], outward: list[float], level: float) -> float:
     """The period at which the norm first exceeds `level` on the way outward, seen at those nodes; else the last."""
     from scipy.optimize import brentq  # slow to load
 
@@ -221,10 +191,10 @@ def _reach(norm: Callable[[float], float], outward: list[float], level: float) -
 def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Json:
     """Robust designs: one Lyapunov function by exchange and by a dense grid, and the reconstructed LMI (13)."""
     system, span = problem(plant, periods)
-    exchanged, dense = robust_design(system, span), dense_design(system, span, nodes)
-    restored = robust_lmi_design(system, span, cells)
-    modal = system.in_coordinates(modal_transform(system.A))
-    whole = delta_radius(modal.A, (span.h_u - span.h_l) / 2)
+    exchanged, dense = robust_design(system, span), method.dense_design(system, span, nodes)
+    restored = method.robust_lmi_design(system, span, cells)
+    modal = system.in_coordinates(method.modal_transform(system.A))
+    whole = method.delta_radius(modal.A, (span.h_u - span.h_l) / 2)
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
         "exchange": exchanged.design.level,
@@ -235,7 +205,7 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
         "lmi13": restored.level,
         "lmi13_alpha": max(restored.alphas),
         "lmi13_small_gain": max(restored.alphas) * restored.radius,
-        "one_cell_small_gain": small_gain_alpha(modal, span.middle) * whole,
+        "one_cell_small_gain": method.small_gain_alpha(modal, span.middle) * whole,
         "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
     }
 

@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -22,19 +22,9 @@ from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import Simulation, simulated
-from replication.estimation.linear.norms import (
-    GainBracket,
-    gain_curve,
-    gain_if_finite,
-    l2_gain,
-    white_noise_variance,
-    worst_case_response,
-)
+from replication.estimation.linear import norms
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.validation import Array, frozen, positive_integer
-
-if TYPE_CHECKING:
-    import control
 
 UNKNOWN = Bracket(0.0, np.inf, "not computed yet")
 Facts = Callable[[Any, PeriodicSystem], tuple[Evidence, ...]]
@@ -117,9 +107,9 @@ class Design(GainResult):
         return (
             Evidence("spectral radius over one period", error.spectral_radius(), "eigenvalues of the monodromy matrix"),
             Evidence(
-                "mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"
+                "mean error variance", norms.white_noise_variance(error), "periodic Lyapunov equation, white unit noise"
             ),
-            *(() if without is None else baselines(self.value, "exact gain", without=gain_if_finite(without))),
+            *(() if without is None else baselines(self.value, "exact gain", without=norms.gain_if_finite(without))),
         )
 
     def without_sensors(self) -> PeriodicSystem | None:
@@ -132,7 +122,7 @@ class Design(GainResult):
         """
         return None
 
-    def norm(self, error: PeriodicSystem) -> GainBracket:
+    def norm(self, error: PeriodicSystem) -> norms.GainBracket:
         """The gain of the error.
 
         Parameters
@@ -150,7 +140,7 @@ class Design(GainResult):
         InfeasibleError
             The error grows.
         """
-        return l2_gain(error)
+        return norms.l2_gain(error)
 
     @classmethod
     def design(cls, problem: Any, signals: Signals, **aims: Any) -> Self:
@@ -215,14 +205,10 @@ class Design(GainResult):
         run = self.phases()
         return PeriodicObserver(run.phases, run.expected or (), run.direct).named(self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
-        """The same as `estimator`, unless the method says otherwise."""
-        return self.estimator()
-
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency, with the guaranteed level."""
         error, dt = self.error_system(), self.signals.dt
-        frequencies, gains = gain_curve(error, error.period * (1.0 if dt is None else dt))
+        frequencies, gains = norms.gain_curve(error, error.period * (1.0 if dt is None else dt))
         label = f"frequency (rad/s, folded at {self.repeats})"
         return self._panel(frequencies, label, f"largest gain to {self.target}", {"gain": gains})
 
@@ -291,5 +277,5 @@ def drawn(kind: str, error: PeriodicSystem, steps: int, rng: np.random.Generator
             raise InvalidInputError('disturbance="white" needs `rng`, for example numpy.random.default_rng(1)')
         return rng.standard_normal(shape)
     if kind == "worst":
-        return worst_case_response(error, steps).inputs
+        return norms.worst_case_response(error, steps).inputs
     raise InvalidInputError(f'disturbance must be "none", "white", "worst" or an array, got {kind!r}')

@@ -1,7 +1,7 @@
 """Gains and running observers for other programs: JSON, MAT files (level 5), C99, MATLAB; all as text or bytes.
 
-The C is written for an observer called `obs`; `c_file` puts the name that was asked for in its place, and in front of
-it the sizes as an enumeration and the matrices as constants, row by row.
+The C lies in `sources`, written for an observer called `obs`; `c_file` puts the name that was asked for in its place,
+and in front of it the sizes as an enumeration and the matrices as constants, row by row.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -123,27 +124,6 @@ class Recursion:
         return self.direct if self.direct is not None and np.any(self.direct) else None
 
 
-COMMON = """\
-/* out (rows, columns) += left (rows, inner) right (inner, columns). */
-static void obs_add(double *out, const double *left, const double *right, int rows, int inner, int columns)
-{
-    int i, j, k;
-    for (i = 0; i < rows; i++)
-        for (k = 0; k < inner; k++)
-            for (j = 0; j < columns; j++)
-                out[i * columns + j] += left[i * inner + k] * right[k * columns + j];
-}
-
-/* Whether a number is infinite or, unless there may be gaps, missing. */
-static int obs_bad(const double *x, int count, int gaps)
-{
-    int i;
-    for (i = 0; i < count; i++)
-        if (gaps ? isinf(x[i]) : !isfinite(x[i]))
-            return 1;
-    return 0;
-}
-"""
 INSTANTS = """\
 obs_init(&s, NULL) or, with a start of OBS_STARTS numbers, obs_init(&s, start); then at every instant
    obs_step(&s, u, y, estimate): u holds OBS_INPUTS known inputs, y holds OBS_MEASUREMENTS measurements (NAN where
@@ -151,65 +131,11 @@ obs_init(&s, NULL) or, with a start of OBS_STARTS numbers, obs_init(&s, start); 
    is infinite, an input is missing, or the sample is one that the observer refuses. s.missed counts samples that did
    not come, s.unscheduled those of sensors that were not due, which are left out."""
 """How an observer with instants of its own is called."""
-PERIODIC = """\
-typedef struct {
-    double state[OBS_ORDER];
-    unsigned long instant, missed, unscheduled, gated;
-} obs_t;
 
-void obs_init(obs_t *s, const double *start)
-{
-    memset(s, 0, sizeof *s);
-    if (start != NULL)
-        memcpy(s->state, start, OBS_STARTS * sizeof *start);
-}
 
-void obs_estimate(const obs_t *s, double *estimate)
-{
-    const unsigned long k = s->instant % OBS_PHASES;
-    memset(estimate, 0, OBS_ESTIMATES * sizeof *estimate);
-    obs_add(estimate, obs_readout + k * OBS_ESTIMATES * OBS_ORDER, s->state, OBS_ESTIMATES, OBS_ORDER, 1);
-}
-
-int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
-{
-    const unsigned long k = s->instant % OBS_PHASES;
-    double completed[OBS_MEASUREMENTS], next[OBS_ORDER] = {0}, expected;
-    unsigned long missed = 0, gated = 0, unscheduled = 0, row = k * OBS_MEASUREMENTS;
-    int i;
-    if (obs_bad(u, OBS_INPUTS, 0) || obs_bad(y, OBS_MEASUREMENTS, 1))
-        return 1;
-    /* A measurement that should be there and is not, or is beyond the gate, is replaced by the one that is expected. */
-    for (i = 0; i < OBS_MEASUREMENTS; i++, row++) {
-        completed[i] = isnan(y[i]) || !obs_due[row] ? 0.0 : y[i];
-        unscheduled += !isnan(y[i]) && !obs_due[row] ? 1u : 0u;
-        if (obs_due[row] && (OBS_GATED || isnan(y[i]))) {
-            expected = 0.0;
-            obs_add(&expected, obs_expected + row * OBS_ORDER, s->state, 1, OBS_ORDER, 1);
-            obs_add(&expected, obs_direct + i * OBS_INPUTS, u, 1, OBS_INPUTS, 1);
-            missed += isnan(y[i]) ? 1u : 0u;
-            gated += OBS_GATED && fabs(y[i] - expected) > obs_limit[row] ? 1u : 0u;
-            if (isnan(y[i]) || (OBS_GATED && fabs(y[i] - expected) > obs_limit[row]))
-                completed[i] = expected;
-        }
-    }
-    /* One that waits lets a sample that does not come make the interval longer, and refuses one with gaps. */
-    if (OBS_WAITS && missed > 0 && missed < OBS_MEASUREMENTS)
-        return 1;
-    if (!OBS_WAITS || missed == 0) {
-        obs_add(next, obs_transition + k * OBS_ORDER * OBS_ORDER, s->state, OBS_ORDER, OBS_ORDER, 1);
-        obs_add(next, obs_input + k * OBS_ORDER * OBS_INPUTS, u, OBS_ORDER, OBS_INPUTS, 1);
-        obs_add(next, obs_injection + k * OBS_ORDER * OBS_MEASUREMENTS, completed, OBS_ORDER, OBS_MEASUREMENTS, 1);
-        memcpy(s->state, next, sizeof next);
-    }
-    s->missed += missed;
-    s->gated += gated;
-    s->unscheduled += unscheduled;
-    s->instant++;
-    obs_estimate(s, estimate);
-    return 0;
-}
-"""
+def source(*files: str) -> str:
+    """The text of these files of `sources`, one after the other."""
+    return "\n".join((Path(__file__).parent / "sources" / file).read_text(encoding="utf-8") for file in files)
 
 
 def c_file(name: str, comment: str, usage: str, body: str, sizes: Mapping[str, int], tables: Mapping[str, Any]) -> str:
@@ -220,7 +146,7 @@ def c_file(name: str, comment: str, usage: str, body: str, sizes: Mapping[str, i
     own = c_name(name)
     listed = ",\n".join(f"    OBS_{key.upper()} = {size}" for key, size in sizes.items())
     written = (c_array(f"obs_{key}", *_flat(np.asarray(table))) for key, table in tables.items())
-    parts = f"enum {{\n{listed}\n}};\n", "".join(written), COMMON, body
+    parts = f"enum {{\n{listed}\n}};\n", "".join(written), source("common.c"), body
     top = f"{usage} C99; link with -lm. */\n#include <math.h>\n#include <string.h>\n"
     text = re.sub("OBS_", f"{own.upper()}_", re.sub(r"\bobs_", f"{own}_", "\n".join([top, *parts])))
     return f"/* {comment_text(comment)}\n\n   {text}"
@@ -242,71 +168,13 @@ def c_source(name: str, comment: str, recursion: Recursion) -> str:
     tables["limit"] = np.zeros(1) if recursion.limits is None else recursion.limits
     sizes = {"order": order, "starts": recursion.starts, "estimates": tables["readout"].shape[1], "inputs": inputs}
     sizes |= {"measurements": sensors, "phases": count, "waits": int(waits), "gated": int(recursion.limits is not None)}
-    return c_file(name, comment, INSTANTS, PERIODIC, sizes, tables)
+    return c_file(name, comment, INSTANTS, source("periodic.c"), sizes, tables)
 
 
 RESERVED = re.compile(
     "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|persistent|return|spmd|"
     "switch|try|while"
 )
-SOURCE = Template(
-    """\
-function [estimate, missed] = $name(u, y)
-% $upper  $comment
-%   $name('reset') or $name('reset', start) begins again at instant 0; start has $starts entries.
-%   estimate = $name(u, y) goes on by one instant: u has $inputs known inputs ([] if none), y has
-%   $measurements measurements, NaN where one did not come. missed counts those.
-persistent state instant lost_so_far
-transition = $transition;
-injection = $injection;
-readout = $readout;
-$known$tables
-if isempty(instant) || ischar(u)
-    state = zeros($order, 1);
-    instant = 0;
-    lost_so_far = 0;
-end
-if ischar(u)
-    if nargin > 1
-        state(1:$starts) = y(:);
-    end
-    estimate = readout{1} * state;
-    missed = 0;
-    return
-end
-u = u(:);
-y = y(:);
-if numel(u) ~= $inputs || numel(y) ~= $measurements || any(isnan(u)) || any(isinf(u)) || any(isinf(y))
-    error('$name: u must be $inputs finite numbers, y $measurements that are finite or NaN');
-end
-k = mod(instant, $count) + 1;
-$measured
-state = transition{k} * state + injection{k} * y$driven;
-instant = instant + 1;
-k = mod(instant, $count) + 1;
-estimate = readout{k} * state;
-missed = lost_so_far;
-end
-"""
-)
-COMPLETED = """\
-guess = expected{k} * state$through;
-lost_so_far = lost_so_far + sum(isnan(y) & due{k});
-left_out = isnan(y) | ~due{k};
-y(left_out) = guess(left_out);"""
-"""A measurement that should be there and is not is replaced by the one that is expected."""
-WAITING = """\
-if any(isnan(y)) && ~all(isnan(y))
-    error('$name: a sample must be complete, or NaN as a whole');
-end
-lost_so_far = lost_so_far + sum(isnan(y));
-if all(isnan(y))
-    instant = instant + 1;
-    estimate = readout{k} * state;
-    missed = lost_so_far;
-    return
-end"""
-"""A sample that does not come only makes the interval longer; one that is not complete is refused."""
 
 
 def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
@@ -327,7 +195,7 @@ def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
         if through is not None:
             tables = f"direct = {_cells([through])};\n"
         tables += f"expected = {_cells(expected)};\ndue = {_cells(due)};\n"
-    return SOURCE.substitute(
+    return Template(source("periodic.m")).substitute(
         name=name,
         upper=name.upper(),
         comment=" ".join(comment.split()),
@@ -342,7 +210,7 @@ def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
         known=f"drive = {_cells([phase.input for phase in phases])};\n" if inputs else "",
         tables=tables,
         driven=" + drive{k} * u" if inputs else "",
-        measured=Template(WAITING if expected is None else COMPLETED).substitute(
+        measured=Template(source("waiting.m" if expected is None else "completed.m")).substitute(
             name=name, through="" if through is None else " + direct{1} * u"
         ),
     )

@@ -53,17 +53,9 @@ class Signals:
         """The names, each with its unit in brackets where it has one: what a curve or a column is labelled with."""
         return tuple(f"{name} ({self.units[name]})" if name in self.units else name for name in names)
 
-    def named(
-        self,
-        states: Sequence[str] | None,
-        inputs: Sequence[str] | None,
-        measurements: Sequence[str] | None,
-        outputs: Sequence[str] | None,
-        units: Mapping[str, str] | None,
-    ) -> Signals:
+    def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Signals:
         """With other names or units. Outputs that are the states follow their names; states that a design added keep
         theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
-        given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
         own = {name: getattr(self, name) for name in given}
         own_states = sum(not name.startswith(f"{ADDED}[") for name in self.states)
         changed: dict[str, Any] = {}
@@ -267,7 +259,7 @@ class PlantReader(ABC, Generic[P]):
     kind: ClassVar[type[Any]]
     arrays: ClassVar[str]
     """What makes a plant of arrays, for messages."""
-    advice: ClassVar[str] = ""
+    advice: str = ""
     refusal: ClassVar[str] = ""
     """What is said where the arguments of a `control.StateSpace` come with arrays."""
 

@@ -31,14 +31,6 @@ KINDS = {"f": "float", "i": "int", "b": "bool"}
 """Kinds of arrays, by numpy's letter."""
 
 
-def file_text(kind: type[Any], made_with: Mapping[str, Any], signals: Signals | None) -> str:
-    """The file of an observer of class `kind`."""
-    names = None if signals is None else signals.to_dict()
-    return to_json(
-        {"format": FORMAT, "version": VERSION, "observer": _name(kind), "made_with": made_with, "signals": names}
-    )
-
-
 def encoded(made: Any, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments with which `made` was made, by name, as plain JSON values."""
     given = signature(type(made).__init__).bind(made, *args, **kwargs).arguments
@@ -176,7 +168,9 @@ class Portable:
             JSON with a format and its version; numbers read back exactly. The loaded observer stands at instant 0.
         """
         args, kwargs = self._made_with
-        return file_text(type(self), encoded(self, args, kwargs), self.signals)
+        held = {"format": FORMAT, "version": VERSION, "observer": _name(type(self))}
+        names = None if self.signals is None else self.signals.to_dict()
+        return to_json({**held, "made_with": encoded(self, args, kwargs), "signals": names})
 
     def to_mat(self) -> bytes:
         """All arrays of the observer as a MATLAB file (level 5).
@@ -314,13 +308,13 @@ def load(path: str | Path) -> Portable:
         if not issubclass(kind, Portable):
             raise InvalidInputError(f"{held['observer']} is no running observer")
         made = kind(**{name: decoded(value) for name, value in held["made_with"].items()})
-        names = held["signals"]
-        return made.named(None if names is None else Signals(**{key: _tuple(value) for key, value in names.items()}))
+        if (names := held["signals"]) is None:
+            return made
+        plain: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in names.items()
+        }
+        return made.named(Signals(**plain))
     except InvalidInputError as error:
         raise InvalidInputError(f"{path}: {error}") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InvalidInputError(f"{path} is not whole: {type(error).__name__} {error}") from None
-
-
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value

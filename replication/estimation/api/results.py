@@ -162,15 +162,15 @@ class GainResult(Shown):
         system: control.StateSpace = self.observer(*settings, **named).to_statespace()
         return system
 
-    @abstractmethod
     def to_statespace(self) -> control.StateSpace:
-        """The estimator (or, where it says so, its error) with the names of the plant.
+        """The estimator, or what the method says in its place, with the names of the plant.
 
         Returns
         -------
         control.StateSpace
             Inputs, outputs and states are named after those of the plant.
         """
+        return self.estimator()
 
     def named(
         self,
@@ -206,7 +206,8 @@ class GainResult(Shown):
         InvalidInputError
             Another number of names, a name twice, or the unit of no signal.
         """
-        return replace(self, signals=self.signals.named(states, inputs, measurements, outputs, units))
+        given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
+        return replace(self, signals=self.signals.named(given, units))
 
     def fact(self, what: str) -> Evidence:
         """Look up one piece of evidence.

@@ -215,6 +215,8 @@ class RunningObserver(Portable, ABC):
 class PeriodicObserver(RunningObserver):
     """A periodic recursion; a missing measurement is replaced by the one that is expected.
 
+    One that expects nothing waits: a sample that did not come changes nothing, one that is not complete is refused.
+
     Parameters
     ----------
     phases : sequence of Phase
@@ -223,13 +225,17 @@ class PeriodicObserver(RunningObserver):
         Measurements at each instant as the observer's own state o says: y = expected o + direct u.
     direct : array (q, m), optional
         Effect of the known inputs on the measurements; none unless given.
+    starts : int, optional
+        Length of the start; that of the estimate unless given.
     """
 
-    def __init__(self, phases: Sequence[Phase], expected: Sequence[Array], direct: Array | None = None) -> None:
+    def __init__(
+        self, phases: Sequence[Phase], expected: Sequence[Array], direct: Array | None = None, starts: int | None = None
+    ) -> None:
         self.phases, self.expected = tuple(phases), tuple(expected)
-        sensors, inputs = len(self.expected[0]), phases[0].input.shape[1]
+        sensors, inputs = phases[0].injection.shape[1], phases[0].input.shape[1]
         self.direct = np.zeros((sensors, inputs)) if direct is None else direct
-        super().__init__(len(phases[0].readout), inputs, sensors)
+        super().__init__(starts or len(phases[0].readout), inputs, sensors)
 
     @property
     def estimate(self) -> Array:
@@ -237,7 +243,7 @@ class PeriodicObserver(RunningObserver):
         return np.asarray(self.phases[self.instant % len(self.phases)].readout @ self._state)
 
     def _recursion(self) -> Recursion:
-        return Recursion(self.phases, self.states, self.expected, self.direct)
+        return Recursion(self.phases, self.states, self.expected or None, self.direct)
 
     def to_statespace(self) -> control.StateSpace:
         """From u and y of all instants of a period to x^ at these; a sensor that is not due has no effect."""
@@ -250,8 +256,16 @@ class PeriodicObserver(RunningObserver):
 
     def _advance(self, u: Array, y: Array) -> None:
         now = self.instant % len(self.phases)
-        phase, expected = self.phases[now], self.expected[now] @ self._state + self.direct @ u
-        y = self._completed(y, expected, phase.due)
+        phase = self.phases[now]
+        if self.expected:
+            y = self._completed(y, self.expected[now] @ self._state + self.direct @ u, phase.due)
+        elif np.all(missing := np.isnan(y)):
+            self.missed += len(y)
+            return
+        elif np.any(missing):
+            raise InvalidInputError(
+                f"y must be complete or None, got {y.tolist()}; the filter takes all sensors at once"
+            )
         self._state = phase.transition @ self._state + phase.input @ u + phase.injection @ y
 
 

@@ -109,6 +109,15 @@ def as_text(value: float | int | str | bool) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
+def as_csv(head: Sequence[str], table: Array) -> str:
+    """A line of names, then numbers that read back exactly; empty where there is none."""
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(head)
+    lines.writerows([["" if np.isnan(number) else number for number in row] for row in table.tolist()])
+    return text.getvalue()
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Simulation(Shown):
     """Signals over time.
@@ -184,11 +193,8 @@ class Simulation(Shown):
         str
             A line of names with units, then numbers that read back exactly.
         """
-        text = io.StringIO()
-        lines = csv.writer(text, lineterminator="\n")
-        lines.writerow([self.time_label, *(f"{n}: {column}" for n in self.signals for column in self.columns[n])])
-        lines.writerows(np.column_stack([self.time, *self.signals.values()]).tolist())
-        return text.getvalue()
+        head = [self.time_label, *(f"{n}: {column}" for n in self.signals for column in self.columns[n])]
+        return as_csv(head, np.column_stack([self.time, *self.signals.values()]))
 
 
 def simulated(

@@ -14,19 +14,7 @@ if TYPE_CHECKING:
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(
-        __name__,
-        {
-            ".conic.sdpa": "SdpaOptions",
-            "exact.limit": "Limit limit",
-            "facade": "analyse design simulate",
-            "general.observer": "DelayObserver exact_gain worst_gain",
-            "plant": "DelayPlant delay_system",
-            "result": "DelayAnalysis DelayResult",
-            "sos.certificate": "LeastGain minimum_gain",
-            "sos.cone": "DegreeRule",
-        },
-    )
+    __getattr__ = lazy(__name__)
 
 __all__ = [
     "DegreeRule",

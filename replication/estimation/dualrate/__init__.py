@@ -11,16 +11,7 @@ if TYPE_CHECKING:
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(
-        __name__,
-        {
-            "facade": "analyse compare design simulate",
-            "observers": "OBSERVERS",
-            "problem": "make_plant",
-            "result": "DualRateResult",
-            "slow.result": "SlowRateResult",
-        },
-    )
+    __getattr__ = lazy(__name__)
 
 __all__ = [
     "OBSERVERS", "DualRateResult", "SlowRateResult", "analyse", "compare", "design", "make_plant", "simulate",

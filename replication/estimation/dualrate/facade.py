@@ -20,25 +20,26 @@ from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
     close_loop,
+    driven,
     noise_gain,
     require_stable,
     stability_radius,
 )
-from replication.estimation.dualrate.observers import OBSERVERS, Builder, Harmonic
-from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
-from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.observers import OBSERVERS, Builder, held
+from replication.estimation.dualrate.problem import (
+    DualRateDesign,
+    Plant,
+    as_plant,
+    dual_rate_design,
+    row_of_output,
+    signals_of,
+)
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
 from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import (
-    SlowRateResult,
-    closed_loop_signals,
-    require_level,
-    simulate_slow,
-    slow_design,
-)
+from replication.estimation.dualrate.slow.result import SlowRateResult, driven_by, require_level, slow_design
 from replication.estimation.dualrate.steady import Steady, steady_error, steady_of, wanted
-from replication.estimation.validation import one_of
+from replication.estimation.validation import finite_vector, one_of, positive_integer
 
 if TYPE_CHECKING:
     import control
@@ -248,8 +249,7 @@ def analyse(
     if steady is not None:
         whole = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
         ahead = steady.ahead(problem.feedback)
-        drives = [step.command @ ahead for step in whole.steps]
-        evidence += (steady_error(steady, problem.model, [step.state for step in whole.steps], drives),)
+        evidence += (steady_error(steady, problem.model, driven(whole, ahead)),)
         gains |= {"N": ahead} if steady.asked else {}
     return DualRateResult.analysed(
         signals_of(plant, problem.period),
@@ -321,24 +321,33 @@ def simulate(
         A start of another length, or no such output.
     """
     if isinstance(result, SlowRateResult):
-        rest = np.zeros(result.problem.plant.order) if estimate is None else estimate
-        return simulate_slow(result, start, rest, setpoint, periods=slow_periods, output=output, substeps=SUBSTEPS)
-    DualRateResult.require(result)
-    ahead = result.gains.get("N", np.zeros((result.loop.design.model.B_u.shape[1], 0)))
-    step = ahead @ wanted(setpoint, ahead.shape[1])
-    # A constant is a sinusoid of frequency zero, of which the response takes the imaginary part.
-    loop = close_loop(
-        result.loop.design,
-        _builder(result.observer_name),
-        harmonic=Harmonic(0.0, np.asarray(1j * step, dtype=complex)),
-        discrete_gain=result.discrete_gain,
-    )
-    first = np.zeros(result.loop.design.model.order) if estimate is None else estimate
-    response = time_response(loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
-    held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
-    error = (response.state - response.estimate)[held]
-    signals = closed_loop_signals(result.signals, output, response.output[:, None], response.input[held], error)
-    return simulated(result.method, response.time, signals, ratio=None, steps=False)
+        plant, period = result.problem.plant, result.problem.period
+        loop = driven_by(result.problem, result.controller)
+    else:
+        DualRateResult.require(result)
+        problem = result.loop.design
+        plant, period = problem.model, problem.period
+        whole = close_loop(problem, _builder(result.observer_name), discrete_gain=result.discrete_gain)
+        loop = driven(whole, result.gains.get("N", np.zeros((plant.B_u.shape[1], 0))))
+    n = plant.order
+    count = positive_integer("number of slow periods", slow_periods) * len(loop)
+    row, r = plant.C[row_of_output(plant, output)], wanted(setpoint, loop[0].drive.shape[1])
+    z = np.zeros(len(loop[0].state))
+    z[:n], z[n : 2 * n] = finite_vector("x(0)", start, n), 0 if estimate is None else finite_vector("ζ(0)", estimate, n)
+    states, inputs, errors = np.empty((count, n)), np.empty((count, plant.B_u.shape[1])), np.empty((count, n))
+    for k in range(count):
+        now = loop[k % len(loop)]
+        states[k], inputs[k], errors[k] = z[:n], now.input @ z + now.ahead @ r, z[:n] - now.estimate @ z
+        z = now.state @ z + now.drive @ r
+    between = [held(plant.A, plant.B_u, i * period / SUBSTEPS) for i in range(SUBSTEPS)]
+    outputs = [states @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
+    time, names = period * (np.arange(count)[:, None] + np.arange(SUBSTEPS) / SUBSTEPS), result.signals
+    signals = {
+        "output": (np.stack(outputs, axis=1).reshape(-1, 1), names.called([names.measurements[output]])),
+        "input": (np.repeat(inputs, SUBSTEPS, axis=0), names.called(names.inputs)),
+        "estimation error": (np.repeat(errors, SUBSTEPS, axis=0), names.called(names.states)),
+    }
+    return simulated(result.method, time.ravel(), signals, ratio=None, steps=False)
 
 
 def _closed(problem: DualRateDesign, builder: Builder, discrete_gain: bool, steady: Steady | None) -> DualRateLoop:

@@ -7,7 +7,7 @@ r(k) adds to K x̂(k), and each sensor reading may carry noise.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy
@@ -61,6 +61,19 @@ class DualRateLoop:
     def size(self) -> int:
         """Number of states of (x, o, v)."""
         return len(self.steps[0].state)
+
+
+class Driven(NamedTuple):
+    """One instant of a loop that follows set-points r: z+ = state z + drive r, u = input z + ahead r, x^ = estimate z.
+
+    The first states are those of the plant, then come those of the observer, x^ in front.
+    """
+
+    state: Array
+    drive: Array
+    input: Array
+    ahead: Array
+    estimate: Array
 
 
 def close_loop(
@@ -124,6 +137,14 @@ def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bo
         estimate_state=estimate,
         estimate_noise=o.feedthrough,
     )
+
+
+def driven(loop: DualRateLoop, ahead: Array) -> list[Driven]:
+    """The loop with the command ahead r, instant by instant; ahead (m, t)."""
+    return [
+        Driven(step.state, step.command @ ahead, step.input_state, step.input_command @ ahead, step.estimate_state)
+        for step in loop.steps
+    ]
 
 
 def monodromy(loop: DualRateLoop) -> Array:

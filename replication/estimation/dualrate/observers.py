@@ -8,7 +8,7 @@ one whose injection and feedthrough vanish except at phase 0. The first n entrie
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -189,48 +189,48 @@ Builder = Callable[[SampledModel], Observer]
 
 def fast_sensor(model: SampledModel) -> Observer:
     """(7) with a true measurement at every fast instant: what a virtual measurement tries to replace."""
-    return _observer(model, [_corrected(model, phase=0)] * model.ratio)
+    return Observer((_corrected(model, 0),) * model.ratio)
 
 
 def single_correction(model: SampledModel) -> Observer:
     """(7) at phase 0, then the model alone until the next measurement."""
-    free = _Draft(model.predictor.state, model.predictor.input, model.H * 0, model.predictor.forcing)
-    return _observer(model, [_corrected(model, phase=0)] + [free] * (model.ratio - 1))
+    free = _step(model, model.predictor.state, model.predictor.input, model.H * 0, model.predictor.forcing)
+    return Observer((_corrected(model, 0), *[free] * (model.ratio - 1)))
 
 
 def held_measurement(model: SampledModel) -> Observer:
     """(2) with u changing every T and the last measurement held over M T. State (ζ, y held)."""
-    return _observer(model, _phases(_holding, model))
+    return _phases(_holding, model)
 
 
 def single_rate(model: SampledModel) -> Observer:
     """Observer (2) and controller both updated every M T: F, G, H at M T, written over the fast instants."""
-    return _observer(model, _phases(_holding, model), slow_command=True)
+    return replace(_phases(_holding, model), slow_command=True)
 
 
 def model_interpolation(model: SampledModel) -> Observer:
     """`held_measurement` read at phase 0 only, the model carrying the estimate between. State (ζ, y held, x̂)."""
-    return _observer(model, _phases(_interpolating, model))
+    return _phases(_interpolating, model)
 
 
 def slow_input_interpolation(model: SampledModel) -> Observer:
     """`model_interpolation` whose observer takes the input of phase 0 for the whole M T. State (ζ, y held, x̂, u₀)."""
-    return _observer(model, _phases(_interpolating, model, slow_input=True))
+    return _phases(_interpolating, model, slow_input=True)
 
 
 def alternating_predictive(model: SampledModel) -> Observer:
     """The alternating predictive observer as printed: (7) with the virtual measurement (6). State (ζ, y_p)."""
-    return _observer(model, _phases(_virtual, model, running=False))
+    return _phases(_virtual, model, running=False)
 
 
 def running_prediction(model: SampledModel) -> Observer:
     """The restarted predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement."""
-    return _observer(model, _phases(_virtual, model, running=True))
+    return _phases(_virtual, model, running=True)
 
 
 def open_loop_prediction(model: SampledModel) -> Observer:
     """(7) with y_p = C ζ_p, where ζ_p starts at ζ at phase 0 and follows the model alone. State (ζ, ζ_p)."""
-    return _observer(model, _phases(_predicting, model))
+    return _phases(_predicting, model)
 
 
 def state_feedback(model: SampledModel) -> Observer:
@@ -259,42 +259,30 @@ OBSERVERS: Mapping[str, Builder] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class _Draft:
-    """An `ObserverStep` before its readout is known."""
-
-    transition: Array
-    input: Array
-    injection: Array
-    forcing: ComplexArray
-    reads: int = 0  # first column of the state block that is the estimate
+def _phases(step: Callable[..., ObserverStep], model: SampledModel, **choice: bool) -> Observer:
+    """The steps of all phases, of which those after the first are one."""
+    return Observer((step(model, 0, **choice), *[step(model, 1, **choice)] * (model.ratio - 1)))
 
 
-def _phases(draft: Callable[..., _Draft], model: SampledModel, **choice: bool) -> list[_Draft]:
-    """The drafts of all phases, of which those after the first are one."""
-    return [draft(model, 0, **choice)] + [draft(model, 1, **choice)] * (model.ratio - 1)
+def _step(
+    model: SampledModel, transition: Array, drive: Array, injection: Array, forcing: ComplexArray, reads: int = 0
+) -> ObserverStep:
+    """reads: first entry of the state that is the estimate."""
+    n, p = model.H.shape
+    return ObserverStep(transition, drive, injection, forcing, np.eye(n, len(transition), reads), np.zeros((n, p)))
 
 
-def _observer(model: SampledModel, drafts: list[_Draft], *, slow_command: bool = False) -> Observer:
-    n, direct = model.F.shape[0], np.zeros((model.F.shape[0], model.output.shape[0]))
-    steps = {}
-    for draft in {id(draft): draft for draft in drafts}.values():
-        readout = np.zeros((n, draft.transition.shape[0]))
-        readout[:, draft.reads : draft.reads + n] = np.eye(n)
-        steps[id(draft)] = ObserverStep(draft.transition, draft.input, draft.injection, draft.forcing, readout, direct)
-    return Observer(tuple(steps[id(draft)] for draft in drafts), slow_command)
-
-
-def _corrected(model: SampledModel, phase: int) -> _Draft:
+def _corrected(model: SampledModel, phase: int) -> ObserverStep:
     """(7) with the measurement of this phase, which only phase 0 has."""
-    return _Draft(model.F, model.G, model.H * (phase == 0), model.forcing)
+    return _step(model, model.F, model.G, model.H * (phase == 0), model.forcing)
 
 
-def _predicting(model: SampledModel, phase: int) -> _Draft:
+def _predicting(model: SampledModel, phase: int) -> ObserverStep:
     """State (ζ, ζ_p): ζ follows (7) with y at phase 0 and C ζ_p elsewhere."""
     draft, chain = _corrected(model, phase), model.predictor.state
     own = np.hstack([draft.transition, model.H @ model.output * (phase > 0)])
-    return _Draft(
+    return _step(
+        model,
         np.vstack([own, np.hstack([chain * (phase == 0), chain * (phase > 0)])]),
         np.vstack([draft.input, model.predictor.input]),
         np.vstack([draft.injection, np.zeros((len(chain), model.H.shape[1]))]),
@@ -302,12 +290,13 @@ def _predicting(model: SampledModel, phase: int) -> _Draft:
     )
 
 
-def _holding(model: SampledModel, phase: int) -> _Draft:
+def _holding(model: SampledModel, phase: int) -> ObserverStep:
     """State (ζ, y held): ζ follows (7) with the measurement of phase 0."""
     n, p = model.H.shape
     fresh = phase == 0
     transition = np.block([[model.F, model.H * (not fresh)], [np.zeros((p, n)), np.eye(p) * (not fresh)]])
-    return _Draft(
+    return _step(
+        model,
         transition,
         np.vstack([model.G, np.zeros((p, model.G.shape[1]))]),
         np.vstack([model.H, np.eye(p)]) * fresh,
@@ -315,7 +304,7 @@ def _holding(model: SampledModel, phase: int) -> _Draft:
     )
 
 
-def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False) -> _Draft:
+def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False) -> ObserverStep:
     """State (ζ, y held, x̂, u₀): x̂ follows the model from ζ at phase 0; u₀ is used only with `slow_input`."""
     holding = _holding(model, phase)
     (n, m), h = model.G.shape, holding.transition.shape[0]
@@ -328,7 +317,8 @@ def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False)
     if slow_input and not fresh:
         transition[:n, h + n :] = model.G
         known[:n] = 0.0
-    return _Draft(
+    return _step(
+        model,
         transition,
         known,
         np.vstack([holding.injection, np.zeros((n + m, model.H.shape[1]))]),
@@ -337,13 +327,14 @@ def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False)
     )
 
 
-def _virtual(model: SampledModel, phase: int, *, running: bool) -> _Draft:
+def _virtual(model: SampledModel, phase: int, *, running: bool) -> ObserverStep:
     """State (ζ, y_p): ζ follows (7) with y at phase 0 and y_p elsewhere; y_p is (6), or `running` from ȳ."""
     n, p = model.H.shape
     fresh, C = phase == 0, model.output
     step = model.predictor.state - np.eye(n) * running
     carried = np.eye(p) * running
-    return _Draft(
+    return _step(
+        model,
         np.block([[model.F, model.H * (not fresh)], [C @ step, carried * (not fresh)]]),
         np.vstack([model.G, C @ model.predictor.input]),
         np.vstack([model.H, carried]) * fresh,

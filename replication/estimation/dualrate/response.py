@@ -126,7 +126,10 @@ def fast_errors(loop: DualRateLoop) -> Array:
 
 def tracking_error_peak(loop: DualRateLoop) -> tuple[float, float]:
     """The ratio of `tracking_error_ratio` over all times, and the time in [0, M T) where it is met, s."""
-    steady, substeps = steady_state(loop), _substeps(loop)
+    # Enough points for the fastest oscillation in the error: of the plant, or of the reference.
+    fastest = max(float(np.max(np.abs(np.linalg.eigvals(loop.plant.A).imag))), abs(reference(loop).frequency))
+    substeps = max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
+    steady = steady_state(loop)
     sizes = np.abs(_errors(loop, steady, output_rows(loop, substeps))).ravel()
     width = loop.design.period / substeps
     peaks = np.flatnonzero((sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)))
@@ -141,12 +144,6 @@ def _offset(sizes: Array, peak: int) -> float:
     before, at, after = sizes[peak - 1], sizes[peak], sizes[(peak + 1) % len(sizes)]
     bend = before - 2 * at + after
     return float((before - after) / bend / 2) if bend < 0 else 0.0
-
-
-def _substeps(loop: DualRateLoop) -> int:
-    """Enough for the fastest oscillation in the error: of the plant, or of the reference."""
-    fastest = max(float(np.max(np.abs(np.linalg.eigvals(loop.plant.A).imag))), abs(reference(loop).frequency))
-    return max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
 
 
 def _refined(loop: DualRateLoop, steady: SteadyState, start: float, width: float, offset: float) -> tuple[float, float]:

@@ -127,7 +127,10 @@ class DualRateResult(Design):
 
     def error_system(self) -> PeriodicSystem:
         """From the noise of the readings to the plant output."""
-        return noise_to_output(self.loop)
+        # Weighted so that the mean square over M fast instants is set beside that over the readings.
+        steps = self.loop.steps
+        readings = sum(bool(np.any(step.noise)) for step in steps)
+        return noise_system(self.loop, np.sqrt(max(readings, 1) / len(steps)))
 
     def phases(self) -> Recursion:
         """The observer at the fast instants, to run with u(k) = K x^(k); it looks at every M-th measurement."""
@@ -152,9 +155,3 @@ class DualRateResult(Design):
         lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))
         lifted.set_outputs(each_instant(self.signals.measurements, ratio))
         return lifted
-
-
-def noise_to_output(loop: DualRateLoop) -> PeriodicSystem:
-    """Outputs are weighted so that the mean square over M fast instants is set beside that over the readings."""
-    readings = sum(bool(np.any(step.noise)) for step in loop.steps)
-    return noise_system(loop, np.sqrt(max(readings, 1) / len(loop.steps)))

@@ -20,6 +20,7 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.results import Evidence
+from replication.estimation.dualrate.loop import Driven
 from replication.estimation.dualrate.problem import Plant, row_of_output
 from replication.estimation.validation import Array, finite_vector
 
@@ -114,21 +115,17 @@ def wanted(setpoint: Any, count: int) -> Array:
     return np.zeros(count) if setpoint is None else finite_vector("setpoint", setpoint, count)
 
 
-def steady_error(steady: Steady, plant: Plant, transitions: Sequence[Array], drives: Sequence[Array]) -> Evidence:
-    """The largest error at rest of a loop z+ = A z + D r at any instant, one of loads and set-points being one.
-
-    The first states of z are those of the plant.
-    """
-    count, size = steady.loads, transitions[0].shape[0]
+def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Evidence:
+    """The largest error at rest of a loop at any instant, one of loads and set-points being one."""
+    (size, references), count = loop[0].drive.shape, steady.loads
     seen = np.vstack([steady.load, plant.C[list(steady.tracked)]])
     rows = np.hstack([seen, np.zeros((len(seen), size - plant.order))])
-    references = drives[0].shape[1]
     total = np.eye(size + references)
     steps = []
-    for A, D in zip(transitions, drives, strict=True):
+    for instant in loop:
         steps.append(total)
         joint = np.eye(size + references)
-        joint[:size] = np.hstack([A, D])
+        joint[:size] = np.hstack([instant.state, instant.drive])
         total = joint @ total
     given = np.vstack([np.hstack([rows[:count], np.zeros((count, references))]), np.eye(size + references)[size:]])
     moved = (total - np.eye(len(total)))[:size]

@@ -12,17 +12,7 @@ if TYPE_CHECKING:
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(
-        __name__,
-        {
-            "extended": "ExtendedFilter",
-            "facade": "analyse design simulate",
-            "latency": "ContinuousPlant",
-            "plant": "MultiratePlant",
-            "result": "KalmanResult MultirateResult",
-            "optimum": "search_timing",
-        },
-    )
+    __getattr__ = lazy(__name__)
 
 __all__ = [
     "ContinuousPlant", "ExtendedFilter", "KalmanResult", "MultiratePlant", "MultirateResult", "analyse", "design",

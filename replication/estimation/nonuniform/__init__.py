@@ -15,19 +15,7 @@ if TYPE_CHECKING:
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(
-        __name__,
-        {
-            "facade": "analyse design design_stamped simulate",
-            "filters": "Filter",
-            "plant": "PeriodRange SampledPlant",
-            "result": "NonuniformResult StampedResult",
-            "stamped.extended": "ExtendedKalman NonlinearPlant",
-            "stamped.kalman": "NoisyPlant",
-            "stamped.running": "StampedKalman",
-            "stamped.design": "StampedPlant",
-        },
-    )
+    __getattr__ = lazy(__name__)
 
 __all__ = [
     "ExtendedKalman", "Filter", "NoisyPlant", "NonlinearPlant", "NonuniformResult", "PeriodRange", "SampledPlant",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -38,10 +38,11 @@ FORGOTTEN = 1e-12
 class SampledPlantReader(PlantReader[SampledPlant]):
     """Continuous-time plants whose outputs are measured, y, or estimated, z."""
 
-    kind = SampledPlant
-    arrays, advice = "SampledPlant", "; arrays make one: SampledPlant(A, B, C, D, L)"
-    makes: ClassVar[type[SampledPlant]] = SampledPlant
+    kind, arrays = SampledPlant, "SampledPlant"
     refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
+
+    def __init__(self, makes: type[SampledPlant]) -> None:
+        self.makes, self.advice = makes, f"; arrays make one: {makes.__name__}(A, B, C, D, L)"
 
     def signals_of(self, plant: SampledPlant) -> Signals:
         """x[0], y[0], z[0] and so on."""
@@ -56,7 +57,7 @@ class SampledPlantReader(PlantReader[SampledPlant]):
         return self.makes.from_statespace(system, measured), signals
 
 
-read_plant = SampledPlantReader()
+read_plant, read_stamped_plant = SampledPlantReader(SampledPlant), SampledPlantReader(StampedPlant)
 
 
 def design(
@@ -115,7 +116,13 @@ def design(
     """
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
-    _require_memory(checked, range_)
+    # Between two samples a stable plant must not forget its state altogether.
+    kept = np.exp(float(np.max(np.linalg.eigvals(checked.A).real)) * range_.h_u)
+    if kept < FORGOTTEN:
+        raise InvalidInputError(
+            f"periods are in seconds: over {range_.h_u:g} s the plant forgets its state (what is left of it is "
+            f"{kept:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
+        )
     solution = NonuniformResult.solve(checked, range_, goal)
     own = {"plant": checked, "signals": signals, "periods": range_}
     return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **own)
@@ -222,17 +229,6 @@ def _filter(filter_: Filter | control.StateSpace) -> Filter:
     return Filter(filter_.A, filter_.B, filter_.C)
 
 
-def _require_memory(plant: SampledPlant, periods: PeriodRange) -> None:
-    """Raise InvalidInputError if between two samples a stable plant forgets its state altogether."""
-    slowest = float(np.max(np.linalg.eigvals(plant.A).real))
-    kept = np.exp(slowest * periods.h_u)
-    if kept < FORGOTTEN:
-        raise InvalidInputError(
-            f"periods are in seconds: over {periods.h_u:g} s the plant forgets its state (what is left of it is "
-            f"{kept:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
-        )
-
-
 def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
     """The range that a user gave; raises InvalidInputError unless it is a pair of periods in order."""
     if isinstance(periods, PeriodRange):
@@ -240,16 +236,6 @@ def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
     if np.ndim(periods) != 1 or len(periods) != 2:
         raise InvalidInputError(f"periods must be (h_l, h_u) in seconds, got {periods!r}")
     return PeriodRange(*periods)
-
-
-class StampedPlantReader(SampledPlantReader):
-    """The same plants, of which A may have eigenvalues anywhere."""
-
-    advice = "; arrays make one: StampedPlant(A, B, C, D, L)"
-    makes = StampedPlant
-
-
-read_stamped_plant = StampedPlantReader()
 
 
 def design_stamped(
@@ -266,11 +252,9 @@ def design_stamped(
     Parameters
     ----------
     plant : SampledPlant, StampedPlant or control.StateSpace
-        Plant of arrays, or a continuous-time system with inputs w and outputs y and z. It may be unstable.
-    periods : (float, float) or PeriodRange
-        Shortest and longest sampling period h_l, h_u, s.
-    measured : int, or sequence of int or str
-        How many of the first outputs of a `control.StateSpace` are y, or which ones, by index or name.
+        As in `design`; it may be unstable.
+    periods, measured : see there
+        As in `design`.
     B_u : array (n, p), optional
         Effect of known inputs on the state, which are held from sample to sample; they change no level.
     cells : int

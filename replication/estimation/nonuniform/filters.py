@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket, l2_gain
@@ -53,17 +52,17 @@ class Estimator(ABC):
     def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
         """e_0 ... e_K from rest for a sequence of periods, one after the other."""
 
-    @abstractmethod
     def require_settling(self, plant: SampledPlant) -> None:
-        """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if it cannot settle."""
+        """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if it settles at no period."""
+        self.error_output(plant)
 
-    @abstractmethod
     def in_coordinates(self, T: Array) -> Self:
-        """The same for the plant with state T x."""
+        """The same for the plant with state T x: itself, unless it knows of that state."""
+        return self
 
-    @abstractmethod
     def in_units(self, units: Array) -> Self:
-        """The same with its own states divided by units."""
+        """The same with its own states divided by units: itself, unless it has some."""
+        return self
 
 
 @dataclass(frozen=True)
@@ -88,10 +87,6 @@ class Filter(Estimator):
     A: Array
     B: Array
     C: Array
-
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         A = as_matrix("A_f", self.A)
@@ -158,16 +153,12 @@ class Filter(Estimator):
 
     def require_settling(self, plant: SampledPlant) -> None:
         """A_f must be Schur stable."""
-        self.error_output(plant)
+        super().require_settling(plant)
         radius = self.spectral_radius()
         if radius >= 1:
             raise InfeasibleError(
                 f"A_f has spectral radius {radius:.6g} >= 1: the error does not settle; its gain is infinite"
             )
-
-    def in_coordinates(self, T: Array) -> Self:
-        """Itself: it knows nothing of the plant's state."""
-        return self
 
     def in_units(self, units: Array) -> Self:
         """With states x^ / units."""

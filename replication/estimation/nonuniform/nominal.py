@@ -105,7 +105,11 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
         return None
     if np.linalg.eigvalsh(plant.L @ P @ plant.L.T)[-1] >= gamma**2:
         return None
-    filter_ = observer(given, h, _central_gain(plant, Phi, Gamma, P, gamma) @ rows)
+    # The a-priori H-infinity filter: K = (Phi Q C' + Gamma D')(C Q C' + D D')^-1 with Q = (P^-1 - L'L/gamma^2)^-1.
+    C, D, L = plant.C, plant.D, plant.L
+    Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
+    gain = np.linalg.solve(C @ Q @ C.T + D @ D.T, (Phi @ Q @ C.T + Gamma @ D.T).T).T
+    filter_ = observer(given, h, gain @ rows)
     return NominalDesign(gamma, filter_, P) if filter_.spectral_radius() < 1 else None
 
 
@@ -170,14 +174,6 @@ def _stepped(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start:
         if change <= SETTLED * float(np.linalg.norm(P)):
             return P
     raise SolverError(f"the Riccati recursion did not settle in {MAX_STEPS} steps at level {gamma:.6g}")
-
-
-def _central_gain(plant: SampledPlant, Phi: Array, Gamma: Array, P: Array, gamma: float) -> Array:
-    """K = (Phi Q C' + Gamma D')(C Q C' + D D')^-1 with Q = (P^-1 - L'L/gamma^2)^-1, the a-priori H-infinity filter."""
-    L = plant.L
-    Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
-    innovation = plant.C @ Q @ plant.C.T + plant.D @ plant.D.T
-    return np.asarray(np.linalg.solve(innovation, (Phi @ Q @ plant.C.T + Gamma @ plant.D.T).T).T)
 
 
 def riccati_level(plant: SampledPlant, h: float, *, tolerance: float = 1e-10) -> NominalDesign:

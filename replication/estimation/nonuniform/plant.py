@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from replication.errors import InvalidInputError
@@ -108,12 +107,6 @@ class SampledPlant(LinearPlant):
     settles: ClassVar[bool] = True
     """Whether A must be Hurwitz."""
 
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(
-            self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.ArrayLike, L: npt.ArrayLike
-        ) -> None: ...
-
     def __post_init__(self) -> None:
         self.check()
         for name in self.SHAPES:
@@ -129,9 +122,23 @@ class SampledPlant(LinearPlant):
         for name, meaning in (("B", "nothing disturbs the state"), ("L", "there is nothing to estimate")):
             if not np.any(getattr(self, name)):
                 raise InvalidInputError(f"{name} must not be zero: {meaning}; check the entries")
-        if self.settles:
-            _require_hurwitz(self.A)
-        _require_observable(self.A, self.C)
+        A, C, scale = self.A, self.C, float(np.linalg.norm(self.A, 2))
+        eigenvalues = np.linalg.eigvals(A)
+        worst = max(eigenvalues, key=lambda value: value.real)
+        if self.settles and worst.real >= -HURWITZ_MARGIN * scale:
+            raise InvalidInputError(
+                f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow such a "
+                "plant, one that takes the time stamps of the samples can (`design_stamped` with a `StampedPlant`)"
+            )
+        scale, size = scale or 1.0, float(np.linalg.norm(C, 2))
+        sensor = C * (scale / size) if size > 0 else C
+        for eigenvalue in eigenvalues:
+            # The test of Popov, Belevitch and Hautus.
+            pencil = np.vstack([A - eigenvalue * np.eye(len(A)), sensor])
+            if np.linalg.svd(pencil, compute_uv=False)[-1] <= OBSERVABILITY_TOLERANCE * scale:
+                raise InvalidInputError(
+                    f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
+                )
 
     @classmethod
     def from_statespace(cls, system: control.StateSpace, measured: int | Sequence[int | str]) -> Self:
@@ -157,23 +164,8 @@ class SampledPlant(LinearPlant):
         parts = parts_of(system, continuous=True, measured=measured)
         return cls(parts.A, parts.B_d, parts.C, parts.D_d, parts.W)
 
-    def transition(self, h: float) -> Array:
-        """exp(h [[A, B], [0, 0]]), whose upper rows are [Phi(h), Gamma(h)].
-
-        Parameters
-        ----------
-        h : float
-            Sampling period, s.
-
-        Returns
-        -------
-        array (n + m, n + m)
-            State and held disturbance over one interval.
-        """
-        return np.asarray(scipy.linalg.expm(h * self.generator()))
-
     def transitions(self, periods: Array) -> Array:
-        """`transition` at each of several sampling periods.
+        """exp(h [[A, B], [0, 0]]), whose upper rows are [Phi(h), Gamma(h)], at each of several sampling periods.
 
         Parameters
         ----------
@@ -183,7 +175,7 @@ class SampledPlant(LinearPlant):
         Returns
         -------
         array (K, n + m, n + m)
-            One after the other.
+            State and held disturbance over one interval.
         """
         distinct, which = np.unique(periods, return_inverse=True)  # sequences repeat themselves
         return np.asarray(scipy.linalg.expm(distinct[:, None, None] * self.generator())[which])
@@ -213,8 +205,7 @@ class SampledPlant(LinearPlant):
             Phi(h) = e^{hA} and Gamma(h) = int_0^h e^{tA} dt B.
         """
         period = positive_scalar("h", h, unit="s")
-        n = self.order
-        whole = self.transition(period)
+        n, (whole,) = self.order, self.transitions(np.array([period]))
         return whole[:n, :n], whole[:n, n:]
 
     def in_coordinates(self, T: Array) -> SampledPlant:
@@ -249,26 +240,3 @@ def as_periods(name: str, value: Any) -> Array:
     if count == 0 or np.any(periods <= 0):
         raise InvalidInputError(f"{name} must be one or more positive numbers (s), got {value!r}")
     return periods
-
-
-def _require_hurwitz(A: Array) -> None:
-    """Raise InvalidInputError unless all eigenvalues of A have a negative real part."""
-    worst = max(np.linalg.eigvals(A), key=lambda value: value.real)
-    if worst.real >= -HURWITZ_MARGIN * np.linalg.norm(A, 2):
-        raise InvalidInputError(
-            f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow such a plant, "
-            "one that takes the time stamps of the samples can (`design_stamped` with a `StampedPlant`)"
-        )
-
-
-def _require_observable(A: Array, C: Array) -> None:
-    """Raise InvalidInputError unless every mode of A is seen by C (Popov-Belevitch-Hautus test)."""
-    scale = float(np.linalg.norm(A, 2)) or 1.0
-    size = float(np.linalg.norm(C, 2))
-    sensor = C * (scale / size) if size > 0 else C
-    for eigenvalue in np.linalg.eigvals(A):
-        pencil = np.vstack([A - eigenvalue * np.eye(len(A)), sensor])
-        if np.linalg.svd(pencil, compute_uv=False)[-1] <= OBSERVABILITY_TOLERANCE * scale:
-            raise InvalidInputError(
-                f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
-            )

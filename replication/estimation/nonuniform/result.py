@@ -16,16 +16,9 @@ from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence
-from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.nonuniform.bounds.compare import (
-    beside,
-    ends_found,
-    floor_of_any_filter,
-    searched,
-    zero_at_constant_periods,
-    zero_filter,
-)
+from replication.estimation.nonuniform.bounds import compare
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import (
     BadSequence,
@@ -82,7 +75,7 @@ def labelled(filter_: Filter, dt: float | bool, signals: Signals | None) -> cont
     return system
 
 
-class RunningFilter(RunningObserver):
+class RunningFilter(PeriodicObserver):
     """Eq. (4): x^(k+1) = A_f x^(k) + B_f y(k); the estimate is z^(k) = C_f x^(k), and no input is known.
 
     A sample that did not come (y None) only makes the sampling interval longer: the filter waits, and its level holds
@@ -96,33 +89,11 @@ class RunningFilter(RunningObserver):
 
     def __init__(self, filter_: Filter) -> None:
         self.filter = filter_
-        super().__init__(len(filter_.A), 0, filter_.B.shape[1])
-
-    @property
-    def estimate(self) -> Array:
-        """z^(k), (s,)."""
-        return np.asarray(self.filter.C @ self._state)
-
-    def _recursion(self) -> Recursion:
-        return recursion(self.filter)
+        super().__init__(recursion(filter_).phases, (), starts=len(filter_.A))
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^, at its samples, whose period is unspecified (True)."""
         return labelled(self.filter, True, self.signals)
-
-    def _begin(self, start: Array) -> None:
-        self._state = start
-
-    def _advance(self, u: Array, y: Array) -> None:
-        missing = np.isnan(y)
-        if np.all(missing):
-            self.missed += len(y)
-        elif np.any(missing):
-            raise InvalidInputError(
-                f"y must be complete or None, got {y.tolist()}; the filter takes all sensors at once"
-            )
-        else:
-            self._state = self.filter.A @ self._state + self.filter.B @ y
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,11 +148,11 @@ class SequenceResult(Design):
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
-        compared = beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
-        facts = [*solution.evidence, *ends_found(attack, compared.lower, matrices), *more]
+        lower, levels = compare.beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
+        facts = [*solution.evidence, *compare.ends_found(attack, lower, matrices), *more]
         facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
-        bracket = Bracket(compared.lower, upper, BOTH_ENDS)
-        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *compared.facts), **own)
+        bracket = Bracket(lower, upper, BOTH_ENDS)
+        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **own)
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""
@@ -253,7 +224,7 @@ class NonuniformResult(SequenceResult):
     def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **own: Any) -> Self:
         """With as many Lyapunov matrices as `leaves`."""
         plant, periods, filter_ = own["plant"], own["periods"], Filter(*solution.gains.values())
-        with threadpool_limits(1, user_api="blas"), searched(horizon):
+        with threadpool_limits(1, user_api="blas"), compare.searched(horizon):
             gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
             radius = Evidence(
                 "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
@@ -265,7 +236,7 @@ class NonuniformResult(SequenceResult):
         """The filter itself."""
         return self.filter
 
-    def observer(self) -> RunningFilter:  # type: ignore[override]
+    def observer(self) -> RunningFilter:
         """The filter of eq. (4), to run in a loop: one step for each sample."""
         return RunningFilter(self.filter).named(self.signals)
 
@@ -309,9 +280,9 @@ class StampedResult(SequenceResult):
             Evidence("violation left", least.violation, "largest eigenvalue of its inequality over the range"),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
+        without = compare.zero_at_constant_periods(plant, periods.nodes(3).tolist())
         if without is not None and proof.level > without:
-            zero = zero_filter(plant)
+            zero = compare.zero_filter(plant)
             still = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
             if still.level <= proof.level:
                 before = tuple(map(tuple, still.tree.before()))
@@ -325,17 +296,17 @@ class StampedResult(SequenceResult):
     def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
         """With a floor of any filter."""
         plant, periods, filter_, proof = own["plant"], own["periods"], solution.own["filter"], solution.own["proof"]
-        with searched(horizon):
+        with compare.searched(horizon):
             own |= {"filter": filter_}
             own["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
-            floor = floor_of_any_filter(plant, periods, proof.level)
+            floor = compare.floor_of_any_filter(plant, periods, proof.level)
             how = "Riccati recursion, the worst constant period"
             more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
             return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **own)
 
     def constant(self, h: float) -> Filter:
         """x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)) with the gain after that period."""
-        return observer(self.plant, h, self.plant.transition(h)[: self.plant.order] @ self.filter.gain(h))
+        return observer(self.plant, h, np.hstack(self.plant.discretise(h)) @ self.filter.gain(h))
 
     def observer(self) -> StampedObserver:  # type: ignore[override]
         """The filter, to run in a loop: `step(y, t=...)` for each sample."""

@@ -14,14 +14,7 @@ from functools import partial
 import numpy as np
 
 from replication.errors import ReplicationError, SolverError
-from replication.estimation.conic.program import (
-    ALMOST,
-    Inequalities,
-    SolverReport,
-    program_under,
-    solve_clarabel,
-    symmetric_basis,
-)
+from replication.estimation.conic import program
 from replication.estimation.conic.sdpa import minimise_refined
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
@@ -64,7 +57,7 @@ class LmiSolution:
     variables: LmiVariables
     periods: tuple[float, ...]
     weights: tuple[float, ...]
-    report: SolverReport
+    report: program.SolverReport
 
 
 @dataclass(frozen=True)
@@ -135,7 +128,7 @@ def _blocks(rows: Sequence[Sequence[Array]]) -> Array:
 def variable_basis(plant: SampledPlant) -> LmiVariables:
     """The unit directions of all unknowns as a stack, preceded by the zero point; the order is delta, Z, Y, F, G, Q."""
     n, r, s = plant.order, len(plant.C), len(plant.L)
-    symmetric = symmetric_basis(n)
+    symmetric = program.symmetric_basis(n)
     blocks = [("delta", np.ones(1)), ("Z", symmetric), ("Y", symmetric)]
     blocks += [(name, np.eye(a * b).reshape(-1, a, b)) for name, a, b in (("F", n, r), ("G", s, n), ("Q", n, n))]
     total = 1 + sum(len(block) for _, block in blocks)
@@ -154,13 +147,13 @@ def combine(basis: LmiVariables, x: Array) -> LmiVariables:
     return LmiVariables(**parts)
 
 
-def inequalities(plant: SampledPlant, periods: Sequence[float], basis: LmiVariables) -> Inequalities:
+def inequalities(plant: SampledPlant, periods: Sequence[float], basis: LmiVariables) -> program.Inequalities:
     """-(10) >= 0 for every period, as affine functions of the coordinates in `basis`."""
     stacks = np.array([-lmi10(plant, *plant.discretise(h), basis) for h in periods])
     constant = stacks[:, 0]
     count, unknowns = len(periods), stacks.shape[1] - 1
     variables = np.broadcast_to(np.arange(unknowns), (count, unknowns))
-    return Inequalities(constant, stacks[:, 1:] - constant[:, None], variables)
+    return program.Inequalities(constant, stacks[:, 1:] - constant[:, None], variables)
 
 
 def recover(v: LmiVariables) -> Filter:
@@ -206,7 +199,7 @@ def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: 
     if solver is Solver.SDPA:
         x, duals, report = minimise_refined(cost, group)
     else:
-        solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
+        solution = program.solve_clarabel(program.program_under(cost, group), accept=program.ALMOST)
         x, duals, report = solution.multipliers, np.array(solution.blocks), solution.report
     variables = combine(basis, x)
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
@@ -250,13 +243,8 @@ class RobustDesign:
     shortfall: float
 
 
-def violations(normalised: Normalised, v: LmiVariables, periods: Array) -> Array:
-    """Largest eigenvalue of the matrix of (10) at each period; not above zero iff the inequality holds there."""
-    return largest_eigenvalues(normalised.plant, v, normalised.plant.transitions(periods))
-
-
 def largest_eigenvalues(plant: SampledPlant, v: LmiVariables, transitions: Array) -> Array:
-    """The same for given stacks of transition matrices (K, n + m, n + m)."""
+    """Of the matrix of (10) for each of a stack of transitions (K, n + m, n + m); not above zero iff it holds."""
     n = plant.order
     return np.asarray(np.linalg.eigvalsh(lmi10(plant, transitions[:, :n, :n], transitions[:, :n, n:], v))[:, -1])
 
@@ -386,7 +374,8 @@ def scan(plant: SampledPlant, periods: PeriodRange) -> tuple[Array, Array]:
         return ratios, plant.transitions(ratios)
     steps = periods.nodes(SCAN)
     # Repeated products: two exponentials in place of one each.
-    stack, step = [plant.transition(periods.h_l)], plant.transition(float(steps[1] - steps[0]))
+    start, step = plant.transitions(np.array([periods.h_l, steps[1] - steps[0]]))
+    stack = [start]
     for _ in steps[1:]:
         stack.append(stack[-1] @ step)
     return steps, np.array(stack)

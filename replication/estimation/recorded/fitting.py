@@ -173,12 +173,8 @@ def fit(
         First guess of the latencies of sensors, s, of plants with time stamps.
     fixed : sequence of str
         Parameters by their names that are held at the first guess.
-    time : str
-        Column of times, s.
-    inputs : tuple of str
-        Columns of the known inputs, in order; those of the design unless given.
-    start : array (n,), optional
-        x^(0); zero unless given.
+    time, inputs, start : see there
+        As in `replay`.
 
     Returns
     -------
@@ -250,8 +246,11 @@ def _optimum(
         size = np.diag(information)
         step = -_inverse(information + damping * np.diag(np.where(variance, np.maximum(size, 1.0), size))) @ gradient
         trial = theta + np.where(variance, np.clip(step, -LONGEST, LONGEST), step)
-        after = _tried(cost_of, trial)
-        if after is None or not after[0] < cost:
+        try:
+            after = cost_of(trial)
+        except SolverError:  # rounding spoils it
+            after = np.inf, gradient, information
+        if not after[0] < cost:
             damping *= 10
             continue
         damping /= 10
@@ -261,14 +260,6 @@ def _optimum(
             raise InvalidInputError(f"the log is likeliest with {name} near zero: leave it out, or hold it fixed")
     _require_told(information, variance, names)
     raise SolverError(f"the likelihood has not settled after {STEPS} steps: start from another Q and R")
-
-
-def _tried(cost_of: Likelihood, theta: Array) -> tuple[float, Array, Array] | None:
-    """The likelihood, or None where rounding spoils it."""
-    try:
-        return cost_of(theta)
-    except SolverError:
-        return None
 
 
 def _scaled(information: Array) -> tuple[Array, Array, Array]:

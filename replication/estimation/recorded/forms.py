@@ -203,9 +203,9 @@ def _dual_rate(observer: RunningController) -> Form:
         raise InvalidInputError(
             "only innovations of a Kalman filter tell whether a model is right: replay the design for goal='h2'"
         )
-    model, names = problem.plant, observer.signals.measurements if observer.signals else None
+    model = problem.plant
+    names: Any = observer.signals.measurements if observer.signals else None
     P0 = covariances(problem)[0]
     plant = NoisyPlant(model.A, model.C, problem.process_noise, problem.sensor_noise, model.B_u, None, P0, names)
     K = np.asarray(np.linalg.solve(problem.sampled.state, gains))
-    due = np.tile(problem.sensors.mask, (len(gains) // problem.sensors.period, 1))
-    return replace(stamped(plant), dt=problem.period, gains=K, due=due)
+    return replace(stamped(plant), dt=problem.period, gains=K, due=problem.mask)

@@ -120,7 +120,15 @@ def read_log(
     if len(set(sizes.values())) > 1:
         raise InvalidInputError(f"all columns must have one length, got {sizes}")
     t = columns[time]
-    _require_increasing(t)
+    if not np.all(np.isfinite(t)):
+        row = int(np.argmin(np.isfinite(t)))
+        raise InvalidInputError(f"the time in row {row} is no finite number; give each row one")
+    if np.any(wrong := np.diff(t) <= 0):
+        row = int(np.argmax(wrong)) + 1
+        what = "repeated" if t[row] == t[row - 1] else "not sorted"
+        raise InvalidInputError(
+            f"times are {what}: row {row} has t = {t[row]:.9g} s after {t[row - 1]:.9g} s; sort and merge"
+        )
     y = np.column_stack([columns[name] for name in sensors])
     u = np.column_stack([columns[name] for name in inputs]) if inputs else np.zeros((len(t), 0))
     for name, column in zip((*sensors, *inputs), (*y.T, *u.T), strict=True):
@@ -132,18 +140,6 @@ def read_log(
         if count < least:
             raise InvalidInputError(f"sensor {name!r} has {count} samples, too few: at least {least} are needed")
     return Log(t, y, u)
-
-
-def _require_increasing(t: Array) -> None:
-    if not np.all(np.isfinite(t)):
-        row = int(np.argmin(np.isfinite(t)))
-        raise InvalidInputError(f"the time in row {row} is no finite number; give each row one")
-    if np.any(wrong := np.diff(t) <= 0):
-        row = int(np.argmax(wrong)) + 1
-        what = "repeated" if t[row] == t[row - 1] else "not sorted"
-        raise InvalidInputError(
-            f"times are {what}: row {row} has t = {t[row]:.9g} s after {t[row - 1]:.9g} s; sort and merge"
-        )
 
 
 def _columns(log: Any) -> dict[str, Array]:

@@ -7,8 +7,6 @@ chi-square, and the autocorrelations of each sensor give the statistic of G. M. 
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +17,8 @@ from scipy import stats
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
-from replication.estimation.api.shown import Shown, as_text
+from replication.estimation.api.plants import numbered
+from replication.estimation.api.shown import Shown, as_csv, as_text
 from replication.estimation.multirate.extended import ExtendedFilter
 from replication.estimation.nonuniform.stamped.extended import ExtendedKalman, extended
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
@@ -130,20 +129,10 @@ class Replay(Shown):
 
     def to_csv(self) -> str:
         """Time, estimates, standard deviations and innovations, row by row; empty where nothing was measured."""
-        n = self.estimates.shape[1]
-        head = [
-            "t",
-            *(f"x[{i}]" for i in range(n)),
-            *(f"sd x[{i}]" for i in range(n)),
-            *(f"nu {s}" for s in self.sensors),
-        ]
+        states = numbered("x", self.estimates.shape[1])
+        head = ["t", *states, *(f"sd {x}" for x in states), *(f"nu {s}" for s in self.sensors)]
         deviations = np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
-        table = np.column_stack([self.log.t, self.estimates, deviations, self.innovations])
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows([["" if np.isnan(v) else repr(float(v)) for v in row] for row in table])
-        return text.getvalue()
+        return as_csv(head, np.column_stack([self.log.t, self.estimates, deviations, self.innovations]))
 
 
 def replay(

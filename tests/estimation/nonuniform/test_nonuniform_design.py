@@ -269,7 +269,7 @@ def test_the_limit_of_smoothers_is_that_of_the_worst_period():
     """The sensor has noise of its own, and tells nothing of the disturbance at once."""
     plant = SampledPlant(OSCILLATOR.A, [[0, 0], [16, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
     periods = PeriodRange(0.05, 0.5)
-    facts = beside(plant, riccati_level(plant, 0.2, tolerance=1e-6).filter, periods, (0.0, 9.0), horizon=20).facts
+    _, facts = beside(plant, riccati_level(plant, 0.2, tolerance=1e-6).filter, periods, (0.0, 9.0), horizon=20)
     limits = [smoother_limit(plant, h) for h in periods.nodes(9)]
     assert min(limits) < max(limits) * (1 - 1e-5)
     [told] = [fact.value for fact in facts if fact.what == "limit of any smoother"]

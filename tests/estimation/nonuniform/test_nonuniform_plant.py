@@ -139,7 +139,7 @@ def test_one_cell_has_nothing_to_tell_apart():
 
 def test_remainder_of_a_reversed_piece_is_not_understated():
     forward, backward = (enclose(OSCILLATOR, np.array([a]), np.array([b])) for a, b in ((0.1, 0.2), (0.2, 0.1)))
-    here, there = (OSCILLATOR.transition(h) for h in (0.1, 0.2))
+    here, there = OSCILLATOR.transitions(np.array([0.1, 0.2]))
     share = [hull.remainder()[0] / np.linalg.norm(base, 2) for hull, base in ((forward, here), (backward, there))]
     assert share[1] == pytest.approx(share[0], rel=EXACT)
 

@@ -20,7 +20,7 @@ from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.result import Weights, continuous_gains
-from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units, root
+from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
 from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, monodromy
 from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, stacked
@@ -28,7 +28,7 @@ from replication.estimation.multirate.kalman import semidefinite, stationary
 from replication.estimation.multirate.optimum import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, root
 
 STABLE = 1 - 1e-12
 

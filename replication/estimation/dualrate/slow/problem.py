@@ -21,7 +21,15 @@ from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
 from replication.estimation.dualrate.steady import Steady, steady_of
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
+from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.validation import (
+    Array,
+    hidden_modes,
+    positive_integer,
+    positive_scalar,
+    root,
+    undetectable_mode,
+)
 
 BOUNDARY = 1e-9
 """Real parts up to so much, in 1/s or of the largest eigenvalue, count as zero."""
@@ -77,7 +85,13 @@ class SlowProblem:
     @cached_property
     def noise(self) -> Array:
         """G (n, n) of the process noise over one fast period."""
-        return root(_accumulated(self.plant.A, self.process_noise, self.period))
+        A = self.plant.A
+        return root(Transition.of(A, np.zeros((len(A), 0)), self.process_noise).at(self.period)[2])
+
+    @property
+    def mask(self) -> Array:
+        """Which sensors deliver at each instant of the period (N, p)."""
+        return np.asarray(np.tile(self.sensors.mask, (self.instants // self.sensors.period, 1)))
 
     def measured(self) -> list[list[int]]:
         """For each instant of the period, the sensors that deliver."""
@@ -123,11 +137,15 @@ def slow_problem(
     problem = SlowProblem(plant, T, sensors, actuators, Q, R, W, V, steady_of(plant, tracked))
     _require_stabilisable(problem)
     moved = problem.unloaded
-    for name, A, weight in (
-        ("state_weight", moved.plant.A, moved.state_weight),
-        ("process_noise", plant.A.T, W),
-    ):
-        _require_weighted(name, A, weight)
+    for name, A, weight in (("state_weight", moved.plant.A, moved.state_weight), ("process_noise", plant.A.T, W)):
+        scale = 1.0 + float(np.linalg.norm(A, 2))
+        for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
+            # Gains tend to zero there, and never settle.
+            if abs(mode.real) <= BOUNDARY * scale:
+                raise InvalidInputError(
+                    f"{name} leaves out the mode {mode:.6g} on the boundary of stability, so no optimal gain settles; "
+                    "add a little weight on it"
+                )
     return problem
 
 
@@ -152,28 +170,6 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
         process_noise=problem.process_noise / np.outer(t, t),
     )
     return scaled, t, r
-
-
-def root(matrix: Array) -> Array:
-    """G (n, n) with G G' = `matrix`, symmetric and semidefinite; in the units of its diagonal, so that none is lost."""
-    units = np.sqrt(np.diag(matrix))
-    units[units == 0] = 1.0
-    values, vectors = np.linalg.eigh(matrix / np.outer(units, units))
-    return np.asarray(units[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
-def _accumulated(A: Array, W: Array, time: float) -> Array:
-    """int_0^time e^{As} W e^{A's} ds: of a short time by one exponential, then doubled; no term cancels another."""
-    n = len(A)
-    halvings = int(np.ceil(np.log2(max(float(np.linalg.norm(A, 2)) * time, 1.0))))
-    block = np.block([[-A, W], [np.zeros((n, n)), A.T]]) * (time / 2**halvings)
-    power = scipy.linalg.expm(block)
-    step = power[n:, n:].T
-    total = step @ power[:n, n:]
-    for _ in range(halvings):
-        total = total + step @ total @ step.T
-        step = step @ step
-    return np.asarray((total + total.T) / 2)
 
 
 def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
@@ -237,14 +233,3 @@ def _moved(problem: SlowProblem) -> Iterator[Array]:
 
 def _shifted(A: Array) -> Array:
     return A - max(0.0, float(np.max(np.linalg.eigvals(A).real))) * np.eye(len(A))
-
-
-def _require_weighted(name: str, A: Array, weight: Array) -> None:
-    """Refuse a mode on the boundary of stability that the weight leaves out: gains tend to zero there, never settle."""
-    scale = 1.0 + float(np.linalg.norm(A, 2))
-    for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
-        if abs(mode.real) <= BOUNDARY * scale:
-            raise InvalidInputError(
-                f"{name} leaves out the mode {mode:.6g} on the boundary of stability, so no optimal gain settles; add "
-                "a little weight on it"
-            )

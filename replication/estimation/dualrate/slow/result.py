@@ -15,10 +15,9 @@ from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.running import PeriodicObserver
-from replication.estimation.api.shown import Goal, Simulation, TradeOff, balanced, simulated, tradeoff
-from replication.estimation.dualrate.observers import held
-from replication.estimation.dualrate.problem import row_of_output
+from replication.estimation.api.running import PeriodicObserver, statespace
+from replication.estimation.api.shown import Goal, TradeOff, balanced, tradeoff
+from replication.estimation.dualrate.loop import Driven
 from replication.estimation.dualrate.slow.controller import (
     MARGIN,
     Controller,
@@ -35,10 +34,10 @@ from replication.estimation.dualrate.slow.controller import (
     root_mean_square,
 )
 from replication.estimation.dualrate.slow.problem import SlowProblem
-from replication.estimation.dualrate.steady import steady_error, wanted
+from replication.estimation.dualrate.steady import steady_error
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
-from replication.estimation.validation import Array, finite_vector, positive_integer, positive_scalar
+from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.validation import Array, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -65,7 +64,7 @@ class RunningController(PeriodicObserver):
         self.problem, self.controller = problem, controller
         n, m = problem.plant.B_u.shape
         phases = []
-        mask = _due(problem)
+        mask = problem.mask
         ahead = set_points(problem, controller)
         t = ahead.shape[-1]
         for due, A, L, K in zip(
@@ -156,7 +155,7 @@ class SlowRateResult(Design):
 
     def phases(self) -> Recursion:
         """The observer alone, which is told the inputs, to run where something else may set them."""
-        plant, B, mask = self.problem.plant, self.problem.sampled.input, _due(self.problem)
+        plant, B, mask = self.problem.plant, self.problem.sampled.input, self.problem.mask
         shown, arrays = np.eye(plant.order), zip(self.controller.A, self.controller.L, mask, strict=True)
         phases = [Phase(A, B, L, shown, due) for A, L, due in arrays]
         return Recursion(phases, plant.order, [plant.C] * len(phases))
@@ -180,14 +179,9 @@ class SlowRateResult(Design):
 
     def to_statespace(self) -> control.StateSpace:
         """The controller over a period of the schedules, from set-points and readings to inputs; `@k` for instant k."""
-        phases = self.running().phases
-        n = self.problem.plant.order
-        stages = tuple(
-            Stage(p.transition, drive, p.readout[n:], np.zeros((len(p.readout) - n, drive.shape[1])))
-            for p in phases
-            for drive in [np.hstack([p.input, p.injection])]
-        )
-        lifted = lifted_statespace(PeriodicSystem(stages), dt=self.problem.period)
+        running, n = self.running(), self.problem.plant.order
+        phases = [replace(phase, readout=phase.readout[n:]) for phase in running.phases]
+        lifted = statespace(phases, running.signals)
         lifted.set_inputs(each_instant((*self._references(), *self.signals.measurements), len(phases)))
         lifted.set_outputs(each_instant(self.signals.inputs, len(phases)))
         return lifted
@@ -236,8 +230,15 @@ def set_points(problem: SlowProblem, controller: Controller) -> Array:
     return np.stack(ahead)
 
 
-def _due(problem: SlowProblem) -> Array:
-    return np.asarray(np.tile(problem.sensors.mask, (problem.instants // problem.sensors.period, 1)))
+def driven_by(problem: SlowProblem, controller: Controller) -> list[Driven]:
+    """The loop of (x, x^, u before) with its set-points, instant by instant."""
+    (n, m), B = problem.plant.B_u.shape, problem.sampled.input
+    command, estimate = np.vstack([B, B, np.eye(m)]), np.eye(n, 2 * n + m, n)
+    stages, ahead = joint(problem, controller).stages, set_points(problem, controller)
+    return [
+        Driven(stage.A, command @ N, np.hstack([np.zeros((m, n)), K]), N, estimate)
+        for stage, K, N in zip(stages, controller.K, ahead, strict=True)
+    ]
 
 
 def require_level(goal: Goal, level: Any) -> float | None:
@@ -260,7 +261,13 @@ def slow_design(
     def facts(result: SlowRateResult, loop: PeriodicSystem) -> tuple[Evidence, ...]:
         noise = gain(problem, noise_to_output(problem, loop)).upper
         rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
-        mean = root_mean_square(problem, loop)
+        mean, rest = root_mean_square(problem, loop), problem.steady
+        continuous: tuple[Evidence, ...] = ()
+        if not (problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1):
+            other = of_continuous_gains(problem, observer)
+            how = f"K and L designed in continuous time, observer {observer}; same measure"
+            found = "infinite: unstable" if other is None else other
+            continuous = (Evidence("level of the continuous gains", found, how),)
         return (
             Evidence("goal", str(goal), GOALS[goal]),
             Evidence("monodromy radius", loop.spectral_radius(), "largest eigenvalue over one period; stable below 1"),
@@ -269,76 +276,12 @@ def slow_design(
             Evidence(
                 "gain from sensor noise to output", noise, "root mean squares, exact; the measure of continuous gains"
             ),
-            *_continuous(problem, observer),
+            *continuous,
             Evidence("fast period T", problem.period, "as given", "s"),
             Evidence("ratios", rates, "as given"),
-            *_rest(problem, result.controller),
+            *(() if rest is None else (steady_error(rest, problem.plant, driven_by(problem, result.controller)),)),
             *beside(problem, result.value, reached),
         )
 
     quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
     return SlowRateResult.analysed(signals, solution.gains, facts=facts, problem=problem, quantity=quantity)
-
-
-def _continuous(problem: SlowProblem, observer: str) -> tuple[Evidence, ...]:
-    """The gains of the paper, designed for one ratio of all sensors and inputs that change at each instant."""
-    if problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1:
-        return ()
-    level = of_continuous_gains(problem, observer)
-    how = f"K and L designed in continuous time, observer {observer}; same measure"
-    return (Evidence("level of the continuous gains", "infinite: unstable" if level is None else level, how),)
-
-
-def _rest(problem: SlowProblem, controller: Controller) -> tuple[Evidence, ...]:
-    """What is left of loads and set-points."""
-    if problem.steady is None:
-        return ()
-    transitions, drives = _driven(problem, controller)
-    return (steady_error(problem.steady, problem.plant, transitions, drives),)
-
-
-def _driven(problem: SlowProblem, controller: Controller) -> tuple[list[Array], list[Array]]:
-    """For each instant the transition of (x, x^, u before) and the effect of the set-points."""
-    B = problem.sampled.input
-    drive = np.vstack([B, B, np.eye(B.shape[1])])
-    transitions = [stage.A for stage in joint(problem, controller).stages]
-    return transitions, [drive @ ahead for ahead in set_points(problem, controller)]
-
-
-def simulate_slow(
-    result: SlowRateResult, start: Any, estimate: Any, setpoint: Any, *, periods: int, output: int, substeps: int
-) -> Simulation:
-    """Without noise, over `periods` of the schedules; raises InvalidInputError for bad starts, counts or outputs."""
-    problem, plant = result.problem, result.problem.plant
-    n, m = plant.B_u.shape
-    row = plant.C[row_of_output(plant, output)]
-    count = positive_integer("number of slow periods", periods) * problem.instants
-    state = np.zeros(2 * n + m)
-    state[:n], state[n : 2 * n] = finite_vector("x(0)", start, n), finite_vector("ζ(0)", estimate, n)
-    controller = result.controller
-    (transitions, drives), ahead = _driven(problem, controller), set_points(problem, controller)
-    r = wanted(setpoint, ahead.shape[-1])
-    states, inputs = np.empty((count, 2 * n + m)), np.empty((count, m))
-    for k in range(count):
-        phase = k % problem.instants
-        states[k], inputs[k] = state, controller.K[phase] @ state[n:] + ahead[phase] @ r
-        state = transitions[phase] @ state + drives[phase] @ r
-    width = problem.period / substeps
-    between = [held(plant.A, plant.B_u, i * width) for i in range(substeps)]
-    outputs = [states[:, :n] @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
-    time = problem.period * np.arange(count)[:, None] + width * np.arange(substeps)
-    errors = np.repeat(states[:, :n] - states[:, n : 2 * n], substeps, axis=0)
-    shown = np.stack(outputs, axis=1).reshape(-1, 1)
-    signals = closed_loop_signals(result.signals, output, shown, np.repeat(inputs, substeps, axis=0), errors)
-    return simulated(result.method, time.ravel(), signals, ratio=None, steps=False)
-
-
-def closed_loop_signals(
-    names: Signals, output: int, shown: Array, inputs: Array, errors: Array
-) -> dict[str, tuple[Array, tuple[str, ...]]]:
-    """The signals of a closed loop and the names of their columns: an output, the inputs, the errors of the states."""
-    return {
-        "output": (shown, names.called([names.measurements[output]])),
-        "input": (inputs, names.called(names.inputs)),
-        "estimation error": (errors, names.called(names.states)),
-    }

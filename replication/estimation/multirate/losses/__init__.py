@@ -8,8 +8,6 @@ if TYPE_CHECKING:
 else:
     from replication.estimation.lazy import lazy
 
-    __getattr__ = lazy(
-        __name__, {"facade": "LossResult analyse design simulate", "models": "InARow Independent Markov"}
-    )
+    __getattr__ = lazy(__name__)
 
 __all__ = ["InARow", "Independent", "LossResult", "Markov", "analyse", "design", "simulate"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -34,15 +33,6 @@ SETTLED = 1 - 1e-9
 """Spectral radius from which on a plant counts as one whose state does not decay."""
 
 
-@dataclass(frozen=True)
-class Beside:
-    """own: the filter's largest gain at constant periods; lower: of its bracket; facts: other levels, and advice."""
-
-    own: float
-    lower: float
-    facts: tuple[Evidence, ...]
-
-
 def beside(
     plant: SampledPlant,
     filter_: Estimator,
@@ -50,11 +40,11 @@ def beside(
     ends: tuple[float, float],
     *,
     horizon: int,
-) -> Beside:
+) -> tuple[float, tuple[Evidence, ...]]:
     """What a level over all sequences is worth: without sensors by the same measure, others at constant periods.
 
-    ends: what a sequence attains, and what none exceeds. A constant period is a sequence, too, so that the lower end is
-    at least what the filter has there.
+    ends: what a sequence attains, and what none exceeds. The lower one comes back first: a constant period is a
+    sequence, too, so that it is at least what the filter has there.
     """
     nodes = [float(h) for h in periods.nodes(COMPARED if periods.h_l < periods.h_u else 1)]
 
@@ -77,7 +67,7 @@ def beside(
         facts.append(
             Evidence("advice", advice, "if each sample has a time stamp, use `design_stamped`, which takes it")
         )
-    return Beside(own, level.lower, tuple(facts))
+    return level.lower, tuple(facts)
 
 
 def without_sensors(plant: SampledPlant, periods: PeriodRange, level: float, horizon: int) -> Bracket | None:

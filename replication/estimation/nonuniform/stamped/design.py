@@ -28,13 +28,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.program import (
-    Inequalities,
-    SolverReport,
-    program_under,
-    solve_clarabel,
-    symmetric_basis,
-)
+from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, balancing, cell_needs
 from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem
@@ -109,18 +103,10 @@ class StampedFilter(Estimator):
             outputs.append(plant.L @ error)
         return np.array(outputs)
 
-    def require_settling(self, plant: SampledPlant) -> None:
-        """The gain must fit; whether the error settles depends on the periods."""
-        self.error_output(plant)
-
     def in_coordinates(self, T: Array) -> Self:
         """The same for the plant with state T x."""
         n = len(T)
         return type(self)(np.concatenate([T @ self.G[:, :n], self.G[:, n:]], axis=1), self.edges)
-
-    def in_units(self, units: Array) -> Self:
-        """Itself: its state is the estimate of the plant's."""
-        return self
 
 
 def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
@@ -189,7 +175,7 @@ class StampedDesign:
     edges: tuple[float, ...]
     violation: float
     rounds: int
-    report: SolverReport
+    report: program.SolverReport
 
 
 def stamped_design(
@@ -236,7 +222,7 @@ def violations(plant: SampledPlant, kernel: Array, storage: Storage, cell: int, 
     return np.asarray(-np.linalg.eigvalsh(left)[:, :, 0].min(axis=0))
 
 
-def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage, float, int, SolverReport]:
+def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage, float, int, program.SolverReport]:
     """The least level at a few periods of each cell, until no other one violates it."""
     kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
     if kernel.shape[1] == 0:
@@ -262,10 +248,10 @@ def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage
 
 def _least(
     plant: SampledPlant, kernel: Array, working: list[list[float]], slack: float
-) -> tuple[Storage, SolverReport]:
+) -> tuple[Storage, program.SolverReport]:
     """Minimise delta over X and delta at the periods `working` of each cell."""
     n = plant.order
-    basis = symmetric_basis(n)
+    basis = program.symmetric_basis(n)
     terms, cells = len(basis), len(working)
     stored = np.einsum("ax,lab,by->lxy", kernel[:n], basis, kernel[:n])
     supplied = kernel[n:].T @ kernel[n:]
@@ -280,20 +266,20 @@ def _least(
                 coefficients.append(np.concatenate([supplied[None], stored, -moved]))
                 variables.append([0, *own[before], *own[cell]])
     groups = (
-        Inequalities(
+        program.Inequalities(
             np.broadcast_to(-demanded, (len(variables), *demanded.shape)), np.array(coefficients), np.array(variables)
         ),
-        Inequalities(
+        program.Inequalities(
             np.broadcast_to(-(weighted + slack * np.eye(n)), (cells, n, n)),
             np.broadcast_to(basis, (cells, *basis.shape)),
             own,
         ),
-        Inequalities(np.zeros((1, 1, 1)), np.ones((1, 1, 1, 1)), np.zeros((1, 1), dtype=np.intp)),
+        program.Inequalities(np.zeros((1, 1, 1)), np.ones((1, 1, 1, 1)), np.zeros((1, 1), dtype=np.intp)),
     )
     cost = np.zeros(1 + own.size)
     cost[0] = 1.0
     # What the solver says is not believed: the exchange and the proof look at the point itself.
-    solution = solve_clarabel(program_under(cost, *groups), accept=ROUGH)
+    solution = program.solve_clarabel(program.program_under(cost, *groups), accept=ROUGH)
     x = solution.multipliers
     X = np.einsum("cl,lab->cab", x[1:].reshape(cells, terms), basis)
     return Storage(X, float(x[0])), solution.report

@@ -13,13 +13,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.export import c_file
-from replication.estimation.api.plants import numbered
-from replication.estimation.api.running import gate_of
+from replication.estimation.api.export import c_file, source
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, sensor_names
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from replication.estimation.nonuniform.stamped.transition import TURN, USAGE, WEIGHED, stepped
+from replication.estimation.nonuniform.stamped.transition import USAGE
 from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3
@@ -100,12 +98,13 @@ class NonlinearPlant:
         q = len(y)
         noise_factors(np.zeros((n, n)), self.R, None, disturbances=n, sensors=q)  # refuses what is no covariance
         P0 = np.eye(n) if self.P0 is None else self.P0
-        names = numbered("y", q) if self.sensors is None else tuple(self.sensors)
-        if len(names) != q or len(set(names)) < q:
-            raise InvalidInputError(
-                f"sensors must be {q} different names, one for each entry of h, got {self.sensors!r}"
-            )
-        checked = {"x0": x0, "R": covariance("R", self.R, q), "P0": covariance("P0", P0, n), "sensors": names, "dt": dt}
+        checked: dict[str, Any] = {
+            "x0": x0,
+            "sensors": sensor_names(self.sensors, q, "entry of h"),
+            "R": covariance("R", self.R, q),
+            "P0": covariance("P0", P0, n),
+            "dt": dt,
+        }
         if not callable(self.Q):
             checked["Q"] = covariance("Q", self.Q, n)
         for name, value in checked.items():
@@ -179,6 +178,11 @@ class ExtendedRecursion(Recursion):
         )
 
 
+def extended(plant: NonlinearPlant, gate: float) -> ExtendedRecursion:
+    """Its recursion, which has no table of transitions."""
+    return ExtendedRecursion(plant, None, gate)  # type: ignore[arg-type]
+
+
 class ExtendedKalman(StampedKalman):
     """An extended Kalman filter on time stamps; it guarantees nothing.
 
@@ -201,23 +205,15 @@ class ExtendedKalman(StampedKalman):
         The plant is of another kind, the horizon is negative, or the gate is none.
     """
 
-    plant: Any
-
-    def __init__(self, plant: NonlinearPlant, *, horizon: float = 0.0, gate: float | None = None) -> None:
-        if not isinstance(plant, NonlinearPlant):
-            raise InvalidInputError(f"plant must be a NonlinearPlant, got {type(plant).__name__}")
-        self.plant, self.sensors, self.inputs = plant, tuple(plant.sensors), plant.inputs
-        self.horizon = positive_scalar("horizon", horizon, unit="s") if horizon else 0.0
-        self.gate = gate_of(gate)
-        self._run = extended(plant, self.gate)
-        self.reset()
+    kind = NonlinearPlant
+    _run_of = extended
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
         """Forget all samples; the start is that of the plant unless given."""
         super().reset(self.plant.x0 if estimate is None else estimate, P0, t=t)
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The filter as one C99 file that calls two functions of yours, `NAME_f` and `NAME_h`, declared at its top.
+        """The filter as one C99 file that calls two functions of yours, `NAME_f` and `NAME_h`, which it declares.
 
         `NAME_init`, `NAME_step` and `NAME_predict` do what `reset`, `step` and `predict` do, for samples in order. Q
         must be a matrix.
@@ -225,26 +221,15 @@ class ExtendedKalman(StampedKalman):
         return extended_c(self.plant, self.gate, name, comment)
 
 
-def extended(plant: NonlinearPlant, gate: float) -> ExtendedRecursion:
-    """Its recursion, which has no table of transitions."""
-    return ExtendedRecursion(plant, None, gate)  # type: ignore[arg-type]
-
-
 def extended_c(plant: NonlinearPlant, gate: float, name: str, comment: str) -> str:
     """The C form, with a gate in standard deviations; raises InvalidInputError where Q is a function."""
     if callable(plant.Q):
         raise InvalidInputError("the C form needs Q as a matrix, the intensity of white noise")
     n = plant.order
-    sizes = {
-        "estimates": n,
-        "inputs": plant.inputs,
-        "measurements": len(plant.R),
-        "mean": n,
-        "gaps": 1,
-        "spread": n * n,
-    }
+    sizes = {"estimates": n, "inputs": plant.inputs, "measurements": len(plant.R)}
+    sizes |= {"mean": n, "gaps": 1, "spread": n * n}
     tables = {"q": plant.Q, "noise": plant.R, "origin": plant.x0, "start": plant.P0, "gate": np.array([gate])}
-    return c_file(name, comment, YOURS + USAGE, stepped(TURN + AHEAD, WEIGHED + CORRECTED), sizes, tables)
+    return c_file(name, comment, YOURS + USAGE, source("stamped.c", "weighed.c", "extended.c"), sizes, tables)
 
 
 YOURS = """\
@@ -252,37 +237,3 @@ It is an extended Kalman filter, and guarantees nothing. You write OBS_f(x, u, d
    after x under the input u that is held, and its Jacobian by x, OBS_ESTIMATES rows; and OBS_h(x, y, jacobian): what
    the sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
    """
-AHEAD = """
-void obs_f(const double *x, const double *u, double d, double *next, double *jacobian);
-void obs_h(const double *x, double *y, double *jacobian);
-
-/* f at the estimate, and F (P + Q d/2) F' + Q d/2. */
-static int obs_ahead(const obs_t *s, double d, double *x, double *covariance)
-{
-    double jacobian[OBS_ESTIMATES * OBS_ESTIMATES], spread[OBS_ESTIMATES * OBS_ESTIMATES];
-    int i;
-    if (d <= 0.0)
-        return 0;
-    obs_f(s->mean, s->input, d, x, jacobian);
-    if (obs_bad(x, OBS_ESTIMATES, 0) || obs_bad(jacobian, OBS_ESTIMATES * OBS_ESTIMATES, 0))
-        return 1;
-    for (i = 0; i < OBS_ESTIMATES * OBS_ESTIMATES; i++) {
-        covariance[i] = obs_q[i] * d / 2.0;
-        spread[i] = s->covariance[i] + covariance[i];
-    }
-    obs_turn(covariance, jacobian, spread);
-    return 0;
-}
-"""
-CORRECTED = """
-static int obs_correct(obs_t *s, double t, const double *x, const double *covariance, const double *y)
-{
-    double expected[OBS_MEASUREMENTS], jacobian[OBS_MEASUREMENTS * OBS_ESTIMATES];
-    (void)t;
-    obs_h(x, expected, jacobian);
-    if (obs_bad(expected, OBS_MEASUREMENTS, 0) || obs_bad(jacobian, OBS_MEASUREMENTS * OBS_ESTIMATES, 0))
-        return 1;
-    obs_weigh(s, x, covariance, y, expected, jacobian);
-    return 0;
-}
-"""

@@ -76,20 +76,6 @@ class NoisyPlant(LinearPlant):
     P0: Array = NOT_GIVEN
     sensors: Sequence[str] = NOT_GIVEN
 
-    if TYPE_CHECKING:
-        # Type checkers see that lists do; the fields themselves are arrays.
-        def __init__(
-            self,
-            A: npt.ArrayLike,
-            C: npt.ArrayLike,
-            Q: npt.ArrayLike,
-            R: npt.ArrayLike,
-            B_u: npt.ArrayLike | None = None,
-            S: npt.ArrayLike | None = None,
-            P0: npt.ArrayLike | None = None,
-            sensors: Sequence[str] | None = None,
-        ) -> None: ...
-
     def __post_init__(self) -> None:
         sizes = self.check()
         n, q = sizes["n"], sizes["q"]
@@ -99,20 +85,21 @@ class NoisyPlant(LinearPlant):
             object.__setattr__(self, name, covariance(name, value, size))
         if self.S is not None:
             object.__setattr__(self, "S", as_matrix("S", self.S))
-        sensors = self.sensors
-        names = numbered("y", q) if sensors is None else () if isinstance(sensors, str) else tuple(sensors)
-        if len(names) != q or len(set(names)) < q or not all(isinstance(name, str) for name in names):
-            raise InvalidInputError(f"sensors must be {q} different names, one for each row of C, got {sensors!r}")
-        object.__setattr__(self, "sensors", names)
+        object.__setattr__(self, "sensors", sensor_names(self.sensors, q, "row of C"))
         if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(
                 f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
                 "or leave it out of the plant"
             )
 
+    @property
+    def inputs(self) -> int:
+        """m, the number of known inputs."""
+        return len(self.B_u.T)
+
     @staticmethod
     def from_statespace(
-        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any | None = None
+        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None
     ) -> NoisyPlant:
         """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
 
@@ -137,6 +124,14 @@ class NoisyPlant(LinearPlant):
         if np.any(parts.D_u):
             raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
         return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
+
+
+def sensor_names(given: Sequence[str] | None, count: int, what: str) -> tuple[str, ...]:
+    """One name for each, y[0], y[1] and so on unless given; raises InvalidInputError."""
+    names = numbered("y", count) if given is None else () if isinstance(given, str) else tuple(given)
+    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError(f"sensors must be {count} different names, one for each {what}, got {given!r}")
+    return names
 
 
 @dataclass(frozen=True, eq=False)

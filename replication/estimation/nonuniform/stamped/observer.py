@@ -30,11 +30,6 @@ def _finite(name: str, value: Any, kind: str) -> float:
     return float(plain)
 
 
-def as_input(value: Any, size: int) -> Array:
-    """A known input (size,); a single number stands for a vector of one. Raises InvalidInputError."""
-    return finite_vector("u", [value] if np.ndim(value) == 0 else value, size)
-
-
 def as_sample(value: Any, sensors: Sequence[str], *, complete: bool) -> Array:
     """A sample (q,) with NaN where a sensor did not measure.
 
@@ -101,7 +96,8 @@ class StampedEstimator(Portable, ABC):
             raise InvalidInputError(
                 f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
             )
-        self._take(sample, time, None if u is None else as_input(u, self.inputs))
+        held = None if u is None else finite_vector("u", [u] if np.ndim(u) == 0 else u, self.inputs)
+        self._take(sample, time, held)
         return self.estimate
 
     @abstractmethod
@@ -166,18 +162,7 @@ class StampedObserver(StampedEstimator):
         self.reset()
 
     def reset(self, estimate: Any = None) -> None:
-        """Forget all samples.
-
-        Parameters
-        ----------
-        estimate : array (n,), optional
-            x^ at the first sample; zero unless given.
-
-        Raises
-        ------
-        InvalidInputError
-            `estimate` has another length, or is not finite.
-        """
+        """Forget all samples; `estimate` (n,) is x^ at the first one, zero unless given. Raises InvalidInputError."""
         n = self.plant.order
         start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
         # The state at `_since`, the disturbance since the sample at `_time`, and the input since then.

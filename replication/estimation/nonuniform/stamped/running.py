@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -49,17 +50,20 @@ class StampedKalman(StampedEstimator):
     (2,)
     """
 
-    def __init__(self, plant: NoisyPlant, *, horizon: float = 0.0, gate: float | None = None) -> None:
-        if not isinstance(plant, NoisyPlant):
-            raise InvalidInputError(f"plant must be a NoisyPlant, got {type(plant).__name__}")
-        self.plant, self.sensors, self.inputs = plant, tuple(plant.sensors), plant.B_u.shape[1]
+    kind: ClassVar[type[Any]] = NoisyPlant
+    _run_of: ClassVar[Callable[[Any, float], Recursion]] = Recursion.of
+
+    def __init__(self, plant: Any, *, horizon: float = 0.0, gate: float | None = None) -> None:
+        if not isinstance(plant, self.kind):
+            raise InvalidInputError(f"plant must be a {self.kind.__name__}, got {type(plant).__name__}")
+        self.plant, self.sensors, self.inputs = plant, tuple(plant.sensors), plant.inputs
         self.horizon = positive_scalar("horizon", horizon, unit="s") if horizon else 0.0
         if self.horizon and plant.S is not None:
             raise InvalidInputError("held noise (S) has one value from sample to sample: late samples need white noise")
         self.gate = gate_of(gate)
         if self.gate and plant.S is not None:
             raise InvalidInputError("held noise (S) is told by every sample: a gate needs white noise, without S")
-        self._run = Recursion.of(plant, self.gate)
+        self._run = type(self)._run_of(plant, self.gate)
         self.reset()
 
     def reset(self, estimate: Any = None, P0: Any = None, *, t: float | None = None) -> None:
@@ -149,7 +153,7 @@ class StampedKalman(StampedEstimator):
             raise InvalidInputError("a filter of held noise (S) has no C form; describe the noise as white, without S")
         transition = Transition.of(plant.A, plant.B_u, plant.Q)
         own = {"noise": plant.R, "start": plant.P0, "gate": np.array([self.gate])}
-        return c_form(name, comment, transition, plant.C, plant.B_u.shape[1], own)
+        return c_form(name, comment, transition, plant.C, plant.inputs, own)
 
     def _newest(self) -> Instant:
         if not self._instants:
