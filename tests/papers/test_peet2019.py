@@ -346,7 +346,7 @@ def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> Non
         for total, name in ((False, "z2-each"), (True, "z2-total")):
             said = levels.above(degree, total=total).readings({"degree": given})
             shape = _always(READINGS[name].storage(given))
-            holding = {other for other, rule in READINGS.items() if inside(Rule("", shape, shape), rule, degree)}
+            holding = {other for other, rule in READINGS.items() if inside(Rule(shape, shape), rule, degree)}
             assert set(said) == holding if given == degree else set(said) <= holding
         for rule, name in levels.NARROW.items():
             assert levels.narrow(degree).readings({"degree": given, "rule": rule}) == (name,)

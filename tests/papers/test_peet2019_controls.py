@@ -14,13 +14,12 @@ import pytest
 
 from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
-from papers.peet2019.claims.gains import UNSHARP, conservative, outcomes
+from papers.peet2019.claims.gains import POSITIVE, UNSHARP, conservative, outcomes
 from papers.peet2019.claims.theory import LOOPS
 from papers.peet2019.experiments.declared import OFF_THE_PRINT, degrees_of
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import MOST_SOLVED, READINGS
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
-from papers.peet2019.readings import POSITIVE
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
 

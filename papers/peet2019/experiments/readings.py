@@ -50,9 +50,8 @@ MOST_SOLVED = 2
 
 @dataclass(frozen=True)
 class Rule:
-    """A reading of the degree rule in words, and its shapes of degree d for V and for the dissipation."""
+    """A reading of the degree rule, of which told.toml has the words: its shapes of degree d for V and dissipation."""
 
-    text: str
     storage: Callable[[int], Shape]
     dissipation: Callable[[int], Shape]
 
@@ -72,24 +71,13 @@ SHAPES: dict[str, Callable[[int], Shape]] = {
 HOUSE = "z2-each"
 """The rule of the library."""
 READINGS = {
-    f"z2-{name}": Rule(text, SHAPES[storage], SHAPES[dissipation])
-    for name, storage, dissipation, text in (
-        ("each", "each", "each", "Z₂ of degree d in each variable; the weighted term one degree lower"),
-        ("total", "total", "total", "Z₂ of total degree d; the weighted term one degree lower"),
-        ("each-same", "each-same", "each-same", "Z₂ of degree d in each variable; the weighted term the same"),
-        ("total-same", "total-same", "total-same", "Z₂ of total degree d; the weighted term the same"),
-        (
-            "wide",
-            "wide",
-            "wide",
-            "Z₂ of degree d in its inner and 2d in its outer variable; the weighted term the same",
-        ),
-        ("outer", "outer", "outer", "Z₂ of degree d in its outer variable only"),
-        ("inner", "inner", "inner", "Z₂ of degree d in its inner variable only"),
-        ("total-wide", "total-same", "wide", "V as z2-total-same; dissipation as z2-wide"),
-        ("each-wide", "each-same", "wide", "V as z2-each-same; dissipation as z2-wide"),
-        ("total-z1", "total", "z1", "V as z2-total; dissipation with Z₁ of degree d + 1"),
-        ("total-next", "total", "next", "V as z2-total; dissipation of total degree d + 1"),
+    f"z2-{name}": Rule(SHAPES[storage], SHAPES[dissipation])
+    for name, storage, dissipation in (
+        *((same, same, same) for same in ("each", "total", "each-same", "total-same", "wide", "outer", "inner")),
+        ("total-wide", "total-same", "wide"),
+        ("each-wide", "each-same", "wide"),
+        ("total-z1", "total", "z1"),
+        ("total-next", "total", "next"),
     )
 }
 
