@@ -14,8 +14,10 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import solve_modelled
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.terms import Complex
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.spectrum import Complex, characteristic, generator, rightmost_roots
+from replication.estimation.delay.spectrum import characteristic, generator, rightmost_roots
 from replication.estimation.validation import Array, as_matrix, positive_integer, positive_scalar, undetectable_mode
 
 
@@ -250,7 +252,9 @@ def _solvable(drift: Array, process: Array, output: Array, sensor: Array, gamma:
 def frequency_response(system: DelayPlant, omega: Array | float) -> Complex:
     """The exact response from w to z, complex (M, p, r), at finite frequencies (M,) in rad/s."""
     s = 1j * as_matrix("omega", np.atleast_2d(omega), rows=1)[0]
-    inner = np.linalg.solve(characteristic(system, s), np.broadcast_to(system.b, (s.size, *system.b.shape)))
+    inner = np.linalg.solve(
+        characteristic(plant_terms(system), s), np.broadcast_to(system.b, (s.size, *system.b.shape))
+    )
     return np.asarray(_output(system, s) @ inner, dtype=complex)
 
 
@@ -312,7 +316,7 @@ class _IntervalBound:
 
     def __init__(self, system: DelayPlant) -> None:
         """Norms that do not depend on the interval."""
-        self.system = system
+        self.system, self.plant = system, plant_terms(system)
         norms = [float(np.linalg.norm(a, 2)) for a in system.a]
         late = [float(np.linalg.norm(c, 2)) for c in system.c1]
         delays = system.delays
@@ -335,7 +339,7 @@ class _IntervalBound:
         """Lower bounds (the value at the centre) and upper bounds over the intervals."""
         system = self.system
         s = 1j * centers
-        inverse = np.linalg.inv(characteristic(system, s))
+        inverse = np.linalg.inv(characteristic(self.plant, s))
         output = _output(system, s)
         state = inverse @ system.b
         slope = np.zeros_like(inverse) + np.eye(system.states)

@@ -20,12 +20,12 @@ from replication.estimation.delay.exact.response import Cells, Response, right_r
 from replication.estimation.delay.exact.terms import Kernel, Terms, _spherical, projected
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
-from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
+from tests.estimation.delay.plants import augmented, augmented_gains, averaged, delayed_output, made_up, two_late
 
 OMEGA = np.linspace(0.0, 12.0, 241)
 OBSERVERS = {
     "averages": lambda: made_up(averaged(), 0.2),
-    "two delays": lambda: made_up(two_delays(), 0.01),
+    "two delays": lambda: made_up(two_late(), 0.01),
     "none": lambda: made_up(averaged(), 0.0),
 }
 
@@ -101,7 +101,7 @@ def test_a_sharp_peak_is_found() -> None:
 @pytest.mark.parametrize("worst", [0.0, peak.WORST])
 def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     """In the basis of the step and in that of the unit matrix; and it is tight for small cells."""
-    observer, rng = made_up(two_delays(), 0.02), np.random.default_rng(6)
+    observer, rng = made_up(two_late(), 0.02), np.random.default_rng(6)
     nominal = observer.plant.delays
     ranges = [(0.9 * delay, 1.1 * delay) for delay in nominal]
     made = mismatched_response(plant_terms(observer.plant), observer.terms, nominal, ranges)
@@ -158,7 +158,7 @@ def test_some_of_them_are_unstable() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    observer = made_up(two_delays(), 0.01)
+    observer = made_up(two_late(), 0.01)
     p, scale = observer.plant, np.diag([1e3, 1e-4])
     back = np.linalg.inv(scale)
     other = DelayPlant(
@@ -177,7 +177,7 @@ def test_units_do_not_matter() -> None:
 
 def test_worst_gain_over_a_range_holds_for_random_delays() -> None:
     ranges = ((0.27, 0.33), (0.48, 0.52))
-    observer = made_up(two_delays(ranges), 0.01)
+    observer = made_up(two_late(ranges), 0.01)
     found = worst_gain(observer)
     assert found.lower <= found.upper <= found.lower * (1 + 1e-3)
     omega = np.linspace(found.frequency - 1.0, found.frequency + 1.0, 401)
@@ -207,7 +207,7 @@ def test_a_range_with_an_unstable_delay_is_not_certified() -> None:
 
 
 def test_what_cannot_be_asked() -> None:
-    observer = made_up(two_delays(), 0.01)
+    observer = made_up(two_late(), 0.01)
     with pytest.raises(InfeasibleError, match="the plant has 1 unstable roots"):
         worst_gain(made_up(delayed_output(), 0.0), [(0.99, 1.01)])
     for ranges in ([(0.2, 0.4)], [(0.4, 0.2), (0.5, 0.5)], [(-0.1, 0.3), (0.5, 0.5)]):

@@ -23,7 +23,7 @@ from replication.estimation.delay.units import converted
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
-from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
+from tests.estimation.delay.plants import averaged, delayed_output, late, two_late
 
 EXACT = 1e-7
 """Of mean squares by their spectrum."""
@@ -91,7 +91,7 @@ def test_random_plants_reach_the_least_mean_square(seed: int) -> None:
     assert limit(plant).level <= result.value * (1 + EXACT)
 
 
-@pytest.mark.parametrize("plant", [delayed_output, two_delays])
+@pytest.mark.parametrize("plant", [delayed_output, two_late])
 def test_the_spectrum_agrees_with_a_model_that_knows_many_moments(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), goal="h2", degree=6)
     error, _ = result.gains_of.error_model(60)
@@ -189,11 +189,11 @@ def test_gains_that_do_not_keep_the_level_are_not_given() -> None:
 
 
 def test_units_of_states_time_and_noise_do_not_matter() -> None:
-    result = design(two_delays(), goal="h2")
+    result = design(two_late(), goal="h2")
     units, hour = np.diag([1e3, 1e-4]), 3600.0
     back = np.linalg.inv(units)
     columns = {"n": lambda part: part @ back, "r": lambda part: part * np.sqrt(hour)}
-    other = converted(two_delays(), {"n": lambda part: units @ part / hour}, columns, 1 / hour)
+    other = converted(two_late(), {"n": lambda part: units @ part / hour}, columns, 1 / hour)
     assert other.delays == (0.3 * hour, 0.5 * hour)
     assert rms(design(other, goal="h2")) == pytest.approx(rms(result), rel=1e-6)
 

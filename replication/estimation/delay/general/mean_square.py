@@ -13,7 +13,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.shown import Measures, TradeOff, balanced
 from replication.estimation.api.shown import tradeoff as curve
 from replication.estimation.delay.exact.central import FilterModel, central
-from replication.estimation.delay.exact.limit import Limit, limit, require_seen
+from replication.estimation.delay.exact.limit import Limit, limit
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
 from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
@@ -22,6 +22,7 @@ from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
@@ -178,8 +179,9 @@ class Designs:
             )
         require_noise(plant)
         self.plant, self.scaling = plant, scaling_of(plant)
-        require_seen(plant_terms(self.scaling.plant(plant)), self.scaling.time)
-        self.form = line_form(self.scaling.plant(plant))
+        scaled = self.scaling.plant(plant)
+        require_seen(scaled, self.scaling.time)
+        self.form = line_form(scaled)
         most = (STATES - plant.states) // max(self.form.width, 1)
         self.degree = max(min(DEGREE, most), self.form.moments, 1) if degree is None else degree
         self.model = moment_plant(self.form, self.degree)

@@ -13,7 +13,7 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program, reduced
-from replication.estimation.delay.spectrum import require_detectable
+from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.delay.units import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
 
@@ -115,9 +115,10 @@ def minimum_gain(
         SDPA settles on none, or leaves a wider gap than the options allow.
     """
     rates = rule is DegreeRule.BESSEL  # its matrices act on the point variables one by one: sparse ones are cheap
-    plant = natural_units(system).system
+    units = natural_units(system)
+    plant = units.system
     assembly = reduced(assemble(plant, degree, rule, rates=rates))
-    require_detectable(system)
+    require_seen(plant, units.time)
     rough = solved(program(assembly, epsilon), UNITS)
     unit = float(rough.linear[0])
     if _lower(rough) <= 0.0:
@@ -203,7 +204,7 @@ def certificate_at(
     units = natural_units(system)
     gain = rounded(level)
     assembly = assemble(gain_scaled(units.system, gain), degree, rule, rates=rule is DegreeRule.BESSEL)
-    require_detectable(system)
+    require_seen(units.system, units.time)
     task = program(assembly, epsilon, level / gain)
     try:
         solution = solve_sdpa(task, options)

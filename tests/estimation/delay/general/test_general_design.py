@@ -23,11 +23,18 @@ from replication.estimation.delay import (
     limit,
     simulate,
 )
-from replication.estimation.delay.general.synthesis import Scaling, degree_of, least_level, observer_at
+from replication.estimation.delay.general.synthesis import (
+    Scaling,
+    _Program,
+    degree_of,
+    least_level,
+    observer_at,
+    require_noise,
+)
 from replication.estimation.delay.sos.observer import hinf_norm
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
-from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays
+from tests.estimation.delay.plants import averaged, delayed_output, late, two_late
 
 SAMPLE = (6, 9, 11, 12)
 """Seeds of random plants with small storage; among them unstable ones and late outputs."""
@@ -58,7 +65,7 @@ def test_public_examples_reach_the_exact_level(name: str, published: str, degree
     assert least_level(plant, 1).level > exact.level + 10 * WITHIN[name]  # a low degree does not
 
 
-@pytest.mark.parametrize("plant", [delayed_output, two_delays, averaged])
+@pytest.mark.parametrize("plant", [delayed_output, two_late, averaged])
 def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), degree=4, margin=0.02)
     assert isinstance(result, DelayResult)
@@ -92,7 +99,7 @@ def test_a_late_sensor_costs_what_no_smoother_pays() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    plant, gain, one = two_delays(), 16.0, np.ones(1)
+    plant, gain, one = two_late(), 16.0, np.ones(1)
     level = least_level(plant, 3).level
     for scaling in (Scaling(np.array([1.0, 1e3]), one, 1.0, 1.0), Scaling(np.ones(2), one, 1e3, 1.0)):
         assert least_level(scaling.plant(plant), 3).level == pytest.approx(level, rel=1e-5)
@@ -183,15 +190,15 @@ def test_a_gain_that_stays_open_is_said_to_be_open() -> None:
     """Where roots next to the axis cannot be counted, the level rests on the storage function alone."""
     failure = SolverError("a root of the error lies next to the imaginary axis")
     with patch("replication.estimation.delay.general.design.exact_gain", side_effect=failure):
-        result = design(two_delays(), degree=3)
+        result = design(two_late(), degree=3)
     assert result.fact("exact gain, upper end").value == "open"
-    exact = design(two_delays(), degree=3)
+    exact = design(two_late(), degree=3)
     assert result.value == exact.value
     assert 0.99 * exact.bracket.lower <= result.bracket.lower <= exact.bracket.lower * (1 + 1e-6)
 
 
 def test_ranges_of_delays_are_looked_at() -> None:
-    result = design(two_delays(((0.29, 0.31), (0.49, 0.51))), degree=3)
+    result = design(two_late(((0.29, 0.31), (0.49, 0.51))), degree=3)
     assert result.fact("worst gain over the ranges").value >= result.fact("attained there").value > result.bracket.lower
     alone = result.fact("level without sensors").value
     assert result.fact("level without sensors over the ranges").value > alone * (1 - 1e-3)
@@ -232,3 +239,69 @@ def test_the_degree_follows_the_size() -> None:
     plant = DelayPlant(-np.eye(n), (0.5,), np.eye(n, 2), np.eye(1, n), np.eye(1, n), a=(rng.normal(size=(n, n)),))
     assert degree_of(plant) == 1
     assert "delay" in METHODS
+
+
+def test_more_measurements_than_disturbances_have_no_noise_of_their_own() -> None:
+    plant = DelayPlant([[-1.0]], [1.0], [[1.0]], [[1.0]], [[1.0], [2.0]], d21=[[1.0], [1.0]])
+    with pytest.raises(InvalidInputError, match="high frequencies"):
+        require_noise(plant)
+
+
+def test_a_proof_within_rounding_is_none() -> None:
+    plant, proved = late(0.0, 1.0, 1.0), _Program.proved
+
+    def hardly(*given):  # type: ignore[no-untyped-def]
+        return replace(proved(*given), slack=1e-16, rounding=1e-15)
+
+    level = 1.2 * float(design(plant).fact("least level").value)
+    with patch.object(_Program, "proved", hardly), pytest.raises(SolverError, match="rounding"):
+        design(plant, level=level)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 3600.0])
+def test_gains_in_another_unit_of_time(scale: float) -> None:
+    plant = two_late()
+    slow = replace(
+        plant,
+        a0=plant.a0 / scale,
+        a=tuple(a / scale for a in plant.a),
+        b=plant.b / scale,
+        delays=tuple(delay * scale for delay in plant.delays),
+        ranges=(),
+    )
+    own, other = design(plant, degree=3), design(slow, degree=3)
+    assert other.value == pytest.approx(own.value, rel=1e-4)
+    assert other.bracket.lower == pytest.approx(own.bracket.lower, rel=1e-2)
+    assert other.gains["L0"] * scale == pytest.approx(own.gains["L0"], rel=0.2)
+
+
+LATE: dict[str, Any] = {
+    "delays": [0.5], "b": [[1.0, 0.0]], "c10": [[1.0]], "c2": [[0.0]], "c2_delayed": [[[1.0]]], "d21": [[0.0, 1.0]]
+}  # fmt: skip
+GOALS = ("hinf", "h2", "mixed")
+
+
+def test_over_ranges_an_integrator_is_left_open_with_the_reason() -> None:
+    found = design(DelayPlant(a0=[[0.0]], ranges=[(0.49, 0.51)], **LATE))
+    worst = found.fact("worst gain over the ranges")
+    assert worst.value == "open" and "imaginary axis" in worst.method
+    assert np.isfinite(found.value)
+
+
+@pytest.mark.parametrize("goal", GOALS)
+def test_every_goal_says_what_its_gains_are_worth_over_the_ranges(goal: str) -> None:
+    found = design(DelayPlant(a0=[[-1.0]], ranges=[(0.4, 0.6)], **LATE), goal=goal)
+    worst, attained = (found.fact(name).value for name in ("worst gain over the ranges", "attained there"))
+    assert isinstance(worst, float) and isinstance(attained, float)
+    # The nominal delay lies in the range, where the gain is at least as large as the lower end of the bracket.
+    assert found.bracket.lower * (1 - 2e-3) <= worst and attained <= worst
+
+
+@pytest.mark.parametrize("goal", GOALS)
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1e6])
+def test_the_unit_of_the_disturbance_scales_the_level_and_nothing_else(goal: str, unit: float) -> None:
+    def level(unit: float) -> float:
+        scaled = {**LATE, "b": [[unit, 0.0]], "d21": [[0.0, unit]]}
+        return design(DelayPlant(a0=[[-1.0]], **scaled), goal=goal).value
+
+    assert level(unit) / unit == pytest.approx(level(1.0), rel=1e-6)
