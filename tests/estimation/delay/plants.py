@@ -10,6 +10,7 @@ from replication.estimation.delay import DelayObserver, DelayPlant, delay_system
 from replication.estimation.delay.exact.central import shift
 from replication.estimation.delay.general.cone import line_form
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.units import time_scaled, transformed
 from replication.estimation.validation import Array
 
 
@@ -95,6 +96,15 @@ def random_system(seed: int, states: int = 2, delays: int = 1) -> DelayPlant:
         rng.standard_normal((1, states)),
         rng.standard_normal((1, states)),
     )
+
+
+SIZES = np.diag([3e5, 2e-4])
+"""Of the states, in awkward units."""
+
+
+def awkward(system: DelayPlant, factor: float) -> DelayPlant:
+    """With time divided by `factor` and states of very different sizes."""
+    return transformed(time_scaled(system, factor), SIZES)
 
 
 ANCHORS = [

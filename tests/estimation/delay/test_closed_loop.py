@@ -14,7 +14,8 @@ from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.sos.observer import ErrorSystem, assembled, error_system, hinf_norm, simulate
 from replication.estimation.delay.sos.operators import GainValues, check, observer_gains
 from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
-from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
+from replication.estimation.delay.units import natural_units
+from tests.estimation.delay.plants import awkward, one_delay, random_system, three_delays, two_delays, unstable_pair
 
 BESSEL, TENSOR = DegreeRule.BESSEL, DegreeRule.TENSOR
 NEAR = 1 + 1e-4
@@ -30,12 +31,13 @@ NEAR = 1 + 1e-4
         (two_delays(), 1.05, 3, BESSEL, (20, 24)),
         (three_delays(), 1.05, 3, BESSEL, (20, 24)),
         *((random_system(seed), 1.1, 2, TENSOR, (32, 40)) for seed in range(10)),
+        *((awkward(one_delay(), factor), 1.1, 2, BESSEL, (20, 24)) for factor in (1e-6, 1e6)),
     ],
 )
 def test_closed_loop_keeps_the_level(
     system: DelayPlant, share: float, degree: int, rule: DegreeRule, orders: tuple[int, int]
 ) -> None:
-    best = riccati_gain(chebyshev_model(system, 14))
+    best = riccati_gain(chebyshev_model(natural_units(system).system, 14))
     certificate = certificate_at(system, share * best, degree, rule)
     verified = check(certificate)
     assert verified.storage > 0 and verified.dissipation <= 1e-6 * verified.scale

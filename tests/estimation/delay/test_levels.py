@@ -20,6 +20,7 @@ from replication.estimation.delay.sos.operators import check
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
 from replication.estimation.delay.units import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
+    awkward,
     blind_pair,
     blind_two_delays,
     hidden,
@@ -74,13 +75,6 @@ def split(share: float, position: float) -> DelayPlant:
     return delay_system(
         system.a0, a, [position * system.delays[0], system.delays[0]], system.b, system.c10, system.c2, c1
     )
-
-
-SIZES = np.diag([3e5, 2e-4])
-
-
-def awkward(system: DelayPlant, factor: float) -> DelayPlant:
-    return transformed(time_scaled(system, factor), SIZES)
 
 
 SLOWER = replace(time_scaled(one_delay(), 3.0), b=one_delay().b)

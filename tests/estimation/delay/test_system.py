@@ -15,7 +15,9 @@ from replication.estimation.delay import DelayPlant, analyse, delay_system
 from replication.estimation.delay.spectrum import require_seen, rightmost_roots
 from replication.estimation.delay.units import STEP, measured_last, natural_units, reach, time_scaled, transformed
 from tests.estimation.delay.plants import (
+    SIZES,
     averaged,
+    awkward,
     hidden,
     one_delay,
     scalar,
@@ -116,9 +118,6 @@ def test_measured_states_come_last_and_coordinates_of_this_form_are_kept() -> No
         transformed(two_delays(), [[1, 1], [1, 1]])
 
 
-SIZES = np.diag([3e5, 2e-4])
-
-
 @pytest.mark.parametrize("system", [one_delay(), two_delays(), three_delays(), unstable_pair()])
 def test_moderate_plants_keep_their_units(system: DelayPlant) -> None:
     units = natural_units(system)
@@ -127,12 +126,12 @@ def test_moderate_plants_keep_their_units(system: DelayPlant) -> None:
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_units_are_found_again(factor: float) -> None:
-    awkward = transformed(time_scaled(two_delays(), factor), SIZES)
-    units = natural_units(awkward)
+    plant = awkward(two_delays(), factor)
+    units = natural_units(plant)
     assert 1 / STEP < reach(units.system) < STEP and 1 / STEP < units.time * factor < STEP
     assert np.all(np.abs(np.log(np.diag(units.change @ SIZES) / units.change[0, 0] / SIZES[0, 0])) < np.log(STEP))
     back = transformed(time_scaled(units.system, 1 / units.time), np.linalg.inv(units.change))
-    assert np.allclose(back.a0, awkward.a0, rtol=1e-14) and back.delays == pytest.approx(awkward.delays)
+    assert np.allclose(back.a0, plant.a0, rtol=1e-14) and back.delays == pytest.approx(plant.delays)
 
 
 # Characteristic roots and the H∞ gain against closed forms and independent sweeps
@@ -151,7 +150,7 @@ def test_roots_of_the_scalar_equation(gain: float) -> None:
 def test_the_rightmost_roots_are_told_in_the_unit_of_the_plant(system: DelayPlant) -> None:
     roots = rightmost_roots(system, 2)
     for factor in (1e-6, 1e6):
-        found = rightmost_roots(transformed(time_scaled(system, factor), SIZES), 2)
+        found = rightmost_roots(awkward(system, factor), 2)
         assert np.sort(found.real) == pytest.approx(np.sort(roots.real) * factor, rel=1e-6)
 
 
