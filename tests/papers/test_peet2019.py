@@ -29,11 +29,10 @@ from papers.peet2019.experiments.measured import RECORD, recorded, recorded_seco
 from papers.peet2019.experiments.readings import (
     HOUSE,
     READINGS,
-    Block,
     Rule,
     Shape,
-    _blocks,
     attainable,
+    blocks_of,
     inside,
 )
 from papers.peet2019.experiments.scaling import (
@@ -49,6 +48,7 @@ from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATE
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import delay_system
+from replication.estimation.delay.sos.cone import ConeBlock
 from replication.estimation.delay.sos.synthesis import assemble, program
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.validation import Array
@@ -277,7 +277,7 @@ def _always(shape: Shape) -> Callable[[int], Shape]:
     return lambda _: shape
 
 
-def _members(block: Block) -> set[tuple[int, int]]:
+def _members(block: ConeBlock) -> set[tuple[int, int]]:
     return set(zip(*(powers.tolist() for powers in block.kernel_basis()), strict=True))
 
 
@@ -292,7 +292,7 @@ def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> Non
             assert set(said) == holding if given == degree else set(said) <= holding
         for rule, name in levels.NARROW.items():
             assert levels.narrow(degree).readings({"degree": given, "rule": rule}) == (name,)
-            allowed = _blocks(READINGS[name].storage(degree))
+            allowed = blocks_of(READINGS[name].storage(degree))
             # A bound from below is on all squares of the reading, of a lower degree too.
             assert all(block.degree == degree for block in allowed)
             assert all(_members(block) == set(kernels(degree, rule)) for block in allowed)
