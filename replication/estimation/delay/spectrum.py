@@ -127,9 +127,10 @@ def rightmost_roots(system: DelayPlant, count: int = 5) -> Complex:
     """
     positive_integer("count", count)
     units = natural_units(system)
-    starts = np.linalg.eigvals(generator(units.system, ORDER)[0])
+    scaled = units.plant(system)
+    starts = np.linalg.eigvals(generator(scaled, ORDER)[0])
     starts = starts[np.argsort(-starts.real)][:count]
-    plant = plant_terms(units.system)
+    plant = plant_terms(scaled)
     return np.array([_refined(plant, complex(start)) / units.time for start in starts], dtype=complex)
 
 

@@ -37,7 +37,7 @@ NEAR = 1 + 1e-4
 def test_closed_loop_keeps_the_level(
     system: DelayPlant, share: float, degree: int, rule: DegreeRule, orders: tuple[int, int]
 ) -> None:
-    best = riccati_gain(chebyshev_model(natural_units(system).system, 14))
+    best = riccati_gain(chebyshev_model(natural_units(system).plant(system), 14))
     certificate = certificate_at(system, share * best, degree, rule)
     verified = check(certificate)
     assert verified.storage > 0 and verified.dissipation <= 1e-6 * verified.scale

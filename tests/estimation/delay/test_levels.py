@@ -165,10 +165,9 @@ def test_where_y_reveals_the_disturbance_the_bracket_starts_at_zero() -> None:
 
 
 def test_the_least_gain_allows_for_what_the_point_misses() -> None:
-    assembly = SimpleNamespace(system=tanks(), degree=1, rule=BESSEL)
     report = SimpleNamespace(residuals={"gap": 0.0})
     solution = SimpleNamespace(objective=2.0, dual_objective=1.9, slip=0.25, report=report)
-    assert _found(assembly, 1e-6, 4.0, solution).gamma == 4.0 * 2.25  # type: ignore[arg-type]
+    assert _found(4.0, solution).gamma == 4.0 * 2.25  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("states", "delays", "degree"), [(2, 1, 3), (2, 10, 2), (10, 2, 1), (20, 3, 1)])

@@ -20,7 +20,7 @@ from replication.estimation.delay.exact.smoothing import continuous_norm, smooth
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
-from replication.estimation.delay.general.synthesis import require_noise, scaling_of
+from replication.estimation.delay.general.synthesis import back_in, require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.validation import Array
@@ -221,7 +221,7 @@ class Designs:
             start = stop
         l0 = gains[:n] / self.scaling.states[:, None] * rate
         return DelayObserver(
-            self.plant, self.scaling.back(self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
+            self.plant, back_in(self.scaling, self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
         )
 
     def measures(self, level: float) -> Measures:

@@ -10,8 +10,9 @@ import pytest
 from benchmarks.delay_plants import DEGREE, EXAMPLES, PAGE, ROWS, measured, random_plant, recorded, tables
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.general.cone import Line, LineForm, line_form
-from replication.estimation.delay.general.synthesis import Scaling, scaling_of
+from replication.estimation.delay.general.synthesis import back_in, scaling_of
 from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.units import Scaling
 from tests.estimation.delay.plants import averaged, delayed_output
 from tests.tolerances import ROUNDING
 
@@ -53,7 +54,7 @@ def test_scaling_is_undone_exactly() -> None:
     there = line_form(scaling.plant(plant))
     s = 0.3 + 2.1j
     expected = plant_terms(plant).terms.at(np.array([s]))[0]
-    assert values(scaling.back(there), s) == pytest.approx(expected, abs=ROUNDING)
+    assert values(back_in(scaling, there), s) == pytest.approx(expected, abs=ROUNDING)
     assert scaling_of(delayed_output()).gain == 1.0
 
 
