@@ -110,7 +110,7 @@ def chebyshev_model(system: DelayPlant, order: int) -> Model:
     return Model(a, b, c1, np.hstack([system.c2, np.zeros((system.measurements, zeros))]))
 
 
-# LMI (3): the H∞-optimal observer without delays, as printed, with Z eliminated, and by a Riccati equation.
+# LMI (3): the H∞-optimal observer without delays, with Z eliminated, and by a Riccati equation.
 #
 # With y = C_2x free of noise, part of the state is known; what remains is a filter for the unmeasured part x_u whose
 # measurement is the derivative of y: ẋ_u = A_uu x_u + B_u w, ẏ ~ A_mu x_u + B_m w (D = 0 in (3)).
@@ -125,12 +125,10 @@ SLOW = 1e-6
 
 @dataclass(frozen=True)
 class LmiResult:
-    """γ with the gain L (n, q) if the LMI has one, and what the solver said."""
+    """γ, and what Clarabel said."""
 
     gamma: float
-    gain: Array | None
     status: str
-    solver: str
 
 
 def require_detectable_model(model: Model) -> None:
@@ -142,8 +140,8 @@ def require_detectable_model(model: Model) -> None:
         )
 
 
-def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
-    """Least γ of LMI (3) with Clarabel; with `eliminate`, Z is removed by the kernel of C_2: the same γ and no gain.
+def lmi_gain(model: Model, *, tolerance: float = 1e-9) -> LmiResult:
+    """Least γ of LMI (3) with Clarabel, Z eliminated by the kernel of C_2.
 
     The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
     coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check. Raises InvalidInputError
@@ -157,14 +155,9 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     model = Model(model.a / rate, model.b / rate**0.5, model.c1 / rate**0.5, model.c2)
     gamma = cp.Variable(nonneg=True)
     storage = cp.Variable((n, n), PSD=True)
-    if eliminate:
-        kernel = np.linalg.svd(model.c2)[2][model.c2.shape[0] :].T
-        corner = kernel.T @ (storage @ model.a + model.a.T @ storage) @ kernel
-        cross, output, injection = -kernel.T @ storage @ model.b, kernel.T @ model.c1.T, None
-    else:
-        injection = cp.Variable((n, model.c2.shape[0]))
-        half = storage @ model.a + injection @ model.c2
-        corner, cross, output = half + half.T, -storage @ model.b, model.c1.T
+    kernel = np.linalg.svd(model.c2)[2][model.c2.shape[0] :].T
+    corner = kernel.T @ (storage @ model.a + model.a.T @ storage) @ kernel
+    cross, output = -kernel.T @ storage @ model.b, kernel.T @ model.c1.T
     block = cp.bmat(
         [
             [corner, cross, output],
@@ -177,10 +170,7 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     status = solve_modelled(problem, options)
     if status != cp.OPTIMAL:
         raise SolverError(f"Clarabel stopped with status {status} on LMI (3); loosen the tolerance")
-    gain = None
-    if injection is not None:
-        gain = rate * np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
-    return LmiResult(float(np.asarray(gamma.value)), gain, status, "Clarabel")
+    return LmiResult(float(np.asarray(gamma.value)), status)
 
 
 def _natural_rate(a: Array) -> float:
