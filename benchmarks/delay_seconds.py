@@ -63,7 +63,7 @@ def all_cells() -> list[Timed]:
 
 
 def _theorem_3(system: DelayPlant, degree: int) -> Program:
-    return program(reduced(assemble(natural_units(system).system, degree)), 0.0)
+    return program(reduced(assemble(natural_units(system).plant(system), degree)), 0.0)
 
 
 def _least(task: Program) -> Solution:

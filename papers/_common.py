@@ -116,7 +116,7 @@ class Told:
     def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
         """The figures; drawn: by name what gives the data of each, what draws them, its title, and its words."""
         _require_same("figures", self.said["figures"], drawn)
-        said = {name: {**one, "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
+        said = {name: {**self._filled(one), "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
         return tuple(
             Figure(name=name, data=data, plot=plot, title=title, alt=alt, **said[name])
             for name, (data, plot, title, alt) in drawn.items()

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 
 import msgspec
 
-from papers.peet2019.claims.theory import SIGNS, UNMET, told_of_symmetry, unmet
+from papers.peet2019.claims.theory import UNMET, told_of_symmetry, unmet
 from papers.peet2019.printed import DATA, EXAMPLES
-from replication.audit.declare import Errata, contrast
+from replication.audit.declare import contrast
 from replication.audit.model import Proof, Results
 
 DIGITS = 7
@@ -19,7 +20,6 @@ WRONG = 1.0
 CONVERSION = "The slip may be of our copy, not of the paper."
 SMALL = 0.01
 """The same for Γ, which is drawn smaller than the other data, so that the operator is coercive."""
-ERRATA = Errata()
 
 
 def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof:
@@ -35,14 +35,6 @@ def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof
     )
 
 
-@ERRATA.misprint(
-    SIGNS,
-    "Theorem 3, D and F_i; proof, D_1 and F_1i",
-    "Diagonal blocks S_i(-τ_i) of D, and +dS_i/ds in F_i",
-    "-S_i(-τ_i), and -dS_i/ds",
-    "identities",
-    "printed-signs",
-)
 def signs(results: Results) -> Proof:
     """The identity needs the corrected signs, and with the printed ones no ε > 0 is met."""
     found = terms(
@@ -53,13 +45,6 @@ def signs(results: Results) -> Proof:
     return msgspec.structs.replace(found, holds=found.holds and not unmet(results).holds)
 
 
-@ERRATA.misprint(
-    "theorem-1-self-adjoint",
-    "Theorem 1",
-    "Bounded linear operators 𝒫 and 𝒵 such that 𝒫 is coercive",
-    "𝒫 = 𝒫* too, as in Theorem 4: V = ⟨e, 𝒫e⟩ has the rate of the proof for such 𝒫 alone",
-    "self-adjoint",
-)
 def not_self_adjoint(results: Results) -> Proof:
     """All that Theorem 1 prints holds, and the error of the observer grows."""
     found = results["self-adjoint"]
@@ -74,14 +59,6 @@ def not_self_adjoint(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "theorem-1-bounded",
-    "Theorem 1",
-    "A bounded linear operator 𝒵 : Y → Z",
-    "𝒵 on the outputs of states in X, whose histories are continuous: that of (10) evaluates them at -τ_i",
-    "value-over-norm",
-    inference=True,
-)
 def not_bounded(results: Results) -> Proof:
     """The value of a history at -τ over its norm in L₂, for hats of decreasing width at that end."""
     ratios = results["value-over-norm"]
@@ -90,38 +67,6 @@ def not_bounded(results: Results) -> Proof:
         text="A history that falls from 1 at -τ to 0 within a width d has the norm √(d/3) in L₂: the value over the "
         "norm has no bound as d decreases. So the 𝒵 of (10) is not bounded on Y unless all Z_2i and Z_5ij are zero.",
         quantities={f"value over norm, width {width} s": ratio for width, ratio in ratios.items()},
-    )
-
-
-for _name, _place, _printed, _meant, _misprint, _note in (
-    (
-        "theorem-3-transposes", "Theorem 3, D, E_i, Φ_0i and Φ_ji",
-        "T_0iᵀ in the row of e_0 of D; E_i = [-Φ_wi 0 Φ_0i .. Φ_Ki]ᵀ with Z_4i C_2 + C_2ᵀZ_3iᵀ in Φ_0i and Z_5ij C_2 "
-        "in Φ_ji",
-        "T_0i, as Δ_j in the proof; blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with "
-        "Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
-        ("e-transposes", "d-transposes"), " The proof (Δ_j, E_1i, E_2i, E_3i) prints them right.",
-    ),
-    (
-        "eq-10-factor", "Eq. (10)",
-        "z_i(s) without a factor; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
-        "The second row is τ_K z_i(s), and G_2ij carries τ_K as in Theorem 3",
-        ("eq10-factor", "g2-factor"), f" Our copy shows no second row of (10). {CONVERSION}",
-    ),
-    (
-        "theorem-3-names", "Theorem 3, T_00; proof, D_4", "Z_1 in T_00, C_0 and C_i in D_4",
-        "Z_0, as in (10) and D_2; C_10 and C_1i", ("z0-name",),
-        f" Tried is Z_1 in T_00; the others are names alone. {CONVERSION}",
-    ),
-    (
-        "proof-square", "Theorem 1, v; Sec. VI, the identity, three times",
-        "+‖C_1e‖²/γ, beside a form in h that holds v",
-        "-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, and with it h, not R^q",
-        ("theorem-1-sign",), " Tried is the square, for every v; that v ∈ R^p is a matter of dimensions.",
-    ),
-):  # fmt: skip
-    ERRATA.misprint(_name, _place, _printed, _meant, "identities", scan=CONVERSION in _note)(
-        partial(terms, _misprint, note=_note)
     )
 
 
@@ -140,37 +85,8 @@ FACTORS = (
     "The product of operator and inverse is the identity if both factors are corrected, and not if this one is as "
     "printed; where τ_K = 1 both agree."
 )
-for _name, _place, _printed, _meant, _tried, _note in (
-    (
-        "theorem-4-factors", "Theorem 4, Ĥ and Γ̂", "Γ in Ĥ and Γ̂",
-        "Γ/τ_K; or, the same, R_ij = τ_K ZᵀΓ_ij Z in the hypothesis; Lemma 5 then holds with the corrected (10)",
-        ("theorem_4", "square alone", "median", SMALL), f"{FACTORS} {CONVERSION}",
-    ),
-    (
-        "theorem-4-square", "Theorem 4, the inverse", "Ŝ/τ_K in {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K}", "Ŝ/τ_K²",
-        ("theorem_4", "factor alone", "median", WRONG), f"{FACTORS} {CONVERSION}",
-    ),
-    (
-        "theorem-4-product", "Theorem 4, last line", "P̂P̂x = PP̂x = x", "P̂Px = PP̂x = x",
-        ("theorem_4", "squared", "largest", WRONG), f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}",
-    ),
-    (
-        "lemma-5-index", "Lemma 5, L_6i", "X(s)", "X_i(s)", ("lemma_5", "x-index", "largest", WRONG),
-        f"The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay. {CONVERSION}",
-    ),
-):  # fmt: skip
-    ERRATA.misprint(_name, _place, _printed, _meant, "inversion", scan=CONVERSION in _note)(
-        partial(of_inverse, *_tried, _note)
-    )
 
 
-@ERRATA.misprint(
-    "theorem-4-domain",
-    "Theorem 4",
-    "𝒫: X → X",
-    "𝒫 on Z, as in Theorems 1 and 3: the formulas need no more, and Theorem 3 supplies no more",
-    "inversion",
-)
 def on_the_whole_space(results: Results) -> Proof:
     """Theorem 4 for operators that do not map X into X."""
     found = results["inversion"]
@@ -185,7 +101,6 @@ def on_the_whole_space(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("figure-1-caption", "Fig. 1, caption", "System 12", "System (11)", "sos.ex2.d3", "sos.ex3.d3")
 def caption(results: Results) -> Proof:
     """The caption of Fig. 1 against the two systems' gains."""
     level = float(DATA["figure-level"])
@@ -201,12 +116,6 @@ def caption(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "eq-2-dimensions",
-    "Eq. (2), last line",
-    "z_e = C_10 e_0 + ΣC_1i e_i(t - τ_i), with e_0 = C_2x̂ - y",
-    "z_e = C_10(x̂ - x) + ΣC_1i(φ̂_i(·, -τ_i) - x(t - τ_i)), as in Sec. III",
-)
 def dimensions(results: Results) -> Proof:
     """Row counts of C_10 and of e_0 in the examples."""
     sizes = {example: (len(plant["c10"][0]), len(plant["c2"])) for example, plant in EXAMPLES.items()}
@@ -221,9 +130,6 @@ def dimensions(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "eq-2-l0", "Eqs. (2), (3) and (9)", "L_1 in (2) and (3), L_0 in (9) and Lemma 5", "One name for both", "inversion"
-)
 def present_alone(results: Results) -> Proof:
     """L_0 of Lemma 5 where only the present state is corrected, against P⁻¹Z_0."""
     found = {"largest difference of L₀ and P⁻¹Z₀": results["inversion"]["present_only"]["l0"]["largest"]}
@@ -231,7 +137,6 @@ def present_alone(results: Results) -> Proof:
     return contrast(text, found, {}, wrong=WRONG)
 
 
-@ERRATA.misprint("eq-2-limits", "Eq. (2), the integral with L_7ij", "Lower limit -τ_i", "-τ_j, as in (9)", scan=True)
 def limits(results: Results) -> Proof:
     """Pairs of delays in Example 3 for which the printed limit leaves the history of the other delay."""
     delays = EXAMPLES["3"]["delays"]
@@ -247,14 +152,6 @@ def limits(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "eq-2-hats",
-    "Eq. (2), e_i, and the first line",
-    "e_i(t + s) = C_2φ_i(t, s) - y(t + s); φ̂(t, -τ_i)",
-    "e_i(t + s) = C_2φ̂_i(t, s) - y(t + s); φ̂_i(t, -τ_i)",
-    "hats",
-    scan=True,
-)
 def hats(results: Results) -> Proof:
     """The closed loop of Example 2 with e_i as printed, which is zero for the true history."""
     found = results["hats"]
@@ -273,5 +170,43 @@ def hats(results: Results) -> Proof:
     )
 
 
-OF_THE_IDENTITY = tuple(one for one in ERRATA if one.uses[:1] == ("identities",))
-"""The errata that the identity of Sec. VI needs, all together."""
+def _groups(*misprints: str, note: str = "") -> Callable[[Results], Proof]:
+    return partial(terms, misprints, note=note)
+
+
+def _factor(misprint: str, wrong: float, note: str = "") -> Callable[[Results], Proof]:
+    return partial(of_inverse, "theorem_4", misprint, "median", wrong, f"{FACTORS} {note}")
+
+
+PROOFS: dict[str, Callable[[Results], Proof]] = {
+    "theorem-3-signs": signs,
+    "theorem-1-self-adjoint": not_self_adjoint,
+    "theorem-1-bounded": not_bounded,
+    "theorem-3-transposes": _groups(
+        "e-transposes", "d-transposes", note=" The proof (Δ_j, E_1i, E_2i, E_3i) prints them right."
+    ),
+    "eq-10-factor": _groups(
+        "eq10-factor", "g2-factor", note=f" Our copy shows no second row of (10). {CONVERSION}"
+    ),
+    "theorem-3-names": _groups("z0-name", note=f" Tried is Z_1 in T_00; the others are names alone. {CONVERSION}"),
+    "proof-square": _groups(
+        "theorem-1-sign", note=" Tried is the square, for every v; that v ∈ R^p is a matter of dimensions."
+    ),
+    "theorem-4-factors": _factor("square alone", SMALL, CONVERSION),
+    "theorem-4-square": _factor("factor alone", WRONG, CONVERSION),
+    "theorem-4-product": partial(
+        of_inverse, "theorem_4", "squared", "largest", WRONG,
+        f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}",
+    ),
+    "lemma-5-index": partial(
+        of_inverse, "lemma_5", "x-index", "largest", WRONG,
+        f"The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay. {CONVERSION}",
+    ),
+    "theorem-4-domain": on_the_whole_space,
+    "figure-1-caption": caption,
+    "eq-2-dimensions": dimensions,
+    "eq-2-l0": present_alone,
+    "eq-2-limits": limits,
+    "eq-2-hats": hats,
+}  # fmt: skip
+"""By the errata of told.toml."""

@@ -14,8 +14,10 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import solve_modelled
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.terms import Complex
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.spectrum import Complex, characteristic, generator, rightmost_roots
+from replication.estimation.delay.spectrum import characteristic, generator, rightmost_roots
 from replication.estimation.validation import Array, as_matrix, positive_integer, positive_scalar, undetectable_mode
 
 
@@ -108,7 +110,7 @@ def chebyshev_model(system: DelayPlant, order: int) -> Model:
     return Model(a, b, c1, np.hstack([system.c2, np.zeros((system.measurements, zeros))]))
 
 
-# LMI (3): the H∞-optimal observer without delays, as printed, with Z eliminated, and by a Riccati equation.
+# LMI (3): the H∞-optimal observer without delays, with Z eliminated, and by a Riccati equation.
 #
 # With y = C_2x free of noise, part of the state is known; what remains is a filter for the unmeasured part x_u whose
 # measurement is the derivative of y: ẋ_u = A_uu x_u + B_u w, ẏ ~ A_mu x_u + B_m w (D = 0 in (3)).
@@ -123,12 +125,10 @@ SLOW = 1e-6
 
 @dataclass(frozen=True)
 class LmiResult:
-    """γ with the gain L (n, q) if the LMI has one, and what the solver said."""
+    """γ, and what Clarabel said."""
 
     gamma: float
-    gain: Array | None
     status: str
-    solver: str
 
 
 def require_detectable_model(model: Model) -> None:
@@ -140,8 +140,8 @@ def require_detectable_model(model: Model) -> None:
         )
 
 
-def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
-    """Least γ of LMI (3) with Clarabel; with `eliminate`, Z is removed by the kernel of C_2: the same γ and no gain.
+def lmi_gain(model: Model, *, tolerance: float = 1e-9) -> LmiResult:
+    """Least γ of LMI (3) with Clarabel, Z eliminated by the kernel of C_2.
 
     The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
     coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check. Raises InvalidInputError
@@ -155,14 +155,9 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     model = Model(model.a / rate, model.b / rate**0.5, model.c1 / rate**0.5, model.c2)
     gamma = cp.Variable(nonneg=True)
     storage = cp.Variable((n, n), PSD=True)
-    if eliminate:
-        kernel = np.linalg.svd(model.c2)[2][model.c2.shape[0] :].T
-        corner = kernel.T @ (storage @ model.a + model.a.T @ storage) @ kernel
-        cross, output, injection = -kernel.T @ storage @ model.b, kernel.T @ model.c1.T, None
-    else:
-        injection = cp.Variable((n, model.c2.shape[0]))
-        half = storage @ model.a + injection @ model.c2
-        corner, cross, output = half + half.T, -storage @ model.b, model.c1.T
+    kernel = np.linalg.svd(model.c2)[2][model.c2.shape[0] :].T
+    corner = kernel.T @ (storage @ model.a + model.a.T @ storage) @ kernel
+    cross, output = -kernel.T @ storage @ model.b, kernel.T @ model.c1.T
     block = cp.bmat(
         [
             [corner, cross, output],
@@ -175,10 +170,7 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     status = solve_modelled(problem, options)
     if status != cp.OPTIMAL:
         raise SolverError(f"Clarabel stopped with status {status} on LMI (3); loosen the tolerance")
-    gain = None
-    if injection is not None:
-        gain = rate * np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
-    return LmiResult(float(np.asarray(gamma.value)), gain, status, "Clarabel")
+    return LmiResult(float(np.asarray(gamma.value)), status)
 
 
 def _natural_rate(a: Array) -> float:
@@ -252,7 +244,9 @@ def _solvable(drift: Array, process: Array, output: Array, sensor: Array, gamma:
 def frequency_response(system: DelayPlant, omega: Array | float) -> Complex:
     """The exact response from w to z, complex (M, p, r), at finite frequencies (M,) in rad/s."""
     s = 1j * as_matrix("omega", np.atleast_2d(omega), rows=1)[0]
-    inner = np.linalg.solve(characteristic(system, s), np.broadcast_to(system.b, (s.size, *system.b.shape)))
+    inner = np.linalg.solve(
+        characteristic(plant_terms(system), s), np.broadcast_to(system.b, (s.size, *system.b.shape))
+    )
     return np.asarray(_output(system, s) @ inner, dtype=complex)
 
 
@@ -314,7 +308,7 @@ class _IntervalBound:
 
     def __init__(self, system: DelayPlant) -> None:
         """Norms that do not depend on the interval."""
-        self.system = system
+        self.system, self.plant = system, plant_terms(system)
         norms = [float(np.linalg.norm(a, 2)) for a in system.a]
         late = [float(np.linalg.norm(c, 2)) for c in system.c1]
         delays = system.delays
@@ -337,7 +331,7 @@ class _IntervalBound:
         """Lower bounds (the value at the centre) and upper bounds over the intervals."""
         system = self.system
         s = 1j * centers
-        inverse = np.linalg.inv(characteristic(system, s))
+        inverse = np.linalg.inv(characteristic(self.plant, s))
         output = _output(system, s)
         state = inverse @ system.b
         slope = np.zeros_like(inverse) + np.eye(system.states)

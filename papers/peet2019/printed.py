@@ -1,4 +1,4 @@
-"""What Peet and Gu print, from the file beside, and the plants as inputs of experiments, with those of ours."""
+"""What Peet and Gu print, from the file beside, the plants as numbers, and what is tried where the text is open."""
 
 from __future__ import annotations
 
@@ -50,3 +50,14 @@ def _numbers(value: Any) -> Any:
 
 EXAMPLES = {name: plant(DATA[f"example-{name}"]) for name in ("1", "2", "3")}
 OWN_SYSTEMS = {name: plant(numbers) for name, numbers in OWN.items()}
+
+# The numbers of the readings of told.toml.
+
+JORDAN = {"jordan-negative": -1.0, "jordan-zero": 0.0, "jordan-one": 1.0, "jordan-large": 8.0}
+"""Eigenvalues of the Jordan block of Example 4 that are tried."""
+ACCURATE = {"lumps-1-percent": 0.01, "lumps-10-percent": 0.1}
+"""Relative errors of the H∞ norm that count as accurate."""
+SAME = {"cost-factor-1.5": 1.5, "cost-factor-2": 2.0}
+"""Printed seconds whose ratio is below this count as approximately the same."""
+MEMORY, DAY = 16.0, 86400.0
+"""A desktop computer: memory in GB, and seconds that a run may take."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import random
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -13,9 +12,10 @@ from typing import Any
 import pytest
 from byhand import own as theorem_of
 from flint import acb, arb, fmpq, fmpq_mat
-from tampered import CERTIFICATES, Json, refusal
+from tampered import CERTIFICATES, Json, Tamper, put, refusal, remove, scaled
 from tampered import check_stated as check
 from tampered import delayed as certificate
+from tampered import own as altered
 
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
@@ -25,14 +25,9 @@ from replication.verify.delay import plant as delay_plant
 from replication.verify.delay import sos as delay_sos
 from replication.verify.theorem import Refused
 
-Tamper = Callable[[Json], None]
-
-
-def times(text: str, factor: Fraction) -> str:
-    return str(Fraction(text) * factor)
-
-
 SMALL = Fraction(1, 100_000)
+LESS, MORE = str(1 - SMALL), str(1 + SMALL)
+FAILS, UNREACHED = "the identity of Theorem 3 fails", "not proved to reach"
 PROVED = {
     "ex1-upper": ("upper", "0.2357"),
     "ex1-lower": ("lower", "0.2357"),
@@ -56,22 +51,6 @@ def test_levels_are_those_of_the_bound(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "factor", "reason"),
-    [
-        ("ex1-upper", 1 - SMALL, "identity of Theorem 3 fails in P: entry"),
-        ("ex2-d2-upper", 1 - SMALL, "identity of Theorem 3 fails in P: entry"),
-        ("ex1-lower", 1 + SMALL, "not proved to reach"),
-        ("ex2-lower", 1 + SMALL, "not proved to reach"),
-        ("ex3-lower", 1 + SMALL, "not proved to reach"),
-    ],
-)
-def test_a_sharper_bound_is_refused(name: str, factor: Fraction, reason: str) -> None:
-    given = certificate(name)
-    given["bound"] = {side: times(bound, factor) for side, bound in given["bound"].items()}
-    assert reason in refusal(given)
-
-
-@pytest.mark.parametrize(
     ("name", "field", "value", "reason"),
     [
         ("ex1-upper", "plant", certificate("ex2-d1-upper")["plant"], "plant is not that"),
@@ -80,7 +59,6 @@ def test_a_sharper_bound_is_refused(name: str, factor: Fraction, reason: str) ->
         ("ex1-upper", "bound", {}, "lacks the field upper"),
         ("ex1-upper", "bound", {"upper": "-1"}, "must be positive"),
         ("ex1-upper", "witness", {}, "lacks the field"),
-        ("ex1-lower", "witness", certificate("ex2-lower")["witness"] | {"frequency": "1"}, "not proved to reach"),
         ("ex2-near-optimal", "parameters", {"degree": 2, "factor": "1"}, "parameters is not that"),
     ],
 )
@@ -88,50 +66,87 @@ def test_another_subject_is_refused(name: str, field: str, value: Any, reason: s
     assert reason in refusal(certificate(name) | {field: value})
 
 
-@pytest.mark.parametrize("gram", [("storage", 0), ("storage", 1), ("dissipation", 0), ("dissipation", 1)])
-def test_an_indefinite_gram_matrix_is_refused(gram: tuple[str, int]) -> None:
-    given = certificate("ex1-upper")
-    kind, weight = gram
-    given["witness"][kind][weight][-1][-1] = "-1"
-    assert f"witness.{kind} of degree {1 - weight} is not positive definite" in refusal(given)
+def smaller(kind: str, weight: int) -> Tamper:
+    """A Gram matrix without its last row and column."""
+
+    def tamper(given: Json) -> None:
+        rows = given["witness"][kind][weight]
+        given["witness"][kind][weight] = [row[:-1] for row in rows[:-1]]
+
+    return tamper
 
 
-@pytest.mark.parametrize("gram", [("storage", 0), ("storage", 1), ("dissipation", 0), ("dissipation", 1)])
-def test_a_gram_matrix_of_another_size_is_refused(gram: tuple[str, int]) -> None:
-    given = certificate("ex1-upper")
-    kind, weight = gram
-    rows = given["witness"][kind][weight]
-    given["witness"][kind][weight] = [row[:-1] for row in rows[:-1]]
-    assert "rows, got" in refusal(given)
-
-
-def test_one_unit_in_the_last_place_is_refused() -> None:
-    given = certificate("ex1-upper")
+def one_unit(given: Json) -> None:
+    """In the last place of one entry."""
     first = Fraction(given["witness"]["dissipation"][0][0][0])
     given["witness"]["dissipation"][0][0][0] = str(first + Fraction(1, first.denominator))
-    assert "the identity of Theorem 3 fails in P: entry (0, 0)" in refusal(given)
 
 
-def test_a_storage_that_couples_two_delays_is_refused() -> None:
-    given = certificate("ex3-d1-upper")
+def coupled(given: Json) -> None:
+    """The constants of the first and of the second history."""
     storage = given["witness"]["storage"][0]
-    a, b = 2, 4  # the constants of the first and of the second history
-    storage[a][b] = storage[b][a] = str(Fraction(1, 2**40))
-    assert "V couples two delays in S at power 0" in refusal(given)
+    storage[2][4] = storage[4][2] = str(Fraction(1, 2**40))
 
 
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ([["1", "0"], ["2", "0"]], "has no inverse"),
-        ([["0", "1"], ["1", "0"]], "C2 is not [0 c]"),
-        ([["1", "0"]], "must have 2 entries"),
-    ],
-)
-def test_other_coordinates_are_refused(change: Any, reason: str) -> None:
-    given = certificate("ex1-upper")
-    given["witness"]["change"] = change
-    assert reason in refusal(given)
+ALTERED: list[tuple[str, Tamper, str]] = [
+    ("ex1-upper", scaled(LESS, "bound", "upper"), f"{FAILS} in P: entry"),
+    ("ex2-d2-upper", scaled(LESS, "bound", "upper"), f"{FAILS} in P: entry"),
+    *((f"ex{e}-lower", scaled(MORE, "bound", "lower"), UNREACHED) for e in (1, 2, 3)),
+    ("ex1-lower", put(certificate("ex2-lower")["witness"] | {"frequency": "1"}, "witness"), UNREACHED),
+    *(
+        row
+        for kind in ("storage", "dissipation")
+        for weight in (0, 1)
+        for row in (
+            (
+                "ex1-upper",
+                put("-1", "witness", kind, weight, -1, -1),
+                f"witness.{kind} of degree {1 - weight} is not positive definite",
+            ),
+            ("ex1-upper", smaller(kind, weight), "rows, got"),
+        )
+    ),
+    ("ex1-upper", one_unit, f"{FAILS} in P: entry (0, 0)"),
+    ("ex3-d1-upper", coupled, "V couples two delays in S at power 0"),
+    ("ex1-upper", put([["1", "0"], ["2", "0"]], "witness", "change"), "has no inverse"),
+    ("ex1-upper", put([["0", "1"], ["1", "0"]], "witness", "change"), "C2 is not [0 c]"),
+    ("ex1-upper", put([["1", "0"]], "witness", "change"), "must have 2 entries"),
+    ("own-1-near-optimal", put([["2", "0"], ["1", "1"]], "witness", "sos", "change"), FAILS),
+    ("ex1-near-optimal", put("10000001/10000000", "parameters", "factor"), UNREACHED),
+    ("ex1-near-optimal", scaled(LESS, "witness", "level"), FAILS),
+    *((name, put(0, "parameters", "degree"), "at least 1") for name in ("ex1-near-optimal", "ex1-upper")),
+    # Squares of a degree in each variable are of a higher total degree, and not the other way round.
+    ("ex2-total-upper", put(2, "parameters", "degree"), "rows"),
+    ("ex1-upper", put("delay.total-upper", "statement"), "rows, got"),
+    ("ex1-total-upper", scaled(LESS, "bound", "upper"), FAILS),
+    *(
+        (f"ex1-{rule}-upper", tamper, reason)
+        for rule, other in (("outer", "inner"), ("inner", "outer"))
+        for tamper, reason in (
+            (put(other, "parameters", "rule"), ""),
+            *((put(unknown, "parameters", "rule"), "rule must be one of outer, inner") for unknown in ("each", "total", "")),
+            *((put(unread, "parameters", "rule"), "rule must be a string") for unread in (1, None, ["outer"])),
+            (put(2, "parameters", "degree"), "rows, got"),
+            (scaled(LESS, "bound", "upper"), FAILS),
+            (remove("parameters", "rule"), "rule"),
+        )
+    ),
+    ("ex4-not-unstable", put([], "parameters", "eigenvalues"), "is empty"),
+    ("ex4-not-unstable", put(["1", "1000001/1000000"], "parameters", "eigenvalues"), "1 is not above 0"),
+    ("ex4-not-unstable", put(["-1/1000000"], "parameters", "eigenvalues"), "0 is not above 0"),
+    ("ex4-not-unstable", put(["0", "1"], "parameters", "eigenvalues"), "0 is not above 0"),  # the state may grow
+]
+
+
+@pytest.mark.parametrize(("name", "tamper", "reason"), ALTERED)
+def test_an_altered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
+    assert reason in refusal(altered(f"peet2019/{name}", tamper))
+
+
+@pytest.mark.parametrize("rule", ["outer", "inner"])
+def test_squares_of_a_total_degree_are_not_those_in_one_variable(rule: str) -> None:
+    given = altered("peet2019/ex1-total-upper", put(rule, "parameters", "rule"))
+    assert refusal({**given, "statement": "delay.narrow-upper"})
 
 
 @pytest.mark.parametrize(
@@ -152,13 +167,6 @@ def test_measurements_that_depend_on_each_other_are_refused(sensor: Any, reason:
 def test_all_states_may_be_measured() -> None:
     plant = delay_plant.read_plant({**hidden_plant(), "C2": [["1", "0"], ["0", "1"]]})
     assert delay_plant.measured_last(plant, identity(2)) == plant
-
-
-def test_coordinates_are_part_of_the_proof() -> None:
-    assert check(certificate("own-1-near-optimal")).holds
-    given = certificate("own-1-near-optimal")
-    given["witness"]["sos"]["change"] = [["2", "0"], ["1", "1"]]
-    assert "identity of Theorem 3 fails" in refusal(given)
 
 
 def integers(rng: random.Random, rows: int, columns: int) -> fmpq_mat:
@@ -369,72 +377,40 @@ def test_a_delay_is_an_exponential() -> None:
     assert value.real.overlaps(arb(1).cos()) and value.imag.overlaps(-arb(1).sin())
 
 
-def test_the_level_of_an_observer_is_close_to_what_any_observer_has() -> None:
-    theorem = check(certificate("ex1-near-optimal"))
+NEAR = ("ex1-near-optimal", "own-1-near-optimal")
+
+
+@pytest.mark.parametrize("name", [*NEAR, "ex1-unstable", "ex2-unstable"])
+def test_what_holds_without_a_bound(name: str) -> None:
+    theorem = check(certificate(name))
     assert theorem.holds is True
     assert theorem.lower is None and theorem.upper is None
-    given = certificate("ex1-near-optimal")
-    given["parameters"]["factor"] = "10000001/10000000"
-    assert "not proved to reach" in refusal(given, delay.near_optimal)
-    given = certificate("ex1-near-optimal")
-    given["witness"]["level"] = times(given["witness"]["level"], 1 - SMALL)
-    assert "the identity of Theorem 3 fails" in refusal(given)
-    given = certificate("ex1-near-optimal")
-    given["parameters"]["degree"] = 0
-    assert "at least 1" in refusal(given, delay.near_optimal)
 
 
-def test_squares_of_a_total_degree_serve_both_rules_and_not_the_other_way_round() -> None:
-    theorem = check(certificate("ex1-total-upper"))
-    said = {one.of.setting["degree"]: one.readings for one in theorem.says}
-    assert set(said[1]) == set(said[3]) == {*delay.BY_EACH, *delay.BY_TOTAL}
-    given = certificate("ex2-total-upper")
-    assert [bool(one.readings) for one in check(given).says] == [False, False, True, True]
-    given["parameters"]["degree"] = 2
-    assert "rows" in refusal(given, delay.total_upper)
-    given = certificate("ex1-upper")
-    assert "rows, got" in refusal({**given, "statement": "delay.total-upper"}, delay.total_upper)
-    # Of degree 1 in each variable they are of total degree 2.
-    said = {one.of.setting.get("degree"): one.readings for one in check(given).says}
-    assert said[1] == delay.BY_EACH and set(said[2]) == {*delay.BY_EACH, *delay.BY_TOTAL}
-    given = certificate("ex1-total-upper")
-    given["bound"]["upper"] = times(given["bound"]["upper"], 1 - SMALL)
-    assert "the identity of Theorem 3 fails" in refusal(given)
+@pytest.mark.parametrize("name", ["ex1-upper", "ex1-near-optimal"])
+def test_a_level_that_is_reached_says_that_the_conditions_are_met(name: str) -> None:
+    assert [one.holds for one in check(certificate(name)).says if one.of.quantity == delay.MET] == [True]
 
 
-@pytest.mark.parametrize(("rule", "other"), [("outer", "inner"), ("inner", "outer")])
-def test_squares_in_one_variable_serve_its_rule_alone(rule: str, other: str) -> None:
-    given = certificate(f"ex1-{rule}-upper")
-    theorem = check(given)
-    assert [one.readings for one in theorem.says] == [(f"z2-{rule}",)] * len(delay.DEGREES)
-    assert f"the {rule} variable" in theorem.sentence
-    given["parameters"]["rule"] = other
-    assert refusal(given, delay.narrow_upper)
-    for unknown in ("each", "total", ""):
-        given["parameters"]["rule"] = unknown
-        assert "parameters.rule must be one of outer, inner" in refusal(given, delay.narrow_upper)
-    for unreadable in (1, None, ["outer"]):
-        given["parameters"]["rule"] = unreadable
-        assert "parameters.rule must be a string" in refusal(given, delay.narrow_upper)
-    given = certificate(f"ex1-{rule}-upper")
-    given["parameters"]["degree"] = 2
-    assert "rows, got" in refusal(given, delay.narrow_upper)
-    given = certificate(f"ex1-{rule}-upper")
-    given["bound"]["upper"] = times(given["bound"]["upper"], 1 - SMALL)
-    assert "the identity of Theorem 3 fails" in refusal(given)
-    given = certificate(f"ex1-{rule}-upper")
-    del given["parameters"]["rule"]
-    assert "rule" in refusal(given, delay.narrow_upper)
-    # Of either rule the squares have their own number of rows, or are other squares.
-    given = certificate("ex1-total-upper")
-    given["parameters"]["rule"] = rule
-    assert refusal({**given, "statement": "delay.narrow-upper"}, delay.narrow_upper)
+EACH, BOTH = delay.BY_EACH, (*delay.BY_EACH, *delay.BY_TOTAL)
+ONE = {rule: (f"z2-{rule}",) for rule in ("outer", "inner")}
 
 
-def test_degree_zero_is_refused() -> None:
-    given = certificate("ex1-upper")
-    given["parameters"]["degree"] = 0
-    assert "at least 1" in refusal(given, delay.gain_upper)
+@pytest.mark.parametrize(
+    ("name", "readings"),
+    [
+        ("ex1-upper", {1: EACH, 2: BOTH, 3: BOTH, 4: BOTH}),  # of degree 1 in each variable, of total degree 2
+        ("ex1-total-upper", dict.fromkeys(delay.DEGREES, BOTH)),
+        ("ex2-total-upper", {1: (), 2: (), 3: BOTH, 4: BOTH}),
+        ("ex1-outer-upper", dict.fromkeys(delay.DEGREES, ONE["outer"])),
+        ("ex1-inner-upper", dict.fromkeys(delay.DEGREES, ONE["inner"])),
+    ],
+)
+def test_squares_serve_the_rules_that_hold_them(name: str, readings: dict[int, tuple[str, ...]]) -> None:
+    theorem = check(certificate(name))
+    said = {one.of.setting["degree"]: set(one.readings) for one in theorem.says if one.of.quantity == delay.LEAST}
+    assert said == {degree: set(rules) for degree, rules in readings.items()}
+    assert all(f"the {rule} variable" in theorem.sentence for rule in ONE if rule in name)
 
 
 def roots(left: str, right: str, a: str = "2") -> Json:
@@ -480,17 +456,10 @@ def test_a_root_at_an_end_is_refused() -> None:
     assert check(own("delay.unstable", plant, {}, {"left": "1/2", "right": "2"})).holds is True
 
 
-def eigenvalues(*values: str) -> Json:
-    return own("delay.not-unstable", {"name": ""}, {}, {}, {"eigenvalues": list(values)})
-
-
 def test_example_4_is_not_unstable_for_eigenvalues_up_to_one() -> None:
     assert check(certificate("ex4-not-unstable")).holds is False
-    assert check(eigenvalues("1/1000000", "1/2", "1")).holds is False
-    assert "1 is not above 0" in refusal(eigenvalues("1", "1000001/1000000"))
-    assert "0 is not above 0" in refusal(eigenvalues("-1/1000000"))
-    assert "0 is not above 0" in refusal(eigenvalues("0", "1"))  # with it the state may grow
-    assert "is empty" in refusal(eigenvalues())
+    several = put(["1/1000000", "1/2", "1"], "parameters", "eigenvalues")
+    assert check(altered("peet2019/ex4-not-unstable", several)).holds is False
 
 
 def test_example_4_needs_all_eigenvalues_between_0_and_1() -> None:
@@ -506,11 +475,6 @@ def test_example_4_needs_all_eigenvalues_between_0_and_1() -> None:
     sentence = check(certificate("ex4-not-unstable")).sentence
     assert "is exponentially stable" in sentence
     assert "If J, whose eigenvalues are not printed, has none but 1," in sentence
-
-
-def test_both_plants_are_unstable() -> None:
-    for name in ("ex1-unstable", "ex2-unstable"):
-        assert check(certificate(name)).holds is True
 
 
 def test_a_plant_of_ones_own_is_certified_from_both_sides() -> None:
@@ -536,9 +500,3 @@ def test_files_that_are_not_certificates_are_refused(tmp_path: Path) -> None:
     huge = copy.deepcopy(certificate("ex1-upper"))
     huge["witness"]["storage"][0][0][0] = "9" * 3000
     assert "digits" in refusal(huge)
-
-
-@pytest.mark.parametrize("name", ["ex1-upper", "ex1-near-optimal"])
-def test_a_level_that_is_reached_says_that_the_conditions_are_met(name: str) -> None:
-    said = [one.holds for one in check(certificate(name)).says if one.of.quantity == delay.MET]
-    assert said == [True]

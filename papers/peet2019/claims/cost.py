@@ -10,8 +10,7 @@ from typing import Any
 from papers.peet2019.claims.theory import SIGNS, unmet
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, SMALL_CONE_CELLS
 from papers.peet2019.experiments.scaling import ROUGH, level_of
-from papers.peet2019.printed import DATA, published
-from papers.peet2019.readings import DAY, DESKTOP, JORDAN, MEMORY, SAME
+from papers.peet2019.printed import DATA, DAY, JORDAN, MEMORY, SAME, published
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results, SolverRecord
@@ -195,7 +194,7 @@ WANTED = {(n, k) for n, k, _ in published() if n * k < DATA["largest-product"]}
     pinned="compatible",
     erratum=SIGNS,
     uses=("measured", "printed-signs"),
-    reading=DESKTOP,
+    reading="desktop",
 )
 def desktop(results: Results) -> Evidence:
     """Our runs of the cells, on a machine of ours, against the memory of a desktop computer and a day."""

@@ -11,7 +11,6 @@ from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.readings import HOUSE
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
-from papers.peet2019.readings import OWN_B, PADE, SINC
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
 from replication.verify.predicate import Predicate, term
@@ -27,7 +26,7 @@ FIGURE_DEGREE = 3
 
 COMPARISON = Part("Comparison with references [8]-[10]", reading=NO_READING)
 EXAMPLES_1_TO_3 = Part("Examples 1-3", figures=("convergence", "tau"), reading=HOUSE)
-FIG_1 = Part("Fig. 1", figures="fig1", reading=SINC)
+FIG_1 = Part("Fig. 1", figures="fig1", reading="sinc")
 
 COMPARISON.cited(
     "theory.earlier-results",
@@ -111,7 +110,7 @@ def _table(example: str) -> None:
         gamma["pade"],
         statement=f"Example {example}: least gain by LMI (3) on a tenth-order Padé approximation.",
         uses=reference,
-        reading=PADE,
+        reading="pade-square",
         says=term("least level of LMI (3)", name, order=DATA["pade-order"]),
     )(partial(by_pade, example))
     for column in COLUMNS:
@@ -144,7 +143,7 @@ def _table(example: str) -> None:
     pinned="compatible",
     erratum=SIGNS,
     uses=(*(f"small.ex{name}" for name in EXAMPLES), "printed-signs"),
-    reading=OWN_B,
+    reading="own-b",
     says=[
         Predicate(
             of=term("gain of the error", f"ex{name}-single", "observers by Theorem 3"),

@@ -12,8 +12,7 @@ from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint, 
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.readings import least_gains, readings
-from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, OWN_SYSTEMS, STATES
-from papers.peet2019.readings import JORDAN
+from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, JORDAN, OWN_SYSTEMS, STATES
 from replication.audit.declare import experiment
 from replication.audit.model import Experiment
 

@@ -11,33 +11,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-import scipy
-
 from papers.peet2019.experiments.examples import LOOSE
 from replication.estimation.conic.sdpa import one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
-from replication.estimation.delay.sos import lie
-from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, Index, cone_map
-from replication.estimation.delay.sos.synthesis import Assembly, program, reduced
-from replication.estimation.delay.units import gain_scaled, measured_last
+from replication.estimation.delay.sos.cone import Blocks, ConeBlock
+from replication.estimation.delay.sos.synthesis import assemble, program, reduced
+from replication.estimation.delay.units import gain_scaled
 
 Json = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Block(ConeBlock):
-    """A matrix of the cone whose Z_2 holds η^a θ^b with a <= inner, b <= outer and, if `total`, a + b <= `degree`."""
-
-    inner: int
-    outer: int
-    total: bool
-
-    def kernel_basis(self) -> tuple[Index, Index]:
-        """Degrees (in η, in θ) of the members of Z_2."""
-        first, second = np.divmod(np.arange((self.inner + 1) * (self.outer + 1), dtype=np.int64), self.outer + 1)
-        keep = first + second <= (self.degree if self.total else self.inner + self.outer)
-        return first[keep], second[keep]
 
 
 Shape = tuple[int, int, int, bool, int]
@@ -50,9 +31,8 @@ MOST_SOLVED = 2
 
 @dataclass(frozen=True)
 class Rule:
-    """A reading of the degree rule in words, and its shapes of degree d for V and for the dissipation."""
+    """A reading of the degree rule, of which told.toml has the words: its shapes of degree d for V and dissipation."""
 
-    text: str
     storage: Callable[[int], Shape]
     dissipation: Callable[[int], Shape]
 
@@ -72,74 +52,43 @@ SHAPES: dict[str, Callable[[int], Shape]] = {
 HOUSE = "z2-each"
 """The rule of the library."""
 READINGS = {
-    f"z2-{name}": Rule(text, SHAPES[storage], SHAPES[dissipation])
-    for name, storage, dissipation, text in (
-        ("each", "each", "each", "Z₂ of degree d in each variable; the weighted term one degree lower"),
-        ("total", "total", "total", "Z₂ of total degree d; the weighted term one degree lower"),
-        ("each-same", "each-same", "each-same", "Z₂ of degree d in each variable; the weighted term the same"),
-        ("total-same", "total-same", "total-same", "Z₂ of total degree d; the weighted term the same"),
-        (
-            "wide",
-            "wide",
-            "wide",
-            "Z₂ of degree d in its inner and 2d in its outer variable; the weighted term the same",
-        ),
-        ("outer", "outer", "outer", "Z₂ of degree d in its outer variable only"),
-        ("inner", "inner", "inner", "Z₂ of degree d in its inner variable only"),
-        ("total-wide", "total-same", "wide", "V as z2-total-same; dissipation as z2-wide"),
-        ("each-wide", "each-same", "wide", "V as z2-each-same; dissipation as z2-wide"),
-        ("total-z1", "total", "z1", "V as z2-total; dissipation with Z₁ of degree d + 1"),
-        ("total-next", "total", "next", "V as z2-total; dissipation of total degree d + 1"),
+    f"z2-{name}": Rule(SHAPES[storage], SHAPES[dissipation])
+    for name, storage, dissipation in (
+        *((same, same, same) for same in ("each", "total", "each-same", "total-same", "wide", "outer", "inner")),
+        ("total-wide", "total-same", "wide"),
+        ("each-wide", "each-same", "wide"),
+        ("total-z1", "total", "z1"),
+        ("total-next", "total", "next"),
     )
 }
 
 
-def _blocks(shape: Shape) -> tuple[Block, Block]:
+def blocks_of(shape: Shape) -> Blocks:
     """The two matrices of a cone, without and with the weight -η(η+1)."""
     z1, inner, outer, total, lower = shape
-    plain = Block(z1, DegreeRule.TENSOR, False, inner, outer, total)
-    return plain, Block(z1 - lower, DegreeRule.TENSOR, True, max(inner - lower, 0), max(outer - lower, 0), total)
+    plain = ConeBlock(z1, inner, outer, total, False)
+    return plain, ConeBlock(z1 - lower, max(inner - lower, 0), max(outer - lower, 0), total, True)
 
 
 def inside(small: Rule, big: Rule, degree: int) -> bool:
     """Whether every certificate of one rule is one of the other: the least γ of `big` is then no greater."""
 
-    def members(block: Block) -> set[tuple[int, int]]:
+    def members(block: ConeBlock) -> set[tuple[int, int]]:
         return set(zip(*(degrees.tolist() for degrees in block.kernel_basis()), strict=True))
 
     return all(
         a.degree <= b.degree and members(a) <= members(b)
         for one, other in ((small.storage, big.storage), (small.dissipation, big.dissipation))
-        for a, b in zip(_blocks(one(degree)), _blocks(other(degree)), strict=True)
+        for a, b in zip(blocks_of(one(degree)), blocks_of(other(degree)), strict=True)
     )
-
-
-def _cone(space: FormSpace, shape: Shape) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
-    plain, weighted = _blocks(shape)
-    maps = [cone_map(block, space) for block in (plain, weighted)]
-    return scipy.sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
 
 
 def least(system: DelayPlant, reading: Rule, epsilon: float, degree: int = 1) -> float:
     """Least γ of Theorem 3 for one reading, in the units of the system, on which the meaning of ε depends."""
-    turned, change = measured_last(system)
-    count = 4 * degree + 3  # Legendre coefficients that hold every product of the readings: twice 2d, and the weight
-    storage, v_labels = _cone(lie.state_space(turned, count), reading.storage(degree))
-    dissipation, h_labels = _cone(lie.derivative_space(turned, count), reading.dissipation(degree))
-    assembly = Assembly(
-        system=turned,
-        change=change,
-        degree=degree,
-        rule=DegreeRule.TENSOR,
-        count=count,
-        storage=storage,
-        derivative=lie.lie_derivative(turned, count),
-        dissipation=dissipation,
-        v_labels=v_labels,
-        h_labels=h_labels,
-        kept=~lie.absorbed(turned, count),
-    )
-    return float(solve_sdpa(program(reduced(assembly), epsilon), LOOSE).linear[0])
+    blocks = blocks_of(reading.storage(degree)), blocks_of(reading.dissipation(degree))
+    count = 4 * degree + 3  # holds every product of the readings: twice 2d, and the weight
+    task = program(reduced(assemble(system, degree, blocks=blocks, count=count)), epsilon)
+    return float(solve_sdpa(task, LOOSE).linear[0])
 
 
 @one_process()

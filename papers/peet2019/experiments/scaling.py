@@ -14,7 +14,7 @@ from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import lie, synthesis
-from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, FormSpace, cone_blocks
+from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.units import transformed
 from replication.estimation.validation import Array
@@ -91,9 +91,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     return found
 
 
-def lifted(
-    blocks: Sequence[Array], space: FormSpace, moments: int, target: tuple[ConeBlock, ConeBlock]
-) -> tuple[Array, Array]:
+def lifted(blocks: Sequence[Array], space: FormSpace, moments: int, target: Blocks) -> tuple[Array, Array]:
     """The two matrices M_g of Corollary 2 that give the same form; positive semidefinite if the blocks are.
 
     `target`: a plain and a weighted block with members (c, c), c < moments, in Z_2 and degree >= 1.

@@ -112,7 +112,7 @@ def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[st
     """
     units, size = natural_units(floating(plant)), round(np.log2(float(Fraction(gamma))))
     time, root, gain = (rational(unit) for unit in (units.time, units.time**0.5, 2.0**size))
-    states = exact(units.change)
+    states = exact(np.diag(units.states))
     back = states.inv()
     scaled = {
         "A0": written(states * exact(plant["A0"]) * back * time),

@@ -15,15 +15,13 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import PlantReader, Signals, measured_outputs, numbered
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
-from replication.estimation.delay.exact.loop import decided, error_response, plant_terms
-from replication.estimation.delay.exact.response import gain_bracket
+from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
 from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.validation import at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
@@ -31,8 +29,6 @@ if TYPE_CHECKING:
 
 HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
-OPEN_LOOP = 1e-9
-"""Relative width of the gain without an observer."""
 MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
 
@@ -197,28 +193,18 @@ def analyse(
     Returns
     -------
     DelayAnalysis
-        The rightmost root (1/s), or for a plant with noise the number of unstable roots; and how much w moves z if the
-        plant is stable, with noise also what is known of the least level of any observer.
+        The rightmost root (1/s), the number of unstable roots, how much w moves z, and what is known of the least level
+        of any observer.
 
     Raises
     ------
     InvalidInputError
         An argument does not fit.
     SolverError
-        A root or the gain is not found to the accuracy asked for.
+        Rounding decides.
     """
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
-    if not system.noiseless:
-        return DelayAnalysis(plant=system, evidence=left_alone(system))
-    root = complex(rightmost_roots(system, 1)[0])
-    facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
-    if root.real < 0:
-        terms = plant_terms(system)
-        gain = gain_bracket(error_response(terms), OPEN_LOOP)
-        facts.append(Evidence("gain from w to z", gain.upper, "upper bound over all frequencies, exact response"))
-    else:
-        facts.append(Evidence("gain from w to z", "infinite", "the plant is not stable"))
-    return DelayAnalysis(plant=system, evidence=tuple(facts))
+    return DelayAnalysis(plant=system, evidence=left_alone(system))
 
 
 def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:

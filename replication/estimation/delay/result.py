@@ -116,14 +116,14 @@ def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...],
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class DelayAnalysis(Shown):
-    """What the plant does by itself: its rightmost root, and the gain from w to z if it is stable.
+    """What the plant does by itself, and what any observer of it can do.
 
     Attributes
     ----------
     plant : DelayPlant
         The plant.
     evidence : tuple of Evidence
-        Root (1/s) and gain, with how they were found.
+        Roots, gain, mean square and least level, with how they were found.
     """
 
     plant: DelayPlant

@@ -1,21 +1,22 @@
-"""Characteristic roots, exact frequency response and H∞ gain of a system with delays.
+"""Grids of a history, and the characteristic roots of a system with delays: all of the rightmost, seen by y or not.
 
-M(s) = sI - A_0 - ΣA_i e^{-sτ_i}; the roots are those of det M, the response is C(s)M(s)⁻¹B with
-C(s) = C_10 + ΣC_1i e^{-sτ_i}. Nothing is approximated except the start of Newton's iteration for the roots.
+M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, with averages over the delays; the roots are those of det M. Nothing is approximated
+except the start of Newton's iteration.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.terms import Complex, PlantTerms
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.units import natural_units, reach
+from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.units import natural_units
 from replication.estimation.validation import Array, positive_integer
 
 # Discretisation of a history on [-1, 0]: Chebyshev collocation, or the forward difference with lumped states.
@@ -87,22 +88,20 @@ def generator(system: DelayPlant, order: int) -> tuple[Array, Array]:
 
     Returns A (n(order+1))² with ẋ = A x for w = 0, and C with z = C x.
     """
-    net = grid(order)
-    n, size = system.states, system.states * (order + 1)
-    longest = system.delays[-1]
+    net, plant = grid(order), plant_terms(system)
+    n, longest = system.states, system.delays[-1]
+    rows: Array = np.kron(interpolation(net, 0.0), plant.terms.constant[:, :n]).astype(float)
+    for delay, matrix, kernel in plant.terms.spread:
+        rows += np.kron(interpolation(net, -delay / longest), matrix[:, :n])
+        if kernel is not None:
+            nodes, weights = legendre.gauss(order + len(kernel.series))
+            for lag, weight, value in zip(-nodes, weights, kernel(-nodes), strict=True):
+                rows += np.kron(weight * interpolation(net, -lag * delay / longest), value[:, :n])
     a: Array = np.kron(net.slope / longest, np.eye(n)).astype(float)
-    a[:n] = 0.0
-    a[:n, :n] = system.a0
-    c = np.zeros((system.outputs, size))
-    c[:, :n] = system.c10
-    for delay, matrix, output in zip(system.delays, system.a, system.c1, strict=True):
-        row = interpolation(net, -delay / longest)
-        a[:n] += np.kron(row, matrix)
-        c += np.kron(row, output)
-    return a, c
+    a[:n] = rows[:n]
+    return a, rows[n : n + system.outputs]
 
 
-Complex = npt.NDArray[np.complexfloating[Any, Any]]
 NEWTON_STEPS = 60
 ROOT_TOLERANCE = 1e-9
 UNSEEN = 1e-7
@@ -111,12 +110,12 @@ ORDER, FEW = 40, 16
 """Order of the collocation that starts Newton's iteration, and the least one where roots are known to be small."""
 
 
-def characteristic(system: DelayPlant, s: complex | Complex) -> Complex:
-    """M(s), shape (..., n, n) for s of shape (...)."""
-    points = np.asarray(s, dtype=complex)[..., None, None]
-    matrix = points * np.eye(system.states) - system.a0
-    for delay, a in zip(system.delays, system.a, strict=True):
-        matrix = matrix - np.exp(-points * delay) * a
+def characteristic(plant: PlantTerms, s: Complex) -> Complex:
+    """M(s) at each s (M,), shape (M, n, n)."""
+    n = plant.sizes[0]
+    matrix = s[:, None, None] * np.eye(n) - plant.terms.constant[:n, :n]
+    for line in plant.terms.lines_at(s):
+        matrix = matrix - line[:, :n, :n]
     return np.asarray(matrix, dtype=complex)
 
 
@@ -128,57 +127,58 @@ def rightmost_roots(system: DelayPlant, count: int = 5) -> Complex:
     """
     positive_integer("count", count)
     units = natural_units(system)
-    starts = np.linalg.eigvals(generator(units.system, ORDER)[0])
+    scaled = units.plant(system)
+    starts = np.linalg.eigvals(generator(scaled, ORDER)[0])
     starts = starts[np.argsort(-starts.real)][:count]
-    roots = [_refined(units.system, complex(start)) / units.time for start in starts]
-    return np.array(roots, dtype=complex)
+    plant = plant_terms(scaled)
+    return np.array([_refined(plant, complex(start)) / units.time for start in starts], dtype=complex)
 
 
-def _refined(system: DelayPlant, start: complex) -> complex:
+def _refined(plant: PlantTerms, start: complex) -> complex:
     """Newton on M(s)v = 0, cᴴv = 1, from the singular vector of the start."""
-    s = start
-    vector = np.linalg.svd(characteristic(system, s))[2][-1].conj()
+    s, n, aged = start, plant.sizes[0], plant.terms.aged()
+
+    def matrix_at(s: complex) -> Complex:
+        return np.asarray(characteristic(plant, np.array([s]))[0])
+
+    vector = np.linalg.svd(matrix_at(s))[2][-1].conj()
     normal = vector.conj()
-    n = system.states
     for _ in range(NEWTON_STEPS):
-        matrix = characteristic(system, s)
+        matrix = matrix_at(s)
         values = np.linalg.svd(matrix, compute_uv=False)
         if values[-1] <= 1e-14 * (1.0 + values[0]):
             break
-        terms = (delay * np.exp(-s * delay) * a for delay, a in zip(system.delays, system.a, strict=True))
-        slope = np.eye(n) + sum(terms)  # dM/ds
+        late = zip(aged.delays, aged.lines_at(np.array([s])), strict=True)
+        slope = np.eye(n) + sum(delay * line[0, :n, :n] for delay, line in late)  # dM/ds
         jacobian = np.block([[matrix, (slope @ vector)[:, None]], [normal[None, :], np.zeros((1, 1))]])
         residual = np.concatenate([matrix @ vector, [normal @ vector - 1.0]])
         # A multiple root makes the Jacobian singular; the least-squares step still converges, linearly.
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
         vector, s = vector - step[:n], s - complex(step[n])
-    values = np.linalg.svd(characteristic(system, s), compute_uv=False)
+    values = np.linalg.svd(matrix_at(s), compute_uv=False)
     if values[-1] > ROOT_TOLERANCE * (1.0 + values[0]) or abs(s - start) > 0.1 * (1.0 + abs(start)):
         raise SolverError(f"no characteristic root found near {start:.6g}; raise the order of the collocation")
     return s
 
 
-def undetectable_root(system: DelayPlant) -> complex | None:
-    """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None."""
-    units = natural_units(system)
-    plant = units.system
+def require_seen(system: DelayPlant, time: float) -> None:
+    """Raise InvalidInputError if y does not see a root with Re s >= 0 (Hautus): then no error of an observer dies out.
+
+    system: in units in which its matrices are of moderate size; time: its unit of time, s.
+    """
+    plant, n = plant_terms(system), system.states
+    rate = float(np.abs(np.linalg.eigvals(plant.terms.bound()[:n, :n])).max())
     # e^{sη} is resolved for all |s| up to the bound of the unstable roots, as far as ORDER goes.
-    order = min(ORDER, FEW + int(np.ceil(min(ORDER, reach(plant) * plant.delays[-1]))))
-    starts = np.linalg.eigvals(generator(plant, order)[0])
+    order = min(ORDER, FEW + int(np.ceil(min(ORDER, rate * system.delays[-1]))))
+    starts = np.linalg.eigvals(generator(system, order)[0])
     for start in starts[starts.real >= -1e-3]:
         root = _refined(plant, complex(start))
         if root.real >= -UNSEEN:
-            sensor = plant.c2 / np.linalg.norm(plant.c2, axis=1, keepdims=True)
-            pencil = np.vstack([characteristic(plant, root), sensor])
+            sensor = plant.terms.at(np.array([root]))[0][plant.rows[2], :n]
+            sensor = sensor / np.maximum(np.linalg.norm(sensor, axis=1, keepdims=True), np.finfo(float).tiny)
+            pencil = np.vstack([characteristic(plant, np.array([root]))[0], sensor])
             if np.linalg.svd(pencil, compute_uv=False)[-1] <= UNSEEN:
-                return root / units.time
-    return None
-
-
-def require_detectable(system: DelayPlant) -> None:
-    """Raise InvalidInputError if an unstable mode does not reach y: then no observer has an error that dies out."""
-    root = undetectable_root(system)
-    if root is not None:
-        raise InvalidInputError(
-            f"the system is not detectable: y does not see the root {root:.6g}; measure another state"
-        )
+                told = root.real if abs(root.imag) <= ROOT_TOLERANCE * (1.0 + abs(root)) else root
+                raise InvalidInputError(
+                    f"the plant is not detectable: y does not see the root {told / time:.6g}; measure another state"
+                )

@@ -42,15 +42,44 @@ def transformed(system: DelayPlant, change: Any) -> DelayPlant:
     return converted(system, {"n": lambda part: matrix @ part}, {"n": lambda part: part @ inverse})
 
 
+@dataclass(frozen=True)
+class Scaling:
+    """x' = states * x, y' = sensors * y, t' = t / time; w' = sqrt(gain) w and z' = z / sqrt(gain).
+
+    So levels are divided by gain.
+    """
+
+    states: Array
+    sensors: Array
+    time: float = 1.0  # s
+    gain: float = 1.0
+
+    def at(self, gain: float) -> Scaling:
+        """For levels about `gain`; errors and noise keep their size in the new unit of w."""
+        root = (gain / self.gain) ** 0.5
+        return replace(self, states=self.states * root, sensors=self.sensors * root, gain=gain)
+
+    def plant(self, plant: DelayPlant) -> DelayPlant:
+        """The plant in these units."""
+        left, root, seen = self.time * self.states[:, None], self.gain**0.5, self.sensors[:, None]
+        rows = {"n": lambda part: left * part, "p": lambda part: part / root, "q": lambda part: seen * part}
+        columns = {"n": lambda part: part / self.states, "r": lambda part: part / root}
+        return converted(plant, rows, columns, self.time)
+
+
+def own_units(system: DelayPlant) -> Scaling:
+    """Those in which the plant is given."""
+    return Scaling(np.ones(system.states), np.ones(system.measurements))
+
+
 def time_scaled(system: DelayPlant, factor: float) -> DelayPlant:
     """The same system in time t' = t/factor, with w and z as they are: the gain does not change."""
-    return converted(system, {"n": lambda part: factor * part}, {}, factor)
+    return replace(own_units(system), time=factor).plant(system)
 
 
 def gain_scaled(system: DelayPlant, unit: float) -> DelayPlant:
     """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
-    root = positive_scalar("unit", unit) ** 0.5
-    return converted(system, {"p": lambda part: part / root}, {"r": lambda part: part / root})
+    return replace(own_units(system), gain=positive_scalar("unit", unit)).plant(system)
 
 
 def measured_last(system: DelayPlant) -> tuple[DelayPlant, Array]:
@@ -80,23 +109,12 @@ STEP = 64.0
 """Units are powers of it: changes of units are exact, and a plant of moderate size keeps its own."""
 
 
-@dataclass(frozen=True)
-class Units:
-    """The plant in its units: x' = change·x, change (n, n) diagonal; t' = t/time."""
-
-    system: DelayPlant
-    change: Array
-    time: float
-
-
-def natural_units(system: DelayPlant) -> Units:
-    """The plant in balanced units, or as it is where these are within a factor √STEP of its own."""
+def natural_units(system: DelayPlant) -> Scaling:
+    """Balanced units, or the plant's own where these are within a factor √STEP of them."""
     rate = reach(system)
     time = rounded(1.0 / rate if rate > 0.0 else system.delays[-1])
     states = np.array([rounded(float(value)) for value in _balance(time_scaled(system, time))])
-    if np.all(states == 1.0) and time == 1.0:
-        return Units(system, np.eye(system.states), 1.0)
-    return Units(time_scaled(transformed(system, np.diag(states)), time), np.diag(states), time)
+    return replace(own_units(system), states=states, time=time)
 
 
 def _balance(system: DelayPlant) -> Array:

@@ -1,4 +1,4 @@
-"""Plants for the tests: scalar anchors, two with exact optima, and some where the observer matters."""
+"""Plants for the tests: without noise, some with exact optima; with noise, and observers that nobody designed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from papers.peet2019.method import hinf_gain
-from replication.estimation.delay import DelayPlant, delay_system
+from replication.estimation.delay import DelayObserver, DelayPlant, delay_system
+from replication.estimation.delay.exact.central import shift
+from replication.estimation.delay.general.cone import line_form
+from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.units import time_scaled, transformed
 from replication.estimation.validation import Array
 
 
@@ -68,6 +72,17 @@ def three_delays() -> DelayPlant:
     )
 
 
+def tanks(delay: float = 0.4) -> DelayPlant:
+    """Stable; each tank is disturbed and wanted, now and late; the first is measured."""
+    eye = np.eye(2)
+    return delay_system([[-1, 0.2], [0.5, -2]], [[[-0.3, 0], [0.5, 0.2]]], [delay], eye, eye, [[1, 0]], [0.3 * eye])
+
+
+def hidden(rate: float) -> DelayPlant:
+    """A first state with this rate that y does not see."""
+    return delay_system(np.diag([rate, -1.0]), [np.zeros((2, 2))], [1.0], np.eye(2), np.eye(2), [[0.0, 1.0]])
+
+
 def random_system(seed: int, states: int = 2, delays: int = 1) -> DelayPlant:
     """A well-scaled plant with full disturbance, one output and one measurement."""
     rng = np.random.default_rng(seed)
@@ -83,9 +98,125 @@ def random_system(seed: int, states: int = 2, delays: int = 1) -> DelayPlant:
     )
 
 
+SIZES = np.diag([3e5, 2e-4])
+"""Of the states, in awkward units."""
+
+
+def awkward(system: DelayPlant, factor: float) -> DelayPlant:
+    """With time divided by `factor` and states of very different sizes."""
+    return transformed(time_scaled(system, factor), SIZES)
+
+
 ANCHORS = [
     (unstable_pair(), 1 / np.sqrt(18)),
     (blind_pair(), hinf_gain(scalar([-1.0], [1.0])).upper),
     pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
 ]
 """Plants with their exact optima."""
+
+
+# Plants with noise, and the closed loop as a delay-free model
+
+
+def delayed_output() -> DelayPlant:
+    """The first public example: output and noise delayed by 1 s; published level 1.808."""
+    zero = np.zeros((1, 2))
+    more = {"a": [[[-1, -1], [0, 0.9]]], "c2_delayed": [[[1, 10]]], "d21_delayed": [[[0, 5]]]}
+    return DelayPlant([[0, 0], [0, 1]], [1.0], np.eye(2), [[1, 0]], zero, **more)  # type: ignore[arg-type]
+
+
+def two_late(ranges: tuple[tuple[float, float], ...] = ()) -> DelayPlant:
+    """The second public example: stable, two delays; published level 1.0448."""
+    more = {
+        "a": [[[-0.1, 0], [0.2, -0.2]], [[0, 0.1], [-0.2, -0.3]]],
+        "c2_delayed": [[[0, 10]], [[0, 2]]],
+        "d21": [[1, 1]],
+        "ranges": ranges,
+    }
+    return DelayPlant([[0, 3], [-4, -5]], [0.3, 0.5], np.diag([-0.4545, 0.909]), [[0, 100]], [[0, 100]], **more)  # type: ignore[arg-type]
+
+
+def averaged() -> DelayPlant:
+    """Stable, with averages over the delay in state and output, known inputs with and without delay, and D_11."""
+    more = {
+        "a": [[[-0.3, 0], [0, 0.2]]],
+        "a_spread": [[[[0.2, 0], [0, -0.1]], [[0.1, 0.3], [0, 0]]]],
+        "c1_spread": [[[[0.3, 0.1]]]],
+        "c2_delayed": [[[1, 0.0]]],
+        "c2_spread": [[[[0.5, 0.2]], [[0.1, -0.4]]]],
+        "d11": [[0.1, 0, 0.2]],
+        "d21": [[0, 0, 0.3]],
+        "b_u": [[0], [1]],
+        "b_u_delayed": [[[1], [0]]],
+    }
+    b = np.eye(2, 3)
+    return DelayPlant([[-0.6, 1], [-1, -0.8]], [0.6], b, [[1, 0]], [[0, 0.0]], **more)  # type: ignore[arg-type]
+
+
+def late(rate: float, noise: float, delay: float) -> DelayPlant:
+    """x' = rate x + w_1, z = x, y = x(t - delay) + noise w_2."""
+    return DelayPlant(
+        [[rate]],
+        [delay],
+        [[1, 0]],
+        [[1]],
+        [[0]],
+        c2_delayed=[[[1]]],
+        d21=[[0, noise]],  # type: ignore[arg-type]
+    )
+
+
+def made_up(plant: DelayPlant, size: float, seed: int = 0, degree: int = 4) -> DelayObserver:
+    """An observer with random gains."""
+    rng = np.random.default_rng(seed)
+    form, q = line_form(plant), plant.measurements
+    kernels = tuple(size * rng.standard_normal((degree, line.width, q)) for line in form.lines)
+    l0, lz = size * rng.standard_normal((plant.states, q)), size * rng.standard_normal((plant.outputs, q))
+    return DelayObserver(plant, form, l0, lz, kernels)
+
+
+def augmented(observer: DelayObserver, order: int) -> tuple[Array, Array, Array, Array]:
+    """(A, B, C, D) of the error: each line a transport equation for psi - psi^ in Legendre moments, its source L_i.
+
+    Nothing is taken from the kernels of the lags that the exact loop uses: the moments of a line are driven by
+    -L_i(s) eps directly.
+    """
+    form = observer.form
+    n, q, p = form.states, form.measurements, form.outputs
+    widths = [line.width for line in form.lines]
+    size = n + order * sum(widths)
+    drift, source, reading, direct = shift(order)
+    points, weights = legendre.gauss(120)
+    age = np.polynomial.legendre.legvander(1.0 + 2.0 * points, order - 1) * np.sqrt(2.0 * np.arange(order) + 1.0)
+    # Rows (x', z, y) of the columns (states, w).
+    rows = np.zeros((n + p + q, size + form.inputs))
+    rows[:, :n], rows[:, size:] = form.now[:, :n], form.now[:, n:]
+    a, b, inject = np.zeros((size, size)), np.zeros((size, form.inputs)), np.zeros((size, q))
+    inject[:n], start = observer.l0, n
+    for i, (line, width) in enumerate(zip(form.lines, widths, strict=True)):
+        part = slice(start, start + order * width)
+        a[part, part] = np.kron(np.eye(width), drift) / line.delay
+        enter = np.kron(line.carry, source[:, None]) / line.delay
+        a[part, :n], b[part] = enter[:, :n], enter[:, n:]
+        gains = np.einsum("t,tk,tmq->mkq", weights, age, observer.kernel(i, points))
+        inject[part] = gains.reshape(order * width, q)
+        rows[:, :n] += direct * line.end @ line.carry[:, :n]
+        rows[:, size:] += direct * line.end @ line.carry[:, n:]
+        rows[:, part] += np.kron(line.end, reading[None, :])
+        if len(line.moments):
+            overlap = np.einsum("t,tc,tk->ck", weights, legendre.evaluate(len(line.moments), points), age)
+            rows[:, part] += np.einsum("cam,ck->amk", line.moments, overlap).reshape(len(rows), -1)
+        start += order * width
+    a[:n] += rows[:n, :size]
+    b[:n] += rows[:n, size:]
+    eps = rows[n + p :]
+    a, b = a - inject @ eps[:, :size], b - inject @ eps[:, size:]
+    z = rows[n : n + p] - observer.lz @ eps
+    return a, b, z[:, :size], z[:, size:]
+
+
+def augmented_gains(observer: DelayObserver, order: int, omega: Array) -> Array:
+    """The gain from w to the error of z of `augmented`, at each frequency."""
+    a, b, c, d = augmented(observer, order)
+    eye = np.eye(len(a))
+    return np.array([np.linalg.norm(c @ np.linalg.solve(1j * w * eye - a, b) + d, 2) for w in omega])

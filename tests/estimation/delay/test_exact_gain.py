@@ -20,12 +20,12 @@ from replication.estimation.delay.exact.response import Cells, Response, right_r
 from replication.estimation.delay.exact.terms import Kernel, Terms, _spherical, projected
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
-from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
+from tests.estimation.delay.plants import augmented, augmented_gains, averaged, delayed_output, made_up, two_late
 
 OMEGA = np.linspace(0.0, 12.0, 241)
 OBSERVERS = {
     "averages": lambda: made_up(averaged(), 0.2),
-    "two delays": lambda: made_up(two_delays(), 0.01),
+    "two delays": lambda: made_up(two_late(), 0.01),
     "none": lambda: made_up(averaged(), 0.0),
 }
 
@@ -101,7 +101,7 @@ def test_a_sharp_peak_is_found() -> None:
 @pytest.mark.parametrize("worst", [0.0, peak.WORST])
 def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     """In the basis of the step and in that of the unit matrix; and it is tight for small cells."""
-    observer, rng = made_up(two_delays(), 0.02), np.random.default_rng(6)
+    observer, rng = made_up(two_late(), 0.02), np.random.default_rng(6)
     nominal = observer.plant.delays
     ranges = [(0.9 * delay, 1.1 * delay) for delay in nominal]
     made = mismatched_response(plant_terms(observer.plant), observer.terms, nominal, ranges)
@@ -152,32 +152,9 @@ def test_roots_are_counted(seed: int) -> None:
             exact_gain(observer)
 
 
-def test_some_of_them_are_unstable() -> None:
-    counts = {right_roots(response(made_up(averaged(), 1.5, seed, degree=2)))[1] for seed in range(12)}
-    assert len(counts) > 2
-
-
-def test_units_do_not_matter() -> None:
-    observer = made_up(two_delays(), 0.01)
-    p, scale = observer.plant, np.diag([1e3, 1e-4])
-    back = np.linalg.inv(scale)
-    other = DelayPlant(
-        scale @ p.a0 @ back,
-        p.delays,
-        scale @ p.b,
-        p.c10 @ back,
-        1e6 * p.c2 @ back,
-        a=[scale @ a @ back for a in p.a],
-        c2_delayed=[1e6 * c @ back for c in p.c2_delayed],
-        d21=1e6 * p.d21,
-    )  # type: ignore[arg-type]
-    still = made_up(other, 0.0)
-    assert exact_gain(still).lower == pytest.approx(exact_gain(made_up(p, 0.0)).lower, rel=1e-6)
-
-
 def test_worst_gain_over_a_range_holds_for_random_delays() -> None:
     ranges = ((0.27, 0.33), (0.48, 0.52))
-    observer = made_up(two_delays(ranges), 0.01)
+    observer = made_up(two_late(ranges), 0.01)
     found = worst_gain(observer)
     assert found.lower <= found.upper <= found.lower * (1 + 1e-3)
     omega = np.linspace(found.frequency - 1.0, found.frequency + 1.0, 401)
@@ -207,7 +184,7 @@ def test_a_range_with_an_unstable_delay_is_not_certified() -> None:
 
 
 def test_what_cannot_be_asked() -> None:
-    observer = made_up(two_delays(), 0.01)
+    observer = made_up(two_late(), 0.01)
     with pytest.raises(InfeasibleError, match="the plant has 1 unstable roots"):
         worst_gain(made_up(delayed_output(), 0.0), [(0.99, 1.01)])
     for ranges in ([(0.2, 0.4)], [(0.4, 0.2), (0.5, 0.5)], [(-0.1, 0.3), (0.5, 0.5)]):

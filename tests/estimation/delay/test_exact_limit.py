@@ -21,12 +21,11 @@ from replication.estimation.api.results import Evidence
 from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.exact import limit as filtering
 from replication.estimation.delay.exact.central import FilterModel, ladder_model, shift
-from replication.estimation.delay.exact.limit import filter_level, limit
+from replication.estimation.delay.exact.limit import _angle, _hamiltonian, filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import kalman_level, smoother_gains, worth
-from replication.estimation.delay.units import converted
 from tests.estimation.delay import plants
-from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
+from tests.estimation.delay.plants import averaged, delayed_output, late, two_late
 
 
 def predicted(rate: float, noise: float, delay: float) -> float:
@@ -74,7 +73,7 @@ def test_a_late_measurement_without_noise() -> None:
 
 
 def test_the_public_examples() -> None:
-    first, second = limit(delayed_output()), limit(two_delays())
+    first, second = limit(delayed_output()), limit(two_late())
     assert f"{first.level:.3f}" == "1.808"
     # The published level is an upper bound from a program: near the least one, and above it.
     assert second.level < 1.0448 < second.level * 1.001
@@ -147,27 +146,6 @@ def test_a_static_plant(seed: int) -> None:
     assert filter_level(model).value == pytest.approx(wanted, rel=1e-8)
 
 
-@pytest.mark.parametrize("make", [averaged, delayed_output, two_delays])
-def test_units_and_coordinates_do_not_matter(make: Any) -> None:
-    plant: DelayPlant = make()
-    base = limit(plant).level
-    change = np.random.default_rng(5).standard_normal((plant.states, plant.states)) @ np.diag([1e2, 1.0])
-    back, time = np.linalg.inv(change), 20.0
-    rows = {"n": lambda part: time * change @ part, "q": lambda part: 50.0 * part}
-    other = converted(plant, rows, {"n": lambda part: part @ back}, time)
-    assert other.c2_delayed[0] == pytest.approx(50.0 * plant.c2_delayed[0] @ back)
-    assert limit(other).level == pytest.approx(base, rel=1e-7)
-
-
-def test_less_noise_and_more_outputs_help() -> None:
-    noisy, quiet = limit(late(-1.0, 0.5, 0.4)), limit(late(-1.0, 0.4, 0.4))
-    assert quiet.level < noisy.level
-    both = DelayPlant(
-        [[-1.0]], [0.4], [[1, 0, 0]], [[1]], [[0], [1]], c2_delayed=[[[1], [0]]], d21=[[0, 0.5, 0], [0, 0, 3.0]]
-    )  # type: ignore[arg-type]
-    assert limit(both).level < noisy.level
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_the_smoother_is_a_lower_bound(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -188,9 +166,9 @@ def test_the_smoother_is_a_lower_bound(seed: int) -> None:
 
 
 def test_what_still_moves_is_said() -> None:
-    exact = limit(two_delays())
+    exact = limit(two_late())
     with patch.object(filtering, "ORDERS", (2, 3, 4)):
-        rough = limit(two_delays())
+        rough = limit(two_late())
     assert not rough.settled
     assert abs(rough.level - exact.level) <= rough.moving
 
@@ -207,7 +185,7 @@ def test_what_has_no_level() -> None:
     with pytest.raises(InvalidInputError, match=r"does not see the root 0\.5;"):
         limit(unseen)
     with pytest.raises(InvalidInputError, match="tolerance"):
-        limit(two_delays(), 0.0)
+        limit(two_late(), 0.0)
     # At a model without detectability the equation itself refuses.
     model = ladder_model(plant_terms(unseen), 3)
     with pytest.raises(InfeasibleError, match="no finite level"):
@@ -268,18 +246,6 @@ def test_without_sensors_it_is_the_gain_of_the_plant() -> None:
     assert facts(integrator, 1.0)["level without sensors"].value in ("open", "infinite")
 
 
-def test_the_levels_are_in_order() -> None:
-    result = delay.design(noisy(0.3))
-    kalman, limit, without = (
-        result.fact(what).value
-        for what in ("level of the Kalman filter", "limit of any smoother", "level without sensors")
-    )
-    assert isinstance(kalman, float) and isinstance(limit, float) and isinstance(without, float)
-    least = result.fact("least level of any observer").value
-    assert limit <= least * (1 + 1e-6) and least <= kalman * (1 + 1e-6) and kalman < without
-    assert "advice" not in {fact.what for fact in result.evidence}
-
-
 def test_poor_sensors_are_told_of() -> None:
     found = facts(noisy(1e3), 1.36)
     assert "without sensors" in str(found["advice"].value)
@@ -309,8 +275,36 @@ def test_without_delays_it_is_the_filter_of_control() -> None:
         assert kalman_level(each) == pytest.approx(max(gains), rel=1e-5)
 
 
-def test_white_noise_finds_its_filter_best() -> None:
-    """The level of another gain is another number: the comparison above can fail."""
-    model = ladder_model(plant_terms(noisy(0.3)), 3)
-    louder = replace(model, dy=1.5 * model.dy)
-    assert kalman_level(louder) != pytest.approx(kalman_level(model), rel=1e-3)
+# The equation of one model
+
+
+def model(seed: int, direct: float = 0.0) -> FilterModel:
+    rng = np.random.default_rng(seed)
+    a, b, cz, cy = (rng.standard_normal(shape) for shape in ((4, 4), (4, 3), (2, 4), (1, 4)))
+    return FilterModel(a, b, cz, direct * np.eye(2, 3), cy, np.eye(3)[[2]])
+
+
+def test_no_filter_has_a_level_below_what_passes_at_once() -> None:
+    """D_z w of size 1, which y does not show: below it R has another inertia."""
+    plant = model(0, direct=1.0)
+    assert _hamiltonian(plant, 0.9) is None
+    assert _hamiltonian(plant, 1.1) is not None
+    assert _angle(plant, 0.9) == -1.0
+    assert filter_level(plant).value >= 1.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_least_level_is_where_a_plain_bisection_finds_it(seed: int) -> None:
+    plant = model(seed)
+    found = filter_level(plant)
+    assert _angle(plant, 0.98 * found.smoother) <= 0.0
+    low, high = found.smoother, 1e3 * found.value
+    while high > low * (1 + 1e-9):
+        middle = np.sqrt(low * high)
+        low, high = (low, middle) if _angle(plant, middle) > 0.0 else (middle, high)
+    assert found.value == pytest.approx(high, rel=1e-7)
+
+
+def test_eigenvalues_on_the_axis_have_no_stabilising_solution() -> None:
+    plant = model(0)
+    assert _angle(plant, 0.98 * filter_level(plant).smoother) == -1.0

@@ -23,9 +23,9 @@ from replication.estimation.delay.general.sampled import (
 )
 from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.compiled import EXACT, STEPS, Compiled
-from tests.estimation.delay.exact_cases import averaged, made_up, two_delays
+from tests.estimation.delay.plants import averaged, made_up, two_late
 
-OBSERVERS = {"averages": lambda: made_up(averaged(), 0.2), "two delays": lambda: made_up(two_delays(), 0.01)}
+OBSERVERS = {"averages": lambda: made_up(averaged(), 0.2), "two delays": lambda: made_up(two_late(), 0.01)}
 
 
 @pytest.mark.parametrize("name", OBSERVERS)

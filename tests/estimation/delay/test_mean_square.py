@@ -13,17 +13,16 @@ import scipy.linalg
 
 from benchmarks.delay_plants import random_plant
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay import DelayObserver, DelayPlant, DelayResult, delay_system, design, limit
+from replication.estimation.delay import DelayObserver, DelayPlant, DelayResult, design, limit
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import filter_level
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.terms import Terms
 from replication.estimation.delay.general.mean_square import error_covariance, integrated
-from replication.estimation.delay.units import converted
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
-from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
+from tests.estimation.delay.plants import delayed_output, late, two_late
 
 EXACT = 1e-7
 """Of mean squares by their spectrum."""
@@ -91,7 +90,7 @@ def test_random_plants_reach_the_least_mean_square(seed: int) -> None:
     assert limit(plant).level <= result.value * (1 + EXACT)
 
 
-@pytest.mark.parametrize("plant", [delayed_output, two_delays])
+@pytest.mark.parametrize("plant", [delayed_output, two_late])
 def test_the_spectrum_agrees_with_a_model_that_knows_many_moments(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), goal="h2", degree=6)
     error, _ = result.gains_of.error_model(60)
@@ -188,16 +187,6 @@ def test_gains_that_do_not_keep_the_level_are_not_given() -> None:
         design(plant, goal="mixed", level=0.9 * kalman.value)
 
 
-def test_units_of_states_time_and_noise_do_not_matter() -> None:
-    result = design(two_delays(), goal="h2")
-    units, hour = np.diag([1e3, 1e-4]), 3600.0
-    back = np.linalg.inv(units)
-    columns = {"n": lambda part: part @ back, "r": lambda part: part * np.sqrt(hour)}
-    other = converted(two_delays(), {"n": lambda part: units @ part / hour}, columns, 1 / hour)
-    assert other.delays == (0.3 * hour, 0.5 * hour)
-    assert rms(design(other, goal="h2")) == pytest.approx(rms(result), rel=1e-6)
-
-
 def test_intensities_stand_for_factors() -> None:
     Q, R, S = [[4.0, 1.0], [1.0, 2.0]], [[0.5]], [[0.3], [-0.4]]
     given = {"a0": [[-1, 0.2], [0, -0.5]], "delays": [0.6], "c10": [[1, 0]], "c2": [[1, 1]]}
@@ -219,41 +208,6 @@ def test_intensities_stand_for_factors() -> None:
     ):
         with pytest.raises(InvalidInputError, match=says):
             DelayPlant.from_covariances(**{"Q": Q, "R": R, "S": S, **given, **wrong})
-
-
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        ({"goal": "h3"}, "goal must be one of"),
-        ({"goal": "h2", "level": 2.0}, "level belongs to"),
-        ({"goal": "h2", "margin": 0.1}, "margin belong to the goal hinf"),
-        ({"goal": "h2", "rule": "tensor"}, "belong to the goal hinf"),
-        ({"goal": "h2", "degree": 40}, "degree"),
-        ({"goal": "mixed", "level": -1.0}, "level"),
-    ],
-)
-def test_arguments_that_do_not_fit(given: dict[str, object], says: str) -> None:
-    with pytest.raises(InvalidInputError, match=says):
-        design(late(0.0, 1.0, 1.0), **given)  # type: ignore[arg-type]
-
-
-def test_plants_without_a_mean_square_are_refused() -> None:
-    eye = [[1, 0], [0, 1]]
-    tanks = delay_system([[-1, 0.2], [0.5, -2]], [[[0, 0], [0.5, 0.2]]], [0.4], eye, eye, [[1, 0]])
-    with pytest.raises(InvalidInputError, match="noise in y"):
-        design(tanks, goal="h2")
-    with pytest.raises(InvalidInputError, match="noise in y"):
-        design(DelayPlant([[0]], [1.0], [[1]], [[1]], [[1]]), goal="mixed")
-    with pytest.raises(InvalidInputError, match="infinite mean square"):
-        design(averaged(), goal="h2")
-    unseen = DelayPlant([[1, 0], [0, -1]], [1.0], np.eye(2, 3), [[1, 0]], [[0, 1]], d21=[[0, 0, 1]])
-    with pytest.raises(InvalidInputError, match="not detectable"):
-        design(unseen, goal="h2")
-    silent = DelayPlant([[-1]], [1.0], [[1, 0]], [[1]], [[1], [2]], d21=[[0, 1], [0, 2]])
-    echo = DelayPlant([[-1]], [1.0], [[1, 0]], [[1]], [[1]], d21=[[0, 1]], d21_delayed=[[[0, 1]]])
-    for noiseless in (silent, echo):  # of two sensors with one noise; at 1/2, 3/2 .. turns of the delay
-        with pytest.raises(InvalidInputError, match="free of noise"):
-            design(noiseless, goal="h2")
 
 
 def test_the_estimate_zero_and_errors_that_grow() -> None:

@@ -368,46 +368,14 @@ def both_sides(drawn: Drawn, misprint: str) -> tuple[float, float]:
     def Z_7(i: int, j: int, s: float, t: float) -> Matrix:
         return o.Z(s).T @ o.W_7[i, j] @ o.Z(t, q)
 
-    def moved(head: Matrix, slopes: list[Callable[[float], Matrix]]) -> float:
-        """<e, P (head, slopes)>."""
-        first = o.P @ head + sum(integral(i, lambda s, i=i: Q(i, s) @ slopes[i](s)) for i in (0, 1))
-        total = tau * e_0 @ first
-        for i in (0, 1):
-            total += integral(
-                i,
-                lambda s, i=i: (
-                    e[i](s, 0)
-                    @ (
-                        tau * Q(i, s).T @ head
-                        + tau * o.S(i, s) @ slopes[i](s)
-                        + sum(integral(j, lambda t, j=j: R(i, j, s, t) @ slopes[j](t)) for j in (0, 1))
-                    )
-                ),
-            )
-        return float(total)
-
-    y_0, y_late = C_2 @ e_0, [C_2 @ one for one in late]
-    injected = o.Z_0 @ y_0 + sum(
-        o.Z_2[i] @ y_late[i] + integral(i, lambda s, i=i: o.Z_3(i, s) @ C_2 @ e[i](s, 0)) for i in (0, 1)
+    inside, slopes = (np.concatenate([e[i](s, k) for i in (0, 1) for s in o.s[i]]) for k in (0, 1))
+    measured = np.concatenate(
+        [C_2 @ e_0, *(C_2 @ one for one in late), np.kron(np.eye(len(inside) // n), C_2) @ inside]
     )
-    left = 2 * moved(drift - B @ w, [lambda s, i=i: e[i](s, 1) for i in (0, 1)]) + 2 * tau * e_0 @ injected
-    row = 1.0 if misprint == "eq10-factor" else tau
-    for i in (0, 1):
-        left += (
-            2
-            * row
-            * integral(
-                i,
-                lambda s, i=i: (
-                    e[i](s, 0)
-                    @ (
-                        o.Z(s).T
-                        @ (o.W_4[i] @ y_0 + sum(o.W_5[i, j] @ y_late[j] for j in (0, 1)) + o.W_6[i] @ C_2 @ e[i](s, 0))
-                        + sum(integral(j, lambda t, j=j: Z_7(i, j, s, t) @ C_2 @ e[j](t, 0)) for j in (0, 1))
-                    )
-                ),
-            )
-        )
+    image = forward(o) @ np.concatenate([drift - B @ w, slopes])
+    image += injection(o, of_10(o), 1.0 if misprint == "eq10-factor" else tau) @ measured
+    weights = np.repeat([tau, *o.w[0], *o.w[1]], n)
+    left = 2 * np.concatenate([e_0, inside]) @ (weights * image)
     left += -level * w @ w + (z @ z / level if misprint == "theorem-1-sign" else 2 * v @ z - level * v @ v)
 
     T_00 = o.P @ A_0 + o.Z_0 @ C_2 + sum(Q(i, 0) + o.S(i, 0) / 2 for i in (0, 1))

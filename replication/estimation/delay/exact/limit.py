@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.central import FilterModel, ladder_model, normal_states, whitened
 from replication.estimation.delay.exact.loop import decided, plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.synthesis import scaling_of
 from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.validation import Array, positive_scalar
 
 # The least H-infinity level of a filter for a delay-free model, by the filter Riccati equation; D_11 and D_21 at will.
@@ -220,9 +221,8 @@ ORDERS = (2, 3, 4, 7, 8, 11, 14, 19, 26, 35, 48)
 """Odd and even ones by turns: Pade's approximants of odd order change the sign at infinity."""
 LARGEST = 240
 """States of a model."""
-FEWEST, SEEN = 3, 11
-"""Rungs that are climbed however large; the one whose unstable roots are tested."""
-UNSEEN = 1e-7
+FEWEST = 3
+"""Rungs that are climbed however large."""
 
 
 @dataclass(frozen=True)
@@ -300,9 +300,9 @@ def limit(plant: DelayPlant, tolerance: float = 1e-8) -> Limit:
     """
     positive_scalar("tolerance", tolerance)
     scaling = scaling_of(plant)
-    scaled = plant_terms(scaling.plant(plant))
+    scaled = scaling.plant(plant)
     require_seen(scaled, scaling.time)
-    least = limit_of(scaled, tolerance)
+    least = limit_of(plant_terms(scaled), tolerance)
     return replace(least, frequency=least.frequency / scaling.time)
 
 
@@ -334,22 +334,3 @@ def climbed(
         if max(*changes, floor - rung) <= tolerance * rung:
             break
     return tuple(rungs), float(max(*changes, floor - rungs[-1][1]))
-
-
-def require_seen(plant: PlantTerms, time: float) -> None:
-    """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials.
-
-    time: the unit of time of `plant`, s.
-    """
-    n = plant.sizes[0]
-    states, _, measured = plant.rows
-    values = np.linalg.eigvals(ladder_model(plant, SEEN).a)
-    for root in values[values.real >= -UNSEEN * (1.0 + np.abs(values))]:
-        point = complex(max(root.real, 0.0), root.imag)
-        matrix = plant.terms.at(np.array([point]))[0][:, :n]
-        pencil = np.vstack([matrix[states] - point * np.eye(n), matrix[measured]])
-        sizes = np.linalg.norm(pencil, axis=1, keepdims=True)
-        if np.linalg.svd(pencil / np.where(sizes > 0.0, sizes, 1.0), compute_uv=False)[-1] <= UNSEEN:
-            raise InvalidInputError(
-                f"the plant is not detectable: y does not see the root {root / time:.6g}; measure more"
-            )

@@ -41,8 +41,8 @@ class Kernel:
         return Kernel(series if right is None else series @ right)
 
     def transform(self, s: Complex) -> Complex:
-        """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
-        factor = 0.5 * np.exp(-0.5 * s + 0.5 * s.real)
+        """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,), shape (M, a, b)."""
+        factor = 0.5 * np.exp(-0.5 * s + 0.5 * np.abs(s.real))
         transforms = _legendre_transforms(0.5 * s, len(self.series))
         return np.asarray(np.einsum("m,mk,kab->mab", factor, transforms, self.series))
 
@@ -85,7 +85,7 @@ class Kernel:
 
 
 def _legendre_transforms(b: Complex, count: int) -> Complex:
-    """e^{-Re b} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
+    """e^{-|Re b|} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
     orders = np.arange(count)
     if not np.any(b.real):
         return np.asarray(2.0 * (-1j) ** orders * _spherical(b.imag.astype(float), count))
@@ -145,7 +145,7 @@ class Terms:
         return tuple(zip(self.delays, self.delayed, self.kernels, strict=True))
 
     def at(self, s: Complex, delays: Array | None = None) -> Complex:
-        """M at each s (M,) with Re s >= 0, shape (M, a, b); `delays` (M, K) stand for tau_i if given."""
+        """M at each s (M,), shape (M, a, b); `delays` (M, K) stand for tau_i if given."""
         total = np.tile(self.constant.astype(complex), (len(s), 1, 1))
         for line in self.lines_at(s, delays):
             total += line

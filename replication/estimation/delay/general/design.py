@@ -12,7 +12,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
-from replication.estimation.delay.exact.limit import Limit, climbed, limit, require_seen
+from replication.estimation.delay.exact.limit import Limit, climbed, limit
 from replication.estimation.delay.exact.loop import (
     error_response,
     plant_terms,
@@ -32,6 +32,7 @@ from replication.estimation.delay.general.synthesis import (
 )
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.result import DelayResult, made
+from replication.estimation.delay.spectrum import require_seen, rightmost_roots
 from replication.estimation.validation import Array, frozen
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
@@ -51,7 +52,7 @@ def design_general(
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
     require_noise(plant)
     scaling = scaling_of(plant)
-    require_seen(plant_terms(scaling.plant(plant)), scaling.time)
+    require_seen(scaling.plant(plant), scaling.time)
     degree = degree_of(plant) if degree is None else degree
     if level is None:
         if smoother_bound(plant_terms(plant)).level <= 0.0 and limit(plant).level <= 0.0:
@@ -131,13 +132,18 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     """What the plant does without an observer, and what any observer can do."""
     terms = plant_terms(plant)
     still = error_response(terms)
-    roots, gain, rms = "unstable roots", "gain from w to z", "rms of z"
+    rightmost, roots, gain, rms = "rightmost root", "unstable roots", "gain from w to z", "rms of z"
+    try:
+        how = "collocation, refined by Newton's method"
+        facts = [Evidence(rightmost, f"{rightmost_roots(plant, 1)[0]:.6g}", how, "1/s")]
+    except SolverError as error:
+        facts = [Evidence(rightmost, "open", str(error))]
     try:
         count = right_roots(still)[1]
     except (SolverError, np.linalg.LinAlgError) as error:
-        facts = [Evidence(what, "open", str(error)) for what in (roots, gain, rms)]
+        facts += [Evidence(what, "open", str(error)) for what in (roots, gain, rms)]
         return *facts, *known_levels(plant)
-    facts = [Evidence(roots, count, "argument principle, true exponentials")]
+    facts.append(Evidence(roots, count, "argument principle, true exponentials"))
     if count:
         facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
     else:

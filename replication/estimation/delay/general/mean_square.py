@@ -13,15 +13,16 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.shown import Measures, TradeOff, balanced
 from replication.estimation.api.shown import tradeoff as curve
 from replication.estimation.delay.exact.central import FilterModel, central
-from replication.estimation.delay.exact.limit import Limit, limit, require_seen
+from replication.estimation.delay.exact.limit import Limit, limit
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
 from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
-from replication.estimation.delay.general.synthesis import require_noise, scaling_of
+from replication.estimation.delay.general.synthesis import back_in, require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
@@ -178,8 +179,9 @@ class Designs:
             )
         require_noise(plant)
         self.plant, self.scaling = plant, scaling_of(plant)
-        require_seen(plant_terms(self.scaling.plant(plant)), self.scaling.time)
-        self.form = line_form(self.scaling.plant(plant))
+        scaled = self.scaling.plant(plant)
+        require_seen(scaled, self.scaling.time)
+        self.form = line_form(scaled)
         most = (STATES - plant.states) // max(self.form.width, 1)
         self.degree = max(min(DEGREE, most), self.form.moments, 1) if degree is None else degree
         self.model = moment_plant(self.form, self.degree)
@@ -219,7 +221,7 @@ class Designs:
             start = stop
         l0 = gains[:n] / self.scaling.states[:, None] * rate
         return DelayObserver(
-            self.plant, self.scaling.back(self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
+            self.plant, back_in(self.scaling, self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
         )
 
     def measures(self, level: float) -> Measures:

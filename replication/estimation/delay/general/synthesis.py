@@ -27,7 +27,7 @@ from replication.estimation.delay.general.cone import (
 )
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.units import converted, natural_units
+from replication.estimation.delay.units import Scaling, natural_units
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 # Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
@@ -39,40 +39,16 @@ MOMENTS = 3
 """On each piece of the past, in the model of the Kalman filter."""
 
 
-@dataclass(frozen=True)
-class Scaling:
-    """x' = states * x, y' = sensors * y, t' = t / time; w' = sqrt(gain) w and z' = z / sqrt(gain).
-
-    So levels are divided by gain.
-    """
-
-    states: Array
-    sensors: Array
-    time: float
-    gain: float
-
-    def at(self, gain: float) -> Scaling:
-        """For levels about `gain`; errors and noise keep their size in the new unit of w."""
-        root = (gain / self.gain) ** 0.5
-        return replace(self, states=self.states * root, sensors=self.sensors * root, gain=gain)
-
-    def plant(self, plant: DelayPlant) -> DelayPlant:
-        """The plant in these units."""
-        left, root, seen = self.time * self.states[:, None], self.gain**0.5, self.sensors[:, None]
-        rows = {"n": lambda part: left * part, "p": lambda part: part / root, "q": lambda part: seen * part}
-        columns = {"n": lambda part: part / self.states, "r": lambda part: part / root}
-        return converted(plant, rows, columns, self.time)
-
-    def back(self, form: LineForm) -> LineForm:
-        """A line form in these units in those of the plant, with the same signals on the lines."""
-        p, root = form.outputs, self.gain**0.5
-        rows = np.concatenate([1.0 / (self.time * self.states), np.full(p, root), 1.0 / self.sensors])[:, None]
-        columns = np.concatenate([self.states, np.full(form.inputs, root)])
-        lines = (
-            Line(line.delay * self.time, line.carry * columns, rows * line.end, rows * line.moments)
-            for line in form.lines
-        )
-        return replace(form, now=rows * form.now * columns, lines=tuple(lines))
+def back_in(scaling: Scaling, form: LineForm) -> LineForm:
+    """A line form in these units in those of the plant, with the same signals on the lines."""
+    p, root = form.outputs, scaling.gain**0.5
+    rows = np.concatenate([1.0 / (scaling.time * scaling.states), np.full(p, root), 1.0 / scaling.sensors])[:, None]
+    columns = np.concatenate([scaling.states, np.full(form.inputs, root)])
+    lines = (
+        Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
+        for line in form.lines
+    )
+    return replace(form, now=rows * form.now * columns, lines=tuple(lines))
 
 
 def scaling_of(plant: DelayPlant) -> Scaling:
@@ -88,7 +64,7 @@ def scaling_of(plant: DelayPlant) -> Scaling:
     units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, seen, a, c1))
     noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
     sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
-    natural = Scaling(np.diag(units.change).copy(), sensors, min(units.time, _power(plant.delays[-1])), 1.0)
+    natural = replace(units, sensors=sensors, time=min(units.time, _power(plant.delays[-1])))
     model = ladder_model(plant_terms(natural.plant(plant)), MOMENTS)
     if np.linalg.matrix_rank(model.dy) < len(model.dy):
         return natural
@@ -270,7 +246,7 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
     l0, lz, kernels = injection(program.form, program.rates, proof.storage)
     return proof, DelayObserver(
         plant,
-        scaling.back(program.form),
+        back_in(scaling, program.form),
         l0 / scaling.states[:, None] / scaling.time * scaling.sensors,
         lz * scaling.gain**0.5 * scaling.sensors,
         tuple(kernel / scaling.time * scaling.sensors for kernel in kernels),

@@ -13,7 +13,7 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program, reduced
-from replication.estimation.delay.spectrum import require_detectable
+from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.delay.units import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
 
@@ -40,7 +40,7 @@ last from the first start, as one that is too large loses the equalities, too.
 
 @dataclass(frozen=True)
 class LeastGain:
-    """lower <= least γ of this degree <= gamma, both in floating point, from the two sides of one program.
+    """lower <= least γ of one degree and rule <= gamma, both in floating point, from the two sides of one program.
 
     gamma allows for what the point misses of the equalities (`slip`), lower for a dual slack that is slightly
     indefinite: it holds for matrices of a trace up to ROOM times that of the point. Theorem 3 has certificates for
@@ -48,14 +48,6 @@ class LeastGain:
 
     Attributes
     ----------
-    system : DelayPlant
-        The plant in the coordinates of the program.
-    degree : int
-        Degree of the polynomials.
-    rule : DegreeRule
-        Which monomials that stands for.
-    epsilon : float
-        Strictness of both inequalities.
     lower : float
         Lower end, of the dual.
     gamma : float
@@ -64,10 +56,6 @@ class LeastGain:
         The matrices of the cones, with status and residuals of the solver.
     """
 
-    system: DelayPlant
-    degree: int
-    rule: DegreeRule
-    epsilon: float
     lower: float
     gamma: float
     solution: Solution
@@ -116,15 +104,16 @@ def minimum_gain(
         SDPA settles on none, or leaves a wider gap than the options allow.
     """
     rates = rule is DegreeRule.BESSEL  # its matrices act on the point variables one by one: sparse ones are cheap
-    plant = natural_units(system).system
+    units = natural_units(system)
+    plant = units.plant(system)
     assembly = reduced(assemble(plant, degree, rule, rates=rates))
-    require_detectable(system)
+    require_seen(plant, units.time)
     rough = solved(program(assembly, epsilon), UNITS)
     unit = float(rough.linear[0])
     if _lower(rough) <= 0.0:
-        return _found(assembly, epsilon, 1.0, rough)
+        return _found(1.0, rough)
     scaled = reduced(assemble(gain_scaled(plant, unit), degree, rule, rates=rates))
-    return _found(assembly, epsilon, unit, solved(program(scaled, epsilon), options))
+    return _found(unit, solved(program(scaled, epsilon), options))
 
 
 def solved(task: Program, options: SdpaOptions) -> Solution:
@@ -152,16 +141,8 @@ def _lower(solution: Solution) -> float:
     return solution.dual_objective - ROOM * max(0.0, indefinite)
 
 
-def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) -> LeastGain:
-    return LeastGain(
-        system=assembly.system,
-        degree=assembly.degree,
-        rule=assembly.rule,
-        epsilon=epsilon,
-        lower=unit * max(0.0, _lower(solution)),
-        gamma=unit * (solution.objective + solution.slip),
-        solution=solution,
-    )
+def _found(unit: float, solution: Solution) -> LeastGain:
+    return LeastGain(unit * max(0.0, _lower(solution)), unit * (solution.objective + solution.slip), solution)
 
 
 @dataclass(frozen=True)
@@ -203,8 +184,9 @@ def certificate_at(
     level = positive_scalar("gamma", gamma)
     units = natural_units(system)
     gain = rounded(level)
-    assembly = assemble(gain_scaled(units.system, gain), degree, rule, rates=rule is DegreeRule.BESSEL)
-    require_detectable(system)
+    plant = units.plant(system)
+    assembly = assemble(gain_scaled(plant, gain), degree, rule, rates=rule is DegreeRule.BESSEL)
+    require_seen(plant, units.time)
     task = program(assembly, epsilon, level / gain)
     try:
         solution = solve_sdpa(task, options)
@@ -213,7 +195,7 @@ def certificate_at(
         solution = _retried(task, looser(options), level, least)
     certificate = certificate_of(assembly, epsilon, level / gain, solution)
     plain = gain_scaled(certificate.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
-    return replace(certificate, system=plain, gamma=level, change=certificate.change @ units.change, time=units.time)
+    return replace(certificate, system=plain, gamma=level, change=certificate.change * units.states, time=units.time)
 
 
 def _bracket(

@@ -126,43 +126,48 @@ class DegreeRule(StrEnum):
 
 @dataclass(frozen=True)
 class ConeBlock:
-    """One matrix M_g: the degree of its bases, the rule for Z_2, and whether g = -η(η+1)."""
+    """One matrix M_g: the degree of Z_1; Z_2 holds η^a θ^b, a <= inner, b <= outer and, if `total`, a + b <= degree."""
 
     degree: int
-    rule: DegreeRule
-    weighted: bool
+    inner: int
+    outer: int
+    total: bool
+    weighted: bool  # Whether g = -η(η+1)
 
     def kernel_basis(self) -> tuple[Index, Index]:
         """Degrees (in η, in θ) of the members of Z_2."""
-        inner = 0 if self.rule is DegreeRule.OUTER else self.degree
-        outer = self.degree
-        if self.rule is DegreeRule.WIDE:
-            outer = 2 * self.degree
-        elif self.rule is DegreeRule.OUTER:
-            outer = self.degree + self.weighted
-        elif self.rule is DegreeRule.INNER:
-            outer = 0
-        first, second = np.divmod(np.arange((inner + 1) * (outer + 1), dtype=np.int64), outer + 1)
-        if self.rule is DegreeRule.TOTAL:
-            keep = first + second <= self.degree
-            first, second = first[keep], second[keep]
-        return first, second
+        first, second = np.divmod(np.arange((self.inner + 1) * (self.outer + 1), dtype=np.int64), self.outer + 1)
+        keep = first + second <= (self.degree if self.total else self.inner + self.outer)
+        return first[keep], second[keep]
+
+    @property
+    def members(self) -> int:
+        """Of Z_1 and Z_2, for each function."""
+        return self.degree + 1 + self.kernel_basis()[0].size
 
     def size(self, space: FormSpace) -> int:
         """Order of the matrix M_g."""
-        return space.points + space.functions * (self.degree + 1 + self.kernel_basis()[0].size)
+        return space.points + space.functions * self.members
 
     def labels(self, space: FormSpace) -> Index:
         """The variable behind each row of M_g: points are numbered first, then functions."""
-        members = self.degree + 1 + self.kernel_basis()[0].size
         functions = space.points + np.arange(space.functions, dtype=np.int64)
-        return np.concatenate([np.arange(space.points, dtype=np.int64), np.tile(functions, members)])
+        return np.concatenate([np.arange(space.points, dtype=np.int64), np.tile(functions, self.members)])
 
 
-def cone_blocks(degree: int, rule: DegreeRule) -> tuple[ConeBlock, ConeBlock]:
+Blocks = tuple[ConeBlock, ConeBlock]
+"""Without and with the weight -η(η+1)."""
+
+
+def cone_blocks(degree: int, rule: DegreeRule) -> Blocks:
     """The two matrices of the cone of degree d >= 1, for every rule but bessel."""
-    weighted = degree if rule is DegreeRule.WIDE else degree - 1
-    return ConeBlock(degree, rule, False), ConeBlock(weighted, rule, True)
+
+    def block(order: int, weighted: bool) -> ConeBlock:
+        inner = 0 if rule is DegreeRule.OUTER else order
+        outer = {DegreeRule.OUTER: degree, DegreeRule.INNER: 0, DegreeRule.WIDE: 2 * order}.get(rule, order)
+        return ConeBlock(order, inner, outer, rule is DegreeRule.TOTAL, weighted)
+
+    return block(degree, False), block(degree if rule is DegreeRule.WIDE else degree - 1, True)
 
 
 def required_count(degree: int, rule: DegreeRule) -> int:
@@ -170,6 +175,12 @@ def required_count(degree: int, rule: DegreeRule) -> int:
     if rule is DegreeRule.BESSEL:
         return max(degree, 2)  # the multiplier S + (1+η)T has degree one
     return 2 * degree + (3 if rule is DegreeRule.WIDE else 1)
+
+
+def cone_of(blocks: Blocks, space: FormSpace) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
+    """Map from both matrices to the coefficients of their forms, and what stands behind their rows."""
+    stacked = scipy.sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
+    return stacked, tuple(block.labels(space) for block in blocks)
 
 
 def cone_map(block: ConeBlock, space: FormSpace) -> scipy.sparse.csr_array:

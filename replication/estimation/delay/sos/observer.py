@@ -129,9 +129,12 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
 
 
 def _balanced(error: ErrorSystem) -> ErrorSystem:
-    """The same response with the states in units that balance `a`, as its Schur form needs."""
+    """The same response in units of the states that balance `a`, as its Schur form needs, and make b and c alike."""
     a, (scale, _) = scipy.linalg.matrix_balance(error.a, permute=False, separate=True)
-    return ErrorSystem(a, error.b / scale[:, None], error.c * scale)
+    b, c = error.b / scale[:, None], error.c * scale
+    sizes = np.linalg.norm(b), np.linalg.norm(c)
+    unit = 2.0 ** np.round(np.log2(sizes[0] / sizes[1]) / 2.0) if all(sizes) else 1.0
+    return ErrorSystem(a, b / unit, c * unit)
 
 
 def _peak(triangle: Array, c: Array, b: Array, omega: Array) -> tuple[float, float]:

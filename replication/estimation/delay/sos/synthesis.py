@@ -19,11 +19,12 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import cone as bessel
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import (
+    Blocks,
     DegreeRule,
     FormSpace,
     Index,
     cone_blocks,
-    cone_map,
+    cone_of,
     required_count,
     triangle,
 )
@@ -60,17 +61,33 @@ class Assembly:
     drive: Drive | None = None
 
 
-def assemble(system: DelayPlant, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, rates: bool = False) -> Assembly:
+def assemble(
+    system: DelayPlant,
+    degree: int,
+    rule: DegreeRule = DegreeRule.TENSOR,
+    *,
+    rates: bool = False,
+    blocks: tuple[Blocks, Blocks] | None = None,
+    count: int | None = None,
+) -> Assembly:
     """Maps from the cone matrices to the coefficients of V and N, and from V to dV/dt; with `rates`, as in `by_rates`.
 
-    Raises InvalidInputError for degree < 1.
+    blocks, count: the matrices of the cones of V and of N, and the Legendre coefficients that hold their products, in
+    place of those of the rule. Raises InvalidInputError for degree < 1.
     """
     degree = positive_integer("degree", degree)
     inner, change = measured_last(system)
-    count = required_count(degree, rule)
-    storage, v_labels = _cone(lie.state_space(inner, count), degree, rule, ramp=True)
-    # The derivative of the ramp is constant: the dissipation needs none.
-    dissipation, h_labels = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
+    if blocks is None and rule is not DegreeRule.BESSEL:
+        blocks = (cone_blocks(degree, rule),) * 2
+    count = required_count(degree, rule) if count is None else count
+    spaces = lie.state_space(inner, count), lie.derivative_space(inner, count)
+    if blocks:
+        (storage, v_labels), (dissipation, h_labels) = map(cone_of, blocks, spaces)
+    else:
+        # The derivative of the ramp is constant: the dissipation needs none.
+        (storage, v_labels), (dissipation, h_labels) = (
+            bessel.cone(space, degree, ramp=ramp) for space, ramp in zip(spaces, (True, False), strict=True)
+        )
     drive = by_rates(inner) if rates else None
     derivative = lie.lie_derivative(inner, count, drive)
     kept = ~lie.absorbed(inner, count)
@@ -87,17 +104,6 @@ def monomials(system: DelayPlant, degree: int, rule: DegreeRule) -> int:
 def degree_for(system: DelayPlant, rule: DegreeRule) -> int:
     """The degree that a design takes unless one is asked for, see DEGREES."""
     return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
-
-
-def _cone(
-    space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool
-) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
-    """Map from the matrices of the cone to the coefficients of its forms, and what stands behind their rows."""
-    if rule is DegreeRule.BESSEL:
-        return bessel.cone(space, degree, ramp=ramp)
-    blocks = cone_blocks(degree, rule)
-    stacked = scipy.sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
-    return stacked, tuple(block.labels(space) for block in blocks)
 
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.delay_plants import EXAMPLES, late_sensor, random_plant
-from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.delay import (
     DelayObserver,
     DelayPlant,
@@ -23,11 +23,17 @@ from replication.estimation.delay import (
     limit,
     simulate,
 )
-from replication.estimation.delay.general.synthesis import Scaling, degree_of, least_level, observer_at
+from replication.estimation.delay.general.synthesis import (
+    _Program,
+    degree_of,
+    least_level,
+    observer_at,
+)
 from replication.estimation.delay.sos.observer import hinf_norm
+from replication.estimation.delay.units import converted
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
-from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays
+from tests.estimation.delay.plants import averaged, delayed_output, late, made_up, tanks, two_late
 
 SAMPLE = (6, 9, 11, 12)
 """Seeds of random plants with small storage; among them unstable ones and late outputs."""
@@ -58,7 +64,7 @@ def test_public_examples_reach_the_exact_level(name: str, published: str, degree
     assert least_level(plant, 1).level > exact.level + 10 * WITHIN[name]  # a low degree does not
 
 
-@pytest.mark.parametrize("plant", [delayed_output, two_delays, averaged])
+@pytest.mark.parametrize("plant", [delayed_output, two_late, averaged])
 def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), degree=4, margin=0.02)
     assert isinstance(result, DelayResult)
@@ -91,14 +97,45 @@ def test_a_late_sensor_costs_what_no_smoother_pays() -> None:
     assert least.level > 1.3 * exact.smoother
 
 
-def test_units_do_not_matter() -> None:
-    plant, gain, one = two_delays(), 16.0, np.ones(1)
-    level = least_level(plant, 3).level
-    for scaling in (Scaling(np.array([1.0, 1e3]), one, 1.0, 1.0), Scaling(np.ones(2), one, 1e3, 1.0)):
-        assert least_level(scaling.plant(plant), 3).level == pytest.approx(level, rel=1e-5)
-    assert least_level(Scaling(np.ones(2), one, 1.0, gain).plant(plant), 3).level == pytest.approx(
-        level / gain, rel=1e-5
-    )
+QUANTITIES: dict[str, Any] = {
+    "least level": lambda plant: limit(plant).level,
+    "level of a degree": lambda plant: least_level(plant, 3).level,
+    "gain of the estimate zero": lambda plant: exact_gain(made_up(plant, 0.0)).lower,
+    "rms by the Kalman filter": lambda plant: design(plant, goal="h2").fact("rms error of z").value,
+}
+HOUR, ONE = 3600.0, np.ones(1)
+MIXED = np.random.default_rng(5).standard_normal((2, 2)) @ np.diag([1e2, 1.0])
+
+
+def converted_by(change: Any, time: float, sensor: float, noise: float) -> Any:
+    """In other states, time and sensors, and with disturbances that are divided by `noise`."""
+    rows = {"n": lambda part: time * change @ part, "q": lambda part: sensor * part}
+    columns = {"n": lambda part: part @ np.linalg.inv(change), "r": lambda part: part / noise}
+    return lambda plant: converted(plant, rows, columns, time)
+
+
+IN_MIXED_STATES = converted_by(MIXED, 20.0, 50.0, 1.0)
+CHANGES = (
+    (converted_by(np.diag([1e3, 1e-4]), 1.0, 1e6, 1.0), 1.0),
+    (IN_MIXED_STATES, 1.0),
+    (converted_by(np.eye(2), 1 / HOUR, 1.0, 1.0), 1.0),
+    (converted_by(np.eye(2), 1.0, 1.0, 16.0), 1 / 16.0),
+)
+
+
+@pytest.mark.parametrize(
+    ("make", "quantity", "change", "factor"),
+    [
+        *((two_late, quantity, *change) for quantity in QUANTITIES for change in CHANGES),
+        *((make, "least level", IN_MIXED_STATES, 1.0) for make in (averaged, delayed_output)),
+    ],
+)
+def test_units_and_coordinates_do_not_matter(make: Any, quantity: str, change: Any, factor: float) -> None:
+    measure, plant = QUANTITIES[quantity], make()
+    other = change(plant)
+    # A mean square is one over the unit of time; levels are not.
+    time = (other.delays[0] / plant.delays[0]) ** (-0.5 if "rms" in quantity else 0.0)
+    assert measure(other) == pytest.approx(factor * measure(plant) * time, rel=1e-5)
 
 
 def test_known_inputs_are_copied_and_cost_nothing() -> None:
@@ -111,22 +148,6 @@ def test_known_inputs_are_copied_and_cost_nothing() -> None:
         at_rest, moved = observer.step([0.0], [0.0]), pushed.step([1.0], [0.0])
     assert np.abs(moved - at_rest).max() > 1e-2
     assert result.signals.inputs == ("u[0]",)
-
-
-def test_without_noise_dependent_measurements_are_refused_and_with_noise_they_are_not() -> None:
-    terms: dict[str, Any] = {"a0": [[-1.0]], "delays": [0.4], "b": [[1.0, 0, 0]], "c10": [[1.0]], "c2": [[1.0], [2.0]]}
-    with pytest.raises(InvalidInputError, match="full row rank"):
-        design(DelayPlant(**terms))
-    assert design(DelayPlant(**terms, d21=[[0, 0.1, 0], [0, 0, 0.1]])).value < 1.0
-
-
-def test_a_level_out_of_reach_is_refused_with_a_proof_or_called_open() -> None:
-    plant = late_sensor(1.0)
-    with pytest.raises(InfeasibleError, match="no estimator, not even one that knows the future"):
-        design(plant, level=0.9)
-    with pytest.raises(SolverError, match="is open"):
-        design(plant, level=1.2)
-    assert design(plant, level=1.5).value == pytest.approx(1.5)
 
 
 def test_where_a_degree_proves_nothing_the_level_is_open() -> None:
@@ -153,45 +174,66 @@ def test_without_delayed_terms_it_is_an_ordinary_filter() -> None:
     assert set(result.gains) == {"L0", "Lz"}
 
 
-BAD = [
-    (lambda p: replace(p, d21=0.0 * p.d21), "free of noise at high frequencies"),
-    (lambda p: replace(p, d21_delayed=(-p.d21,)), "free of noise at high frequencies"),
-    (lambda p: replace(p, c2_delayed=([[0.0]],)), "not detectable"),
+LATE_SENSOR, PREDICTED = late_sensor(0.5), late(0.0, 1.0, 1.0)
+DEPENDENT: dict[str, Any] = {"a0": [[-1.0]], "delays": [0.4], "b": [[1.0, 0, 0]], "c10": [[1.0]], "c2": [[1.0], [2.0]]}
+UNSEEN = DelayPlant([[1, 0], [0, -1]], [1.0], np.eye(2, 3), [[1, 0]], [[0, 1]], d21=[[0, 0, 1]])  # type: ignore[arg-type]
+SILENT = DelayPlant([[-1]], [1.0], [[1, 0]], [[1]], [[1], [2]], d21=[[0, 1], [0, 2]])  # type: ignore[arg-type]
+ECHO = DelayPlant([[-1]], [1.0], [[1, 0]], [[1]], [[1]], d21=[[0, 1]], d21_delayed=[[[0, 1]]])  # type: ignore[arg-type]
+FEWER = DelayPlant([[-1.0]], [1.0], [[1.0]], [[1.0]], [[1.0], [2.0]], d21=[[1.0], [1.0]])  # type: ignore[arg-type]
+REFUSED: list[tuple[DelayPlant, dict[str, Any], type[ReplicationError], str]] = [
+    (late_sensor(1.0), {"level": 0.9}, InfeasibleError, "no estimator, not even one that knows the future"),
+    (late_sensor(1.0), {"level": 1.2}, SolverError, "is open"),
+    (DelayPlant(**DEPENDENT), {}, InvalidInputError, "full row rank"),
+    (replace(LATE_SENSOR, d21=0.0 * LATE_SENSOR.d21), {}, InvalidInputError, "free of noise at high frequencies"),
+    (replace(LATE_SENSOR, d21_delayed=(-LATE_SENSOR.d21,)), {}, InvalidInputError, "free of noise at high frequencies"),
+    (FEWER, {}, InvalidInputError, "free of noise at high frequencies"),
+    (replace(LATE_SENSOR, c2_delayed=([[0.0]],)), {}, InvalidInputError, "not detectable"),  # type: ignore[arg-type]
+    (LATE_SENSOR, {"rule": "tensor"}, InvalidInputError, "rule must be bessel"),
+    (LATE_SENSOR, {"measured": 1}, InvalidInputError, r"belong to a control\.StateSpace"),
+    (LATE_SENSOR, {"degree": 99}, InvalidInputError, "degree must be at most"),
+    (averaged(), {"degree": 1}, InvalidInputError, "degree must be at least 2"),
+    (PREDICTED, {"goal": "h3"}, InvalidInputError, "goal must be one of"),
+    (PREDICTED, {"goal": "h2", "level": 2.0}, InvalidInputError, "level belongs to"),
+    (PREDICTED, {"goal": "h2", "margin": 0.1}, InvalidInputError, "margin belong to the goal hinf"),
+    (PREDICTED, {"goal": "h2", "rule": "tensor"}, InvalidInputError, "belong to the goal hinf"),
+    (PREDICTED, {"goal": "h2", "degree": 40}, InvalidInputError, "degree"),
+    (PREDICTED, {"goal": "mixed", "level": -1.0}, InvalidInputError, "level"),
+    (tanks(), {"goal": "h2"}, InvalidInputError, "noise in y"),
+    (DelayPlant([[0]], [1.0], [[1]], [[1]], [[1]]), {"goal": "mixed"}, InvalidInputError, "noise in y"),  # type: ignore[arg-type]
+    (averaged(), {"goal": "h2"}, InvalidInputError, "infinite mean square"),
+    (UNSEEN, {"goal": "h2"}, InvalidInputError, "not detectable"),
+    # Of two sensors with one noise; at 1/2, 3/2 .. turns of the delay.
+    (SILENT, {"goal": "h2"}, InvalidInputError, "free of noise"),
+    (ECHO, {"goal": "h2"}, InvalidInputError, "free of noise"),
 ]
 
 
-@pytest.mark.parametrize(("change", "message"), BAD)
-def test_plants_without_an_observer_are_refused_before_a_solver_runs(change, message: str) -> None:  # type: ignore[no-untyped-def]
-    plant = late_sensor(0.5)
-    with pytest.raises(InvalidInputError, match=message):
-        design(change(plant))
+@pytest.mark.parametrize(("plant", "given", "error", "says"), REFUSED)
+def test_what_is_refused_and_why(
+    plant: DelayPlant, given: dict[str, Any], error: type[ReplicationError], says: str
+) -> None:
+    with pytest.raises(error, match=says):
+        design(plant, **given)
 
 
-def test_arguments_are_checked() -> None:
-    plant = late_sensor(0.5)
-    with pytest.raises(InvalidInputError, match="rule must be bessel"):
-        design(plant, rule="tensor")
-    with pytest.raises(InvalidInputError, match=r"belong to a control\.StateSpace"):
-        design(plant, measured=1)
-    with pytest.raises(InvalidInputError, match="degree must be at most"):
-        design(plant, degree=99)
-    with pytest.raises(InvalidInputError, match="degree must be at least 2"):
-        design(averaged(), degree=1)
+def test_what_is_next_to_it_is_not_refused() -> None:
+    assert design(late_sensor(1.0), level=1.5).value == pytest.approx(1.5)
+    assert design(DelayPlant(**DEPENDENT, d21=[[0, 0.1, 0], [0, 0, 0.1]])).value < 1.0  # type: ignore[arg-type]
 
 
 def test_a_gain_that_stays_open_is_said_to_be_open() -> None:
     """Where roots next to the axis cannot be counted, the level rests on the storage function alone."""
     failure = SolverError("a root of the error lies next to the imaginary axis")
     with patch("replication.estimation.delay.general.design.exact_gain", side_effect=failure):
-        result = design(two_delays(), degree=3)
+        result = design(two_late(), degree=3)
     assert result.fact("exact gain, upper end").value == "open"
-    exact = design(two_delays(), degree=3)
+    exact = design(two_late(), degree=3)
     assert result.value == exact.value
     assert 0.99 * exact.bracket.lower <= result.bracket.lower <= exact.bracket.lower * (1 + 1e-6)
 
 
 def test_ranges_of_delays_are_looked_at() -> None:
-    result = design(two_delays(((0.29, 0.31), (0.49, 0.51))), degree=3)
+    result = design(two_late(((0.29, 0.31), (0.49, 0.51))), degree=3)
     assert result.fact("worst gain over the ranges").value >= result.fact("attained there").value > result.bracket.lower
     alone = result.fact("level without sensors").value
     assert result.fact("level without sensors over the ranges").value > alone * (1 - 1e-3)
@@ -232,3 +274,63 @@ def test_the_degree_follows_the_size() -> None:
     plant = DelayPlant(-np.eye(n), (0.5,), np.eye(n, 2), np.eye(1, n), np.eye(1, n), a=(rng.normal(size=(n, n)),))
     assert degree_of(plant) == 1
     assert "delay" in METHODS
+
+
+def test_a_proof_within_rounding_is_none() -> None:
+    plant, proved = late(0.0, 1.0, 1.0), _Program.proved
+
+    def hardly(*given):  # type: ignore[no-untyped-def]
+        return replace(proved(*given), slack=1e-16, rounding=1e-15)
+
+    level = 1.2 * float(design(plant).fact("least level").value)
+    with patch.object(_Program, "proved", hardly), pytest.raises(SolverError, match="rounding"):
+        design(plant, level=level)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 3600.0])
+def test_gains_in_another_unit_of_time(scale: float) -> None:
+    plant = two_late()
+    slow = replace(
+        plant,
+        a0=plant.a0 / scale,
+        a=tuple(a / scale for a in plant.a),
+        b=plant.b / scale,
+        delays=tuple(delay * scale for delay in plant.delays),
+        ranges=(),
+    )
+    own, other = design(plant, degree=3), design(slow, degree=3)
+    assert other.value == pytest.approx(own.value, rel=1e-4)
+    assert other.bracket.lower == pytest.approx(own.bracket.lower, rel=1e-2)
+    assert other.gains["L0"] * scale == pytest.approx(own.gains["L0"], rel=0.2)
+
+
+LATE: dict[str, Any] = {
+    "delays": [0.5], "b": [[1.0, 0.0]], "c10": [[1.0]], "c2": [[0.0]], "c2_delayed": [[[1.0]]], "d21": [[0.0, 1.0]]
+}  # fmt: skip
+GOALS = ("hinf", "h2", "mixed")
+
+
+def test_over_ranges_an_integrator_is_left_open_with_the_reason() -> None:
+    found = design(DelayPlant(a0=[[0.0]], ranges=[(0.49, 0.51)], **LATE))
+    worst = found.fact("worst gain over the ranges")
+    assert worst.value == "open" and "imaginary axis" in worst.method
+    assert np.isfinite(found.value)
+
+
+@pytest.mark.parametrize("goal", GOALS)
+def test_every_goal_says_what_its_gains_are_worth_over_the_ranges(goal: str) -> None:
+    found = design(DelayPlant(a0=[[-1.0]], ranges=[(0.4, 0.6)], **LATE), goal=goal)
+    worst, attained = (found.fact(name).value for name in ("worst gain over the ranges", "attained there"))
+    assert isinstance(worst, float) and isinstance(attained, float)
+    # The nominal delay lies in the range, where the gain is at least as large as the lower end of the bracket.
+    assert found.bracket.lower * (1 - 2e-3) <= worst and attained <= worst
+
+
+@pytest.mark.parametrize("goal", GOALS)
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1e6])
+def test_the_unit_of_the_disturbance_scales_the_level_and_nothing_else(goal: str, unit: float) -> None:
+    def level(unit: float) -> float:
+        scaled = {**LATE, "b": [[unit, 0.0]], "d21": [[0.0, unit]]}
+        return design(DelayPlant(a0=[[-1.0]], **scaled), goal=goal).value
+
+    assert level(unit) / unit == pytest.approx(level(1.0), rel=1e-6)

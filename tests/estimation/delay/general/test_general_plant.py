@@ -1,75 +1,20 @@
-"""General delay plants: what is refused and why, the plant without noise as a special case, the plant as lines."""
+"""A delay plant as lines and in other units; the page on delays with noise and its record."""
 
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.delay_plants import DEGREE, EXAMPLES, PAGE, ROWS, measured, random_plant, recorded, tables
-from replication.errors import InvalidInputError
-from replication.estimation.delay import DelayPlant, analyse, delay_system
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.general.cone import Line, LineForm, line_form
-from replication.estimation.delay.general.synthesis import Scaling, scaling_of
+from replication.estimation.delay.general.synthesis import back_in, scaling_of
 from replication.estimation.delay.sos import legendre
-from tests.estimation.delay.exact_cases import averaged, delayed_output
+from replication.estimation.delay.units import Scaling
+from tests.estimation.delay.plants import averaged, delayed_output
 from tests.tolerances import ROUNDING
-
-GOOD: dict[str, Any] = {
-    "a0": -np.eye(2),
-    "delays": [0.5, 1.0],
-    "b": np.eye(2, 3),
-    "c10": np.eye(2),
-    "c2": [[1.0, 0.0]],
-    "d21": [[0.0, 0.0, 0.1]],
-}
-BAD = [
-    ({"delays": [1.0, 0.5]}, "increase strictly"),
-    ({"delays": [-0.5, 1.0]}, r"delays\[0\] must be positive"),
-    ({"delays": []}, "at least one delay"),
-    ({"ranges": [[0.6, 0.4], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
-    ({"ranges": [[0.3, 0.4], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
-    ({"ranges": [[0.6, 0.7], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
-    ({"ranges": [[-0.1, 0.6], [0.9, 1.1]]}, r"ranges\[0\]\[0\] must be positive"),
-    ({"ranges": [[0.4, 0.6]]}, "one pair per delay: 2 delays, 1 pairs"),
-    ({"ranges": [[0.4, 0.5, 0.6], [0.9, 1.1]]}, r"ranges\[0\] must be a pair"),
-    ({"a_spread": [np.zeros((7, 2, 2)), np.zeros((1, 2, 2))]}, "fit a weight of degree 5"),
-    ({"a_spread": [np.zeros((2, 3, 2)), np.zeros((1, 2, 2))]}, r"a_spread\[0\]\[0\] must have 2 rows"),
-    ({"c2_delayed": [[[1.0, 0.0]]]}, "one matrix per delay: 2 delays, 1 matrices"),
-    ({"d21": [[0.1, 0.2]]}, "d21 must have 3 columns"),
-    ({"d11": np.zeros((1, 3))}, "d11 must have 2 rows"),
-    ({"b_u_delayed": [[[1.0], [0.0]], [[1.0]]]}, r"b_u_delayed\[1\] must have 2 rows"),
-    ({"b_delayed": 3}, "b_delayed must be a list"),
-    ({"b": np.zeros((2, 0))}, "b must have a column"),
-]
-
-
-@pytest.mark.parametrize(("change", "message"), BAD)
-def test_bad_fields_are_named(change: dict[str, Any], message: str) -> None:
-    DelayPlant(**GOOD)
-    with pytest.raises(InvalidInputError, match=message):
-        DelayPlant(**{**GOOD, **change})
-
-
-def test_the_plant_of_the_paper_is_the_special_case() -> None:
-    plain = delay_system([[-1.0]], [[[-0.3]]], [0.4], [[1.0]], [[1.0]], [[1.0]], [[[0.2]]])
-    assert isinstance(plain, DelayPlant) and plain.noiseless
-    noisy = replace(plain, d21=np.array([[0.1]]))
-    assert not noisy.noiseless
-    # By itself it is the plant without noise, by another method.
-    alone, with_noise = ({fact.what: fact.value for fact in analyse(plant).evidence} for plant in (plain, noisy))
-    assert with_noise["gain from w to z"] == pytest.approx(alone["gain from w to z"], rel=1e-3)
-
-
-@pytest.mark.parametrize("name", ["a", "c1"])
-def test_a_system_names_the_matrices_that_it_lacks(name: str) -> None:
-    terms: dict[str, Any] = {"a0": [[-1.0]], "a": [[[1.0]]], "delays": [0.4], "b": [[1.0]], "c10": [[1.0]]}
-    with pytest.raises(InvalidInputError, match=f"{name} must hold one matrix per delay"):
-        delay_system(**{**terms, "c2": [[1.0]], name: []})
 
 
 def values(form: LineForm, s: complex) -> np.ndarray:
@@ -109,7 +54,7 @@ def test_scaling_is_undone_exactly() -> None:
     there = line_form(scaling.plant(plant))
     s = 0.3 + 2.1j
     expected = plant_terms(plant).terms.at(np.array([s]))[0]
-    assert values(scaling.back(there), s) == pytest.approx(expected, abs=ROUNDING)
+    assert values(back_in(scaling, there), s) == pytest.approx(expected, abs=ROUNDING)
     assert scaling_of(delayed_output()).gain == 1.0
 
 
@@ -162,11 +107,3 @@ def test_a_measurement_comes_out_again(name: str) -> None:
     assert found["least"] == pytest.approx(row["least"], rel=PROMISED)
     assert found["least"] > found["limit"] * (1 - PROMISED)
     assert found["limit"] == pytest.approx(row["limit"], rel=1e-6)
-
-
-def test_the_name_of_a_plant_file_is_told() -> None:
-    given = {name: value for name, value in GOOD.items() if name != "c2"}
-    with pytest.raises(InvalidInputError, match="C2 is the name in a plant file; in Python write c2="):
-        DelayPlant(**given, C2=[[1.0, 0.0]])
-    with pytest.raises(TypeError, match="C3"):
-        DelayPlant(**GOOD, C3=1)

@@ -23,11 +23,11 @@ from replication.estimation.delay.general.cone import (
 )
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
-from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays
+from tests.estimation.delay.plants import averaged, delayed_output, two_late
 from tests.tolerances import ROUNDING
 
 DEGREE = 4
-PLANTS = [averaged, delayed_output, two_delays]
+PLANTS = [averaged, delayed_output, two_late]
 
 
 def random_storage(over: Rates, seed: int = 3) -> Storage:
@@ -180,7 +180,7 @@ def test_z_makes_the_whole_inequality_positive() -> None:
 
 
 def test_measurements_without_noise_are_refused() -> None:
-    form = line_form(two_delays())
+    form = line_form(two_late())
     now = form.now.copy()
     now[-1, form.states :] = 0.0
     lines = tuple(
