@@ -37,13 +37,15 @@ def _read(paper: str) -> dict[str, Data]:
     return {path.stem: json.loads(path.read_bytes()) for path in sorted((ROOT / "certificates" / paper).glob("*.json"))}
 
 
-def certificates(paper: str) -> dict[str, Data]:
-    """By name: plant, parameters, bound and what the sentence names of the witness, as a copy."""
-    kept = ("name", "paper", "statement", "plant", "parameters", "bound")
-    return {
-        name: deepcopy({key: told[key] for key in kept} | {"named": _named(told["statement"], told["witness"])})
-        for name, told in _read(paper).items()
-    }
+def names(paper: str) -> dict[str, str]:
+    """The statement of each certificate."""
+    return {name: told["statement"] for name, told in _read(paper).items()}
+
+
+def certificate(paper: str, name: str) -> Data:
+    """Plant, parameters, bound and what the sentence names of the witness, as a copy."""
+    kept, told = ("name", "paper", "statement", "plant", "parameters", "bound"), _read(paper)[name]
+    return deepcopy({key: told[key] for key in kept} | {"named": _named(told["statement"], told["witness"])})
 
 
 def _named(statement: str, witness: Data) -> Data:
@@ -71,8 +73,8 @@ def _sentences(paper: str, names: tuple[str, ...]) -> dict[str, str]:
 
 def sentence(paper: str, statements: Sequence[str], name: str) -> str:
     """What the command prints for a certificate; all of these statements are asked for at once."""
-    names = tuple(key for key, told in _read(paper).items() if told["statement"] in statements)
-    return _sentences(paper, names)[name]
+    asked = tuple(key for key, statement in names(paper).items() if statement in statements)
+    return _sentences(paper, asked)[name]
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Altered:
 
 
 def altered(paper: str, change: Altered) -> Data:
-    told = certificates(paper)[change.name]
+    told = certificate(paper, change.name)
     place = told
     for key in change.path[:-1]:
         place = place[key]
