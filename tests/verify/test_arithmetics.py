@@ -383,11 +383,10 @@ def test_it_serves_where_there_is_nothing_else(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_both_say_the_same_of_altered_certificates(tmp_path: Path) -> None:
     paths = []
-    for name, one in true().items():
-        for place, certificate in enumerate(altered(one)):
-            if place % STEP == 0:
-                paths.append(tmp_path / f"{name.replace('/', '-')}-{place}.json")
-                paths[-1].write_text(json.dumps({**certificate, "paper": None, "claims": []}), encoding="utf-8")
+    for place, (name, certificate) in enumerate((name, each) for name, one in true().items() for each in altered(one)):
+        if place % STEP == 0:
+            paths.append(tmp_path / f"{name.replace('/', '-')}-{place}.json")
+            paths[-1].write_text(json.dumps({**certificate, "paper": None, "claims": []}), encoding="utf-8")
     for name, attack in byhand.attacks().items():
         paths.append(tmp_path / f"attack-{name}.json".replace("/", "-"))
         paths[-1].write_text(json.dumps(attack), encoding="utf-8")
@@ -395,7 +394,7 @@ def test_both_say_the_same_of_altered_certificates(tmp_path: Path) -> None:
     differing = {path.stem.rpartition("-")[0].partition("-")[2] for path, a, b in pairs if twice.difference(a, b)}
     assert differing <= WIDE
     proved = [path.stem for path, one, _ in pairs if one["proved"]]
-    assert not any(name.startswith("attack") for name in proved) and 20 < len(proved) < len(paths) / 2
+    assert not any(name.startswith("attack") for name in proved) and 5 < len(proved) < len(paths) / 2
     assert not any("ended in" in one["line"] for _, *both in pairs for one in both)
 
 

@@ -101,12 +101,12 @@ def altered(paper: str, change: Altered) -> Data:
     return told
 
 
-def largest(gain: Callable[[float], float], grid: Sequence[float] | Matrix, zooms: int = 12) -> float:
-    """The largest value of a gain over the grid, which is refined about the four highest of its places."""
+def largest(gain: Callable[[float], float], grid: Sequence[float] | Matrix, zooms: int = 8) -> float:
+    """The largest value of a gain over the grid, which is refined about the three highest of its places."""
     points = np.asarray(grid, dtype=float)
     values = np.array([gain(point) for point in points])
     peak = float(values.max())
-    for i in np.argsort(values)[-4:]:
+    for i in np.argsort(values)[-3:]:
         low, high = points[max(i - 1, 0)], points[min(i + 1, len(points) - 1)]
         for _ in range(zooms):
             inner = np.linspace(low, high, 7)
@@ -151,7 +151,7 @@ def transfer(system: tuple[Matrix, Matrix, Matrix, Matrix], angle: float) -> NDA
     return out
 
 
-def lifted_gain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]], points: int = 181, zooms: int = 12) -> float:
+def lifted_gain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]], points: int = 181, zooms: int = 8) -> float:
     """The l2 gain of periodic steps: the H-infinity norm of the lifted system, infinite unless it is stable."""
     system = chain(steps)
     if spectral_radius(system[0]) >= 1:
