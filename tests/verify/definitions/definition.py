@@ -7,7 +7,7 @@ gains, filters, patterns, levels. The storage matrices, multipliers and disturba
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from fractions import Fraction
@@ -40,6 +40,13 @@ def _read(paper: str) -> dict[str, Data]:
 def names(paper: str) -> dict[str, str]:
     """The statement of each certificate."""
     return {name: told["statement"] for name, told in _read(paper).items()}
+
+
+def checks(module: Mapping[str, Any], **others: Check) -> dict[str, Check]:
+    """The test of each statement on a paper: the function of that name in a module, or another one that is named."""
+    functions = {**module, **others}
+    named = {statement: statement.partition(".")[2].replace("-", "_") for statement in names(module["PAPER"]).values()}
+    return {statement: functions[name] for statement, name in named.items() if name in functions}
 
 
 def certificate(paper: str, name: str) -> Data:
