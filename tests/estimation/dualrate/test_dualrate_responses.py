@@ -78,7 +78,7 @@ def test_the_unstable_single_rate_response_agrees_relatively() -> None:
 @pytest.mark.parametrize("name", STABLE)
 def test_steady_state_is_what_a_long_simulation_settles_to(name: str) -> None:
     loop = motor_loop(name, 1.5)
-    periods, substeps = 400, 12
+    periods, substeps = 400, 40
     brute = simulate(MOTOR_DESIGN, name, loop.harmonic, START, np.zeros(3), slow_periods=periods, substeps=substeps)
     late = brute.time >= 0.6 * brute.time[-1]
     largest = np.abs(brute.output - np.sin(1.5 * brute.time))[late].max()
