@@ -41,8 +41,8 @@ test-fast: $(ALL) ## the tests that take about a second at most and need no brow
 search: $(ALL) ## new random examples for every generated test; what is found becomes a fixed case
 	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest -m "not browser" $$(grep -rl "from hypothesis import given" tests)
 
-mutants: $(ALL) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
-	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
+mutants: $(ALL) ## every small change of the verifier and every attack on it, and a sceptic's of library and audit engine (half an hour)
+	MUTANTS=all $(BIN)/python -m pytest tests/verify tests/machine tests/sceptic --numprocesses=auto
 
 processors: $(ALL) ## a fresh run on four types of processor; `make test` tries each function of two papers on one other
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0

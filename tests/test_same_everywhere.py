@@ -10,19 +10,20 @@ import hypothesis
 import pytest
 
 HERE = Path(__file__).parent
-MAY_WAIT = {"patience.py"}
+MAY_WAIT = {"patience.py", "verify/mutants.py"}
 """Where a test waits for another process, with a limit that only a hang reaches."""
 MAY_CHOOSE_KERNELS = {"papers/test_processors.py", "test_same_everywhere.py"}
 """Asks the processor first."""
 CLOCKS = {"time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time"}
-CLOCKS |= {"process_time_ns", "thread_time", "now", "today", "utcnow", "sleep", "default_timer"}
+CLOCKS |= {"process_time_ns", "thread_time", "now", "today", "utcnow", "sleep", "default_timer", "times", "getrusage"}
 UNSEEDED = {"default_rng", "Random", "RandomState", "Generator"}
 KERNELS = ("OPENBLAS_CORETYPE", "MKL_ENABLE_INSTRUCTIONS", "NPY_DISABLE_CPU_FEATURES")
-CLOCK_MODULES, DRAWING_MODULES = {"time", "timeit", "datetime"}, {"random", "secrets", "uuid"}
+CLOCK_MODULES, DRAWING_MODULES = {"time", "timeit", "datetime", "os", "resource"}, {"random", "secrets", "uuid"}
 TOLD = {
     "import time\nassert time.perf_counter() < 3": "a clock",
     "from time import process_time as p\nassert p() < 3": "a clock",
     "import datetime as d\nd.datetime.now()": "a clock",
+    "import os\nassert sum(os.times()) < 3": "a clock",
     "import subprocess\nsubprocess.run([], timeout=20)": "a limit in seconds",
     "rng = np.random.default_rng()": "a draw without a seed",
     "rng = np.random.default_rng(None)": "a draw without a seed",

@@ -1,6 +1,6 @@
 """Coq: certificates that hold are proved on no assumption, and changed certificates, decimals and files are refused.
 
-All mutations: `MUTATIONS=all pytest tests/machine`; without, a few.
+A few changes; all of them with MUTANTS=all (`make mutants`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from replication.machine.theory import sum_for
 ROOT = Path(__file__).parents[2]
 PAPER = "okajima2023"
 needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason=f"Coq is missing: apt-get install {PACKAGES}")
-ALL = os.environ.get("MUTATIONS") == "all"
+ALL = os.environ.get("MUTANTS") == "all"
 ENTRIES = wanted(PAPER, ROOT)
 
 

@@ -39,7 +39,7 @@ def _stored(name: str) -> str:
             (ROOT, store.files),
             functools.partial(store.lookup, now=functools.partial(state, tree=sources)),
         )
-        return _plan([(_experiments()[name], {})], [], places, environment, lookup, sources, PATIENCE)[name]
+        return _plan([_experiments()[name]], [], places, environment, lookup, sources, PATIENCE)[name]
 
     plan = planned()
     if plan[1].entry is None:

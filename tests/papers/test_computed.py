@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import msgspec
 from computed import ROOT, STORE, result
 
 from papers.shao import PAPER
@@ -19,7 +20,7 @@ def lookup(paper: Paper) -> Lookup:
     sources = SourceTree(default_packages(ROOT))
     (experiment,) = (one for one in paper.experiments if one.name == NAME)
     places, environment = (ROOT, STORE[0].files), read_environment(ROOT)
-    return _plan([(experiment, {})], [], places, environment, STORE[0].lookup, sources, PATIENCE)[NAME][1]
+    return _plan([experiment], [], places, environment, STORE[0].lookup, sources, PATIENCE)[NAME][1]
 
 
 def test_a_run_reuses_what_a_test_has_computed() -> None:
@@ -30,7 +31,7 @@ def test_a_run_reuses_what_a_test_has_computed() -> None:
         dataclasses.replace(one, inputs={**one.inputs, "seed": 2}) if one.name == NAME else one
         for one in PAPER.experiments
     )
-    assert lookup(dataclasses.replace(PAPER, experiments=changed)).reason == "changed: inputs"
+    assert lookup(msgspec.structs.replace(PAPER, experiments=changed)).reason == "changed: inputs"
 
 
 def test_nobody_changes_the_result_of_another() -> None:

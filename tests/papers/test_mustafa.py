@@ -23,31 +23,6 @@ from replication.estimation.nonuniform.filters import periodic_gain
 KEY = PAPER.key
 
 
-@pytest.mark.parametrize(
-    ("found", "wanted"),
-    [
-        (
-            example(2)["plant"],
-            {"A": [[-10, 1], [-0.02, -2]], "B": [[2], [2]], "C": [[1, 0]], "D": [[0]], "L": [[0, 1]]},
-        ),
-        (
-            example(1)["plant"],
-            {"A": [[0, 1], [-16, -4.8]], "B": [[0], [16]], "C": [[1, 0]], "D": [[0.1]], "L": [[1, 0]]},
-        ),
-        (printed_filter(), {"A": [[-0.044, 0.0373], [-1.0674, 0.9048]], "B": [[0.6505], [1.0666]], "C": [[0, 1]]}),
-        (example(2)["periods"], [0.001, 0.099]),
-        (example(1)["periods"], pytest.approx([0.01, 0.12566370614359174], rel=1e-15)),
-        (
-            [GAMMA[1], GAMMA[2], DATA["gamma-14"], *DATA["gamma-13"].values()],
-            ["0.1017", "0.0952", "1.8174", "0.4647", "0.4876"],
-        ),
-    ],
-)
-def test_transcription(found: Any, wanted: Any) -> None:
-    """A second reading of the numbers, typed from the text in another order and another form."""
-    assert found == wanted
-
-
 def test_the_first_example_by_three_routes() -> None:
     result = nominal(**example(1))
     assert result["riccati"] == pytest.approx(result["formula"], rel=1e-8)
@@ -84,7 +59,8 @@ def test_the_levels_hold_between_the_ends_and_not_beyond() -> None:
         assert periodic_gain(system, filter_, [end - inward]).value > level
 
 
-def test_upper_end_and_dimensions() -> None:
+def test_ends_and_dimensions() -> None:
+    assert example(1)["periods"] == pytest.approx([0.01, np.pi / 25], rel=1e-15)
     assert upper_end("0.0952") == pytest.approx(0.09525, rel=1e-15)
     assert dimension("N m s") == dimension("kg m^2 s^-1") == (1, 2, -1)
 

@@ -8,96 +8,58 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 from computed import result
+from faults import Fault, Results, all_of, full, put, times, verdict
 
 from papers.okajima2023 import PAPER, errata
 from papers.okajima2023.claims import levels
 from papers.okajima2023.experiments.declared import CASES, DRAWS, GAIN_SETS, PERIOD_TABLE, TIMINGS, case, gain_set, pair
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.printed import DATA, GAINS, PLANT, SCHEDULES, TABLE_1, poles
-from replication.audit.judge.verdict import make_record
-from replication.audit.model import NO_READING, Claim, Proof, Verdict
-from replication.audit.store.records import ErratumRecord
+from replication.audit.model import NO_READING, Claim, Verdict
 from replication.errors import AuditError
 
 KEY = PAPER.key
-Change = Callable[[Any], Any]
-Fault = Callable[[dict[str, Any]], None]
 MOST_WORDS, MOST_NUMBERS = 25, 2
 
 
 class Computed(dict[str, Any]):
-    """Results of the experiments by full name, each asked for when it is first needed."""
+    """Results by their full names, each asked for when it is needed."""
 
     def __missing__(self, name: str) -> Any:
-        self[name] = result(name)
-        return self[name]
-
-
-COMPUTED = Computed()
-
-
-def at(name: str, *path: Any, to: Change) -> Fault:
-    """A fault in one place of a result."""
-
-    def change(results: dict[str, Any]) -> None:
-        place = results[f"{KEY}.{name}"]
-        for step in path[:-1]:
-            place = place[step]
-        place[path[-1]] = to(place[path[-1]])
-
-    return change
-
-
-def all_of(*faults: Fault) -> Fault:
-    def change(results: dict[str, Any]) -> None:
-        for fault in faults:
-            fault(results)
-
-    return change
-
-
-def times(factor: float) -> Change:
-    """Multiply a number, or each of a list."""
-    return lambda value: [factor * entry for entry in value] if isinstance(value, list) else factor * value
-
-
-def to(new: Any) -> Change:
-    return lambda value: new
+        return result(name)
 
 
 def copied(source: str, target: str, *entries: str) -> Fault:
     """Entries of one result in another."""
 
-    def change(results: dict[str, Any]) -> None:
-        for entry in entries:
-            results[f"{KEY}.{target}"][entry] = results[f"{KEY}.{source}"][entry]
+    def change(results: Results) -> None:
+        results[target] |= {entry: results[source][entry] for entry in entries}
 
     return change
 
 
 def level(name: str, factor: float = 1.01) -> Fault:
     """Another optimum, with its bracket."""
-    return all_of(*(at(name, end, to=times(factor)) for end in ("optimum", "lower", "upper")))
+    return all_of(*(put(f"{name}/{end}", times(factor)) for end in ("optimum", "lower", "upper")))
 
 
 def gain(name: str) -> Fault:
-    return all_of(*(at(name, "norm", end, to=times(1.01)) for end in ("value", "lower", "upper")))
+    return all_of(*(put(f"{name}/norm/{end}", times(1.01)) for end in ("value", "lower", "upper")))
 
 
 def draws(who: str, *path: str, factor: float) -> Fault:
-    return all_of(*(at(name, who, *path, to=times(factor)) for name in DRAWS))
+    return all_of(*(put("/".join((name, who, *path)), times(factor)) for name in DRAWS))
 
 
 def in_order(name: str) -> Fault:
     """A row of the table of periods in which each longer period has the larger optimum."""
 
-    def alter(results: dict[str, Any]) -> None:
-        for cell in results[f"{KEY}.{name}"]["cells"]:
+    def alter(results: Results) -> None:
+        for cell in results[name]["cells"]:
             for timing in ("synchronous", "best"):
                 cell[timing] |= dict.fromkeys(("lower", "upper"), float(sum(cell["periods"])))
 
@@ -106,7 +68,7 @@ def in_order(name: str) -> Fault:
 
 def measured(name: str) -> Fault:
     """A sensor that measures where it does not, or the other way round."""
-    return at(f"schedule.{name}", "diagonals", 1, 0, to=lambda entry: 1.0 - entry)
+    return put(f"schedule.{name}/diagonals/1/0", lambda entry: 1.0 - entry)
 
 
 LEVELS = {
@@ -125,23 +87,23 @@ FAULTS: dict[str, Fault] = {
     "table1.n21": level(pair((2, 1)), 1.0005),
     **{f"gains.eq{equation}": gain(gain_set(equation)) for equation in GAIN_SETS},
     **{f"schedule.{name}": measured(name) for name in SCHEDULES},
-    "schedule.common-period": at("schedule.sec-4a", "period", to=to(12)),
-    "size.cyclic-larger": at(case("proposed"), "size", "cyclic_rows", to=to(9)),
-    "size.variables": at(case("proposed"), "size", "variables", to=to(72)),
-    "size.rows": at(case("proposed"), "size", "rows", to=to(8)),
-    "theory.observable": at("observability", "margin", to=to(0.0)),
+    "schedule.common-period": put("schedule.sec-4a/period", 12),
+    "size.cyclic-larger": put(f"{case('proposed')}/size/cyclic_rows", 9),
+    "size.variables": put(f"{case('proposed')}/size/variables", 72),
+    "size.rows": put(f"{case('proposed')}/size/rows", 8),
+    "theory.observable": put("observability/margin", 0.0),
     "theory.dual-rate": measured("dual-rate"),
-    "theory.error-system": at("identities", "error_system", to=to(1e-6)),
-    "theory.dissipation": at("identities", "dissipation", to=to(1e-6)),
-    "theory.schur": at("identities", "schur", to=to(1e-6)),
-    "theory.product": at("product-orders", "shifted", 0, to=times(1.001)),
-    "theory.summation": at("summation", "excess_27", to=to(-1e-3)),
-    "theory.sufficient-1": at(gain_set("40"), "spectral_radius", to=to(1.001)),
-    "theory.sufficient-2": at(pair((3, 3), 1), "lmi", "norm", to=times(1.01)),
-    "theory.theorem1": at(gain_set("39"), "theorem1", to=times(1.0001)),
-    "theory.theorem2": at(pair((3, 3), 1), "lmi", "level", to=times(0.9999)),
-    "theory.gains-attain": at(case("C"), "lmi", "norm", to=times(1.0001)),
-    "theory.stable": at(gain_set("40"), "spectral_radius", to=to(1.001)),
+    "theory.error-system": put("identities/error_system", 1e-6),
+    "theory.dissipation": put("identities/dissipation", 1e-6),
+    "theory.schur": put("identities/schur", 1e-6),
+    "theory.product": put("product-orders/shifted/0", times(1.001)),
+    "theory.summation": put("summation/excess_27", -1e-3),
+    "theory.sufficient-1": put(f"{gain_set('40')}/spectral_radius", 1.001),
+    "theory.sufficient-2": put(f"{pair((3, 3), 1)}/lmi/norm", times(1.01)),
+    "theory.theorem1": put(f"{gain_set('39')}/theorem1", times(1.0001)),
+    "theory.theorem2": put(f"{pair((3, 3), 1)}/lmi/level", times(0.9999)),
+    "theory.gains-attain": put(f"{case('C')}/lmi/norm", times(1.0001)),
+    "theory.stable": put(f"{gain_set('40')}/spectral_radius", 1.001),
     "order.proposed-best": level(case("A"), 0.5),
     "order.shorter-in-table": level(pair((1, 3)), 1.2),
     "order.timing-matters": copied(TIMINGS[2], TIMINGS[1], "lower", "upper"),
@@ -158,18 +120,18 @@ FAULTS: dict[str, Fault] = {
     "gsim.smallest": draws("proposed", "ratios", DENOMINATORS[2], factor=2.0),
     "simulation.lowest-error": draws("B", "errors", factor=0.2),
     "simulation.truncation": draws("C", "largest_tail_effect", factor=1e7),
-    "simulation.timing": at("timing-draws", "smaller", "timing-2", "timing-3", to=to(0.45)),
-    "unstable.stabilised": at("unstable.any-entries", "radius", to=to(1.1)),
-    "unstable.one-plant": at(RECOVERED, "outputs", "error_poles", 0, 0, to=to(1.1)),
-    "unstable.designable": at("unstable.stated-designs", "any entries", "reduced_lmi", "norm", to=times(1.001)),
-    "blog.periodic-matrices": at("constant-matrix", "analyses", "38", "constant", to=to(1.43)),
-    "blog.idle-instants": at("schedule.case-1", "diagonals", 1, 0, to=to(1.0)),
-    "blog.evenness": at("schedule.case-2", "diagonals", 1, 1, to=to(0.0)),
+    "simulation.timing": put("timing-draws/smaller/timing-2/timing-3", 0.45),
+    "unstable.stabilised": put("unstable.any-entries/radius", 1.1),
+    "unstable.one-plant": put(f"{RECOVERED}/outputs/error_poles/0/0", 1.1),
+    "unstable.designable": put("unstable.stated-designs/any entries/reduced_lmi/norm", times(1.001)),
+    "blog.periodic-matrices": put("constant-matrix/analyses/38/constant", 1.43),
+    "blog.idle-instants": put("schedule.case-1/diagonals/1/0", 1.0),
+    "blog.evenness": put("schedule.case-2/diagonals/1/1", 0.0),
 }
 ERRATA: dict[str, Fault] = {
     "denominator": draws("A", "ratios", DENOMINATORS[-1], factor=1.5),
-    "diagonal-of-a": at("unstable.diagonals", "found", 1, "fits", to=to(1)),
-    "sensor-index": at("schedule.sec-4a", "diagonals", 0, to=to([1.0, 1.0, 1.0])),
+    "diagonal-of-a": put("unstable.diagonals/found/1/fits", 1),
+    "sensor-index": put("schedule.sec-4a/diagonals/0", [1.0, 1.0, 1.0]),
 }
 LACKING = ("poles", "is-unstable", "gains-optimal", "error-poles")
 """Claims on the matrix that the text at hand lacks."""
@@ -177,16 +139,12 @@ IN_PRINT = {"gains.unmeasured": (levels, "GAINS"), "noise-index": (errata, "PLAN
 """What a claim or erratum reads from the printed data alone."""
 
 
-def results_of(uses: tuple[str, ...]) -> dict[str, Any]:
-    return {name: copy.deepcopy(COMPUTED[name]) for name in uses}
+def results_of(uses: tuple[str, ...]) -> Results:
+    return {name.removeprefix(f"{KEY}."): result(name) for name in uses}
 
 
-def verdict(claim: Claim, results: dict[str, Any]) -> Verdict:
-    evidence = claim.answer(results)
-    assert {outcome.reading for outcome in evidence.outcomes} <= {reading.name for reading in PAPER.readings}
-    granted = Proof(holds=True, text="taken for granted here")
-    proofs = [ErratumRecord.of(PAPER.key, one, granted) for one in PAPER.errata if one.id == claim.erratum]
-    return make_record(claim, evidence, *proofs, readings=PAPER.readings).verdict
+def verdict_on(claim: Claim, results: Results) -> Verdict:
+    return verdict(PAPER, claim, results, proof=True)
 
 
 def named(names: dict[str, Any]) -> list[Any]:
@@ -205,11 +163,11 @@ def test_every_claim_and_erratum_has_a_fault() -> None:
 @pytest.mark.parametrize("name", named(FAULTS))
 def test_a_fault_changes_the_verdict(name: str) -> None:
     (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.{name}")
-    before = verdict(claim, results_of(claim.uses))
+    before = verdict_on(claim, results_of(claim.uses))
     assert before is claim.expected
     faulty = results_of(claim.uses)
     FAULTS[name](faulty)
-    assert verdict(claim, faulty) not in (before, Verdict.ERROR)
+    assert verdict_on(claim, faulty) not in (before, Verdict.ERROR)
 
 
 @pytest.mark.slow
@@ -217,19 +175,19 @@ def test_a_fault_changes_the_verdict(name: str) -> None:
 def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
     (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.unstable.{name}")
     results = results_of(claim.uses)
-    assert verdict(claim, results) is claim.expected is Verdict.UNDETERMINED
-    at("unstable.as-printed", "poles", to=to(poles(DATA["poles"])))(results)
+    assert verdict_on(claim, results) is claim.expected is Verdict.UNDETERMINED
+    put("unstable.as-printed/poles", poles(DATA["poles"]))(results)
     with pytest.raises(AuditError, match="judge the claims on it by that matrix"):
-        claim.answer(results)
+        claim.answer(full(PAPER, results))
 
 
 @pytest.mark.parametrize("name", named(ERRATA))
 def test_a_fault_refutes_the_proof_of_an_erratum(name: str) -> None:
     (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.{name}")
     results = results_of(erratum.uses)
-    assert erratum.prove(results).holds
+    assert erratum.prove(full(PAPER, results)).holds
     ERRATA[name](results)
-    assert not erratum.prove(results).holds
+    assert not erratum.prove(full(PAPER, results)).holds
 
 
 def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -264,7 +222,7 @@ def test_repeats_print_the_number_of_another_claim_again() -> None:
 
 def test_findings_are_short() -> None:
     """References, such as eq. (34) or Table 1, and pairs of periods are names and not numbers."""
-    for finding in PAPER.findings(COMPUTED):
+    for finding in PAPER.findings(Computed()):
         bare = re.sub(r"eq\. \(\d+\)|gains \(\d+\)|Table \d|Figs\. \d-\d|Case \d|Section IV-C|\(\d, \d\)", "", finding)
         assert len(finding.split()) <= MOST_WORDS, finding
         assert len(re.findall(r"\d+(?:\.\d+)?", bare)) <= MOST_NUMBERS, finding

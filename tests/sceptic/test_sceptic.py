@@ -7,7 +7,9 @@ and calls the test. So nothing that was computed or imported before hides it.
 
 from __future__ import annotations
 
+import ast
 import importlib.util
+import itertools
 import os
 import sys
 import tomllib
@@ -161,7 +163,18 @@ def test_the_changes_are_spread_over_all_rooms() -> None:
     assert sorted(rooms - {change.module.rpartition(".")[0] for change in LISTED}) == []
 
 
+def test_every_test_that_is_named_is_there() -> None:
+    """One that is not would seem to notice everything."""
+    for file, names in itertools.groupby(
+        sorted({change.test for change in WANTED}), lambda test: test.partition("::")[0]
+    ):
+        tree = ast.parse((ROOT / "tests" / file).read_text(encoding="utf-8"))
+        there = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        assert {name.partition("::")[2].partition("[")[0] for name in names} <= there, file
+
+
 @pytest.mark.slow
+@pytest.mark.skipif(EVERY > 1, reason="they are tests of this suite; `make mutants` calls them as it does for changes")
 def test_what_notices_them_passes_without_any_change() -> None:
     tests = sorted({change.test for change in TRIED})
     groups = [tests[start : start + TOGETHER] for start in range(0, len(tests), TOGETHER)]

@@ -35,7 +35,9 @@ from replication.verify.statement import Statement
 
 ROOM = ("replication.verify",)
 SECONDS = 20
-"""Of the processor, after which a mutant counts as noticed: it runs for ever."""
+"""Of the processor, after which a child counts as noticed: it runs for ever."""
+LONGER = 3
+"""How many times as long as all its checks together without any mutant: so long a mutant runs for ever."""
 ARITHMETIC = tuple(f"{ROOM[0]}.stdlib{part}" for part in (".balls", ".exact", ".matrices", ""))
 """The second arithmetic: classes made of each other, so that all that comes after a changed module is made anew."""
 STRANGER = 8
@@ -140,7 +142,9 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
         order = sorted(
             range(len(runs)), key=lambda i: runs[i].calls / found[i] * (1 if runs[i].entered[module] else STRANGER)
         )
-        noticed = _noticed_by(mutant, tests, [i for i in order if runs[i].reaches(mutant)])
+        reached = [i for i in order if runs[i].reaches(mutant)]
+        limit = 1 + LONGER * sum(runs[i].seconds for i in reached)
+        noticed = told_by_a_child(functools.partial(_first_failure, mutant, tests, reached), limit)
         if noticed is None:
             left.append(mutant)
         elif noticed >= 0:
@@ -150,11 +154,12 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
 
 @dataclass(frozen=True)
 class Run:
-    """One check without any mutant. calls: how much it does; entered: by module of the verifier, the first lines of
-    what it called there.
+    """One check without any mutant. calls: how much it does; seconds: of the processor; entered: by module of the
+    verifier, the first lines of what it called there.
     """
 
     calls: int
+    seconds: float
     entered: Mapping[str, set[int]]
 
     def reaches(self, mutant: Mutant) -> bool:
@@ -176,15 +181,16 @@ def runs_of(test: str) -> list[Run]:
 
 def _run(check: Callable[[], None], own: Sequence[ModuleType]) -> Run:
     _forget(own)
-    profile = cProfile.Profile(builtins=False)
+    profile, before = cProfile.Profile(builtins=False), os.times()
     profile.runcall(check)
+    after = os.times()
     files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(ROOM)}
     calls, entered = 0, defaultdict[str, set[int]](set)
     for entry in profile.getstats():
         calls += entry.callcount
         if isinstance(entry.code, CodeType) and entry.code.co_filename in files:
             entered[files[entry.code.co_filename]].add(entry.code.co_firstlineno)
-    return Run(calls, entered)
+    return Run(calls, after.user + after.system - before.user - before.system, entered)
 
 
 def checks_of(module: ModuleType) -> list[Callable[[], None]]:
@@ -262,12 +268,7 @@ def _single(row: Any) -> tuple[Any]:
     return (row,)
 
 
-def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | None:
-    """The number of the check that a mutant fails, tried in this order first, or None; -1 if it cannot be imported."""
-    return told_by_a_child(lambda: _first_failure(mutant, tests, order))
-
-
-def told_by_a_child(first: Callable[[], int | str], seconds: int = SECONDS) -> int | None:
+def told_by_a_child(first: Callable[[], int | str], seconds: float = SECONDS) -> int | None:
     """What `first` finds in a process of its own: a number, or None for "none"; -1 if the process ends before."""
     reader, writer = os.pipe()
     child = os.fork()
@@ -288,7 +289,7 @@ def told_by_a_child(first: Callable[[], int | str], seconds: int = SECONDS) -> i
     return None if answer == "none" else int(answer or -1)
 
 
-def _die_alone(seconds: int) -> None:
+def _die_alone(seconds: float) -> None:
     """End this process after its share of the processor, and say nothing of it, nor of an abort."""
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_PROF, seconds)
@@ -299,6 +300,7 @@ def _die_alone(seconds: int) -> None:
 
 
 def _first_failure(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | str:
+    """The number of the check that a mutant fails, tried in this order, or "none"; -1 if it cannot be imported."""
     try:
         _take_the_place(mutant)
     except Exception:  # noqa: BLE001 - whatever a mutant does to an import, it is noticed

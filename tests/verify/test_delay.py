@@ -124,7 +124,10 @@ ALTERED: list[tuple[str, Tamper, str]] = [
         for rule, other in (("outer", "inner"), ("inner", "outer"))
         for tamper, reason in (
             (put(other, "parameters", "rule"), ""),
-            *((put(unknown, "parameters", "rule"), "rule must be one of outer, inner") for unknown in ("each", "total", "")),
+            *(
+                (put(unknown, "parameters", "rule"), "rule must be one of outer, inner")
+                for unknown in ("each", "total", "")
+            ),
             *((put(unread, "parameters", "rule"), "rule must be a string") for unread in (1, None, ["outer"])),
             (put(2, "parameters", "degree"), "rows, got"),
             (scaled(LESS, "bound", "upper"), FAILS),

@@ -135,7 +135,7 @@ def test_an_unstable_plant_under_losses() -> None:
     lower, upper = (Fraction(str(end)) for end in (theorem.lower, theorem.upper))
     assert lower < upper < lower * Fraction(101, 100)
     assert "at most [2] samples of each sensor in a row" in theorem.sentence
-    assert "at most [2] packets in a row" in check(small(losses.InARow(2, together=True))).sentence
+    assert "at most [1] packets in a row" in check(small(losses.InARow(1, together=True))).sentence
 
 
 def test_the_bound_holds_along_drawn_patterns() -> None:

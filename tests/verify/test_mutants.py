@@ -58,7 +58,7 @@ EQUIVALENT = tomllib.loads(Path(__file__).with_name("equivalent.toml").read_text
 """Changes that make nothing false, and why no test need notice them."""
 
 
-SHARE = None if os.environ.get("MUTANTS") == "all" else 16
+SHARE = None if os.environ.get("MUTANTS") == "all" else 5
 """How many mutants of each module are tried, evenly spread over it; all of them with MUTANTS=all (`make mutants`)."""
 
 

@@ -9,7 +9,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,6 @@ from attacks import ATTACKS, Attack, certificates, encoded, false_wish, own, wor
 from byhand import Certificate
 from tampered import delayed as certificate
 
-from replication.audit.publish.readme import started
 from replication.audit.report.evidence import MOST_BYTES, checkable
 from replication.audit.report.templates import source
 from replication.verify.run import check, verify
@@ -42,10 +41,10 @@ vm.runInContext(fs.readFileSync(code, "utf8"), context);
 const cases = JSON.parse(fs.readFileSync(asked, "utf8")), {{ checkProof }} = context;
 process.stdout.write(JSON.stringify({EACH}));
 """
-WHOLE = "REPLICATION_ATTACKS" in os.environ
+WHOLE = os.environ.get("MUTANTS") == "all"
 ATTACKS_OF_EACH = 60 if WHOLE else 12
 ONE_IN = 1 if WHOLE else 12
-"""Of the altered certificates, a sample, or all with the environment variable REPLICATION_ATTACKS."""
+"""Of the altered certificates, a sample, or all with MUTANTS=all (`make mutants`)."""
 UNDECIDED = ("not decided", "may allow periods above", "is not proved")
 """What the verifier says where its balls are too wide; the exact ends of the page may still decide."""
 
@@ -59,23 +58,20 @@ def in_node(folder: Path, cases: Sequence[Case], without: str = "") -> list[dict
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Check]:
-    """What the script of the page says of certificates."""
+def page(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Check:
+    """What the script of the page says of certificates, in Node, or else in Chromium."""
     if shutil.which("node"):
         folder = tmp_path_factory.mktemp("node")
-        yield lambda cases: in_node(folder, cases)
-    elif shutil.which("chromium") and shutil.which("chromedriver"):
-        browser = started()
-        browser.get("about:blank")
-        browser.execute_script(f"const code = document.createElement('script'); code.text = {json.dumps(source('check.js'))}; document.head.append(code);")  # type: ignore[no-untyped-call]  # fmt: skip  # noqa: E501
-        yield lambda cases: [
-            found
-            for first in range(0, len(cases), 50)
-            for found in browser.execute_script(f"const cases = arguments[0]; return {EACH}", cases[first : first + 50])  # type: ignore[no-untyped-call]
-        ]
-        browser.quit()
-    else:
-        pytest.skip("neither Node nor Chromium is installed; the check of the page is tried where one is")
+        return lambda cases: in_node(folder, cases)
+    browser = request.getfixturevalue("browser")
+    browser.get("about:blank")
+    script = f"const code = document.createElement('script'); code.text = {json.dumps(source('check.js'))};"
+    browser.execute_script(f"{script} document.head.append(code);")
+    return lambda cases: [
+        found
+        for first in range(0, len(cases), 50)
+        for found in browser.execute_script(f"const cases = arguments[0]; return {EACH}", cases[first : first + 50])
+    ]
 
 
 def wanted_of(certificate: Mapping[str, Any]) -> Mapping[str, Any] | None:

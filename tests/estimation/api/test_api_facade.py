@@ -346,11 +346,3 @@ def test_nonuniform_levels_are_those_of_other_packages() -> None:
     assert result.fact("level without sensors").value == pytest.approx(gain(Phi, Gamma, tank.L), rel=LEVELS)
     own = result.fact("level at constant periods").value
     assert isinstance(own, float) and result.bracket.lower == pytest.approx(own, rel=0.1) and own <= result.value
-
-
-def test_a_filter_that_would_gain_by_time_stamps_says_so() -> None:
-    swing = SampledPlant([[0, 1], [-25, -0.5]], [[0, 0], [25, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
-    result = nonuniform.design(swing, periods=(0.05, 0.1), leaves=2, horizon=50)
-    assert "know the period" in str(result.fact("advice").value)
-    steady = nonuniform.design(swing, periods=(0.1, 0.1), leaves=1, horizon=50)
-    assert "advice" not in {fact.what for fact in steady.evidence}

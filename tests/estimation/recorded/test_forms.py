@@ -90,18 +90,18 @@ def test_the_likelihood_is_that_of_the_joint_density() -> None:
 
 
 CASES = {
-    "time stamps": likelihood(STAMPED, 60),
-    "late": likelihood(STAMPED, 60, late=True),
-    "multi-rate": likelihood(designed(GRID), 60),
-    "multi-rate, late": likelihood(designed(GRID, (3, 0)), 60),
-    "continuous, late": likelihood(designed(HELD, (1.4, 0)), 60),
-    "one factor": likelihood(replace(STAMPED, Q=[[0.2, 0.1], [0.1, 0.3]]), 60),
+    "time stamps": lambda: likelihood(STAMPED, 60),
+    "late": lambda: likelihood(STAMPED, 60, late=True),
+    "multi-rate": lambda: likelihood(designed(GRID), 60),
+    "multi-rate, late": lambda: likelihood(designed(GRID, (3, 0)), 60),
+    "continuous, late": lambda: likelihood(designed(HELD, (1.4, 0)), 60),
+    "one factor": lambda: likelihood(replace(STAMPED, Q=[[0.2, 0.1], [0.1, 0.3]]), 60),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_gradient_is_that_of_the_likelihood(name: str) -> None:
-    cost = CASES[name]
+    cost = CASES[name]()
     gradient = cost(cost.guess)[1]
     for i, direction in enumerate(np.eye(len(cost.guess)) * 1e-5):
         slope = (cost(cost.guess + direction)[0] - cost(cost.guess - direction)[0]) / 2e-5

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 from computed import result
+from faults import Fault, Results, all_of, full, put, verdict
 from scipy.integrate import simpson
 
 from papers.shao import PAPER
@@ -40,16 +41,13 @@ from papers.shao.printed import (
     STARTS,
     literal_loop,
 )
-from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
-from replication.audit.store.records import ErratumRecord
 from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import Points, time_response
 
 CLAIMS = {claim.id.removeprefix("shao."): claim for claim in PAPER.claims}
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
 BLOCKS = {f"shao.{name}" for name in SEARCH}
-Change = Callable[[dict[str, Any]], None]
 
 
 @cache
@@ -59,71 +57,49 @@ def small_block() -> dict[str, Any]:
     return json.loads(json.dumps(asdict(search_block(small, table_columns(), 0))))
 
 
-def results_of(names: tuple[str, ...]) -> dict[str, Any]:
-    return {name: copy.deepcopy(small_block()) if name in BLOCKS else result(name) for name in names}
+def results_of(names: tuple[str, ...]) -> Results:
+    return {
+        name.removeprefix("shao."): copy.deepcopy(small_block()) if name in BLOCKS else result(name) for name in names
+    }
 
 
-def verdict(name: str, change: Change | None = None, printed: str | None = None) -> Verdict:
+def verdict_on(name: str, change: Fault | None = None, printed: str | None = None) -> Verdict:
     claim = CLAIMS[name] if printed is None else msgspec.structs.replace(CLAIMS[name], printed=printed)
     errata = [erratum for erratum in PAPER.errata if erratum.id == claim.erratum]
     results = results_of((*claim.uses, *(use for erratum in errata for use in erratum.uses)))
     if change is not None:
-        short = {key.removeprefix("shao."): value for key, value in results.items()}
-        change(short)
-        results = {f"shao.{key}": value for key, value in short.items()}
-    proof = ErratumRecord.of("shao", errata[0], errata[0].prove(results)) if errata else None
-    return make_record(claim, claim.answer(results), proof, readings=PAPER.readings).verdict
+        change(results)
+    return verdict(PAPER, claim, results)
 
 
-def put(path: str, value: Any) -> Change:
-    """Set one entry of the results, whose place is written with strokes; a list entry by its number."""
-
-    def change(results: dict[str, Any]) -> None:
-        *parents, last = path.split("/")
-        entry: Any = results
-        for name in parents:
-            entry = entry[int(name)] if isinstance(entry, list) else entry[name]
-        entry[int(last) if isinstance(entry, list) else last] = value
-
-    return change
-
-
-def all_of(*changes: Change) -> Change:
-    def change(results: dict[str, Any]) -> None:
-        for one in changes:
-            one(results)
-
-    return change
-
-
-def alike(results: dict[str, Any]) -> None:
+def alike(results: Results) -> None:
     """DRC-APO as a fast sensor in all measures."""
     table, sweep, transients = results["table"], results["frequencies"], results["transients"]
     for found in (transients["time_constants"], table["ratios"], sweep["bandwidth"]):
         found[APO] = found[FAST]
 
 
-def quick(results: dict[str, Any]) -> None:
+def quick(results: Results) -> None:
     """DRC-APO settles at once from every start."""
     results["transients"]["time_constants"][APO] = 0.1
     for energy in results["transients"]["energy"].values():
         energy[APO] = dict.fromkeys(energy[APO], 0.0)
 
 
-def every_column(observer: str | None, changed: Callable[[list[float]], list[float]]) -> Change:
-    """Change the errors of an observer, or of all, under every reading."""
+def every_column(observer: str | None, changed: Callable[[list[float]], list[float]]) -> Fault:
+    """Fault the errors of an observer, or of all, under every reading."""
 
-    def change(results: dict[str, Any]) -> None:
+    def change(results: Results) -> None:
         for found in (*results["table"]["readings"].values(), results["table"]["ratios"]):
             found |= {name: changed(column) for name, column in found.items() if observer in (None, name)}
 
     return change
 
 
-def as_printed(column: str) -> Change:
+def as_printed(column: str) -> Fault:
     """The column of Table I comes out under every reading."""
 
-    def change(results: dict[str, Any]) -> None:
+    def change(results: Results) -> None:
         printed = [float(row[f"DRC-{column.upper()}"]) for row in DATA["table-1"].values()]
         for found in (*results["table"]["readings"].values(), results["table"]["ratios"]):
             found.update(dict.fromkeys((COLUMNS["apo"],) if column == "apo" else INTERPOLATIONS.values(), printed))
@@ -131,14 +107,14 @@ def as_printed(column: str) -> Change:
     return change
 
 
-def windows_as_printed(results: dict[str, Any]) -> None:
+def windows_as_printed(results: Results) -> None:
     """Each number comes out over some window."""
     for column, cells in results["windows"].items():
         for cell, row in zip(cells, DATA["table-1"].values(), strict=True):
             cell["nearest"] = float(row[f"DRC-{column.upper()}"])
 
 
-CHANGES: dict[str, Change] = {
+CHANGES: dict[str, Fault] = {
     "theory.fast-sensor": alike,
     "order.bandwidth": put(f"frequencies/bandwidth/{APO}", [1e-3, 2e-3, 3e-3]),
     "theory.discrete-observer": put(f"table/agreement/{APO}/2", 1e-3),
@@ -180,16 +156,16 @@ def test_every_claim_that_is_checked_has_a_perturbed_result() -> None:
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_perturbed_result_turns_the_verdict(name: str) -> None:
-    assert verdict(name) is CLAIMS[name].expected
-    assert verdict(name, CHANGES[name]) not in (CLAIMS[name].expected, Verdict.ERROR)
+    assert verdict_on(name) is CLAIMS[name].expected
+    assert verdict_on(name, CHANGES[name]) not in (CLAIMS[name].expected, Verdict.ERROR)
 
 
 def test_table_one_is_reproduced_if_the_nearest_reading_is_printed() -> None:
     claim = CLAIMS["table.any-reading"]
-    rows = claim.answer(results_of(claim.uses)).value
+    rows = claim.answer(full(PAPER, results_of(claim.uses))).value
     nearest = "[{}]".format("; ".join(" ".join(f"{value:.2f}" for value in row) for row in rows))
-    assert verdict("table.any-reading") is Verdict.DIFFERS
-    assert verdict("table.any-reading", printed=nearest) is not Verdict.DIFFERS
+    assert verdict_on("table.any-reading") is Verdict.DIFFERS
+    assert verdict_on("table.any-reading", printed=nearest) is not Verdict.DIFFERS
     assert len(claim.printed.split(";")) == 6
 
 
@@ -207,7 +183,7 @@ def test_a_window_is_found_where_the_print_is_made_from_it() -> None:
 
 
 def test_printed_example_not_covered_is_told_and_not_judged() -> None:
-    evidence = CLAIMS["theory.condition"].answer(results_of(("shao.theorem",)))
+    evidence = CLAIMS["theory.condition"].answer(full(PAPER, results_of(("shao.theorem",))))
     assert evidence.not_checkable
     assert max(evidence.quantities.values()) > 1
 
@@ -230,7 +206,7 @@ def test_other_gains_and_periods_turn_the_motor_claims(monkeypatch: pytest.Monke
     )
     found = json.loads(json.dumps(motor_experiments.motor_model(1)))
     for name in ("motor.hurwitz-feedback", "motor.hurwitz-observer", "motor.slow-period"):
-        assert verdict(name, lambda results: results["motor"].update(found)) is not CLAIMS[name].expected
+        assert verdict_on(name, lambda results: results["motor"].update(found)) is not CLAIMS[name].expected
 
 
 def test_each_claim_has_a_reading_that_exists_and_so_has_each_outcome() -> None:
@@ -240,7 +216,7 @@ def test_each_claim_has_a_reading_that_exists_and_so_has_each_outcome() -> None:
     used = set()
     for claim in PAPER.claims:
         assert claim.reading == NO_READING or claim.reading in known, claim.id
-        outcomes = claim.answer(results_of(claim.uses)).outcomes
+        outcomes = claim.answer(full(PAPER, results_of(claim.uses))).outcomes
         names = [outcome.reading for outcome in outcomes]
         assert len(set(names)) == len(names)
         assert not names or names[0] == claim.reading, claim.id
@@ -252,7 +228,7 @@ def test_outcomes_that_hang_on_a_reading_are_listed_under_each() -> None:
     """Which observer, and from which start: the answer is not the same under all."""
 
     def outcomes(name: str) -> dict[str, bool | None]:
-        evidence = CLAIMS[name].answer(results_of(CLAIMS[name].uses))
+        evidence = CLAIMS[name].answer(full(PAPER, results_of(CLAIMS[name].uses)))
         return {outcome.reading: outcome.holds for outcome in evidence.outcomes}
 
     assert outcomes("order.transient") == {

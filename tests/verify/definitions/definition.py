@@ -7,7 +7,7 @@ gains, filters, patterns, levels. The storage matrices, multipliers and disturba
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from fractions import Fraction
@@ -37,13 +37,22 @@ def _read(paper: str) -> dict[str, Data]:
     return {path.stem: json.loads(path.read_bytes()) for path in sorted((ROOT / "certificates" / paper).glob("*.json"))}
 
 
-def certificates(paper: str) -> dict[str, Data]:
-    """By name: plant, parameters, bound and what the sentence names of the witness, as a copy."""
-    kept = ("name", "paper", "statement", "plant", "parameters", "bound")
-    return {
-        name: deepcopy({key: told[key] for key in kept} | {"named": _named(told["statement"], told["witness"])})
-        for name, told in _read(paper).items()
-    }
+def names(paper: str) -> dict[str, str]:
+    """The statement of each certificate."""
+    return {name: told["statement"] for name, told in _read(paper).items()}
+
+
+def checks(module: Mapping[str, Any], **others: Check) -> dict[str, Check]:
+    """The test of each statement on a paper: the function of that name in a module, or another one that is named."""
+    functions = {**module, **others}
+    named = {statement: statement.partition(".")[2].replace("-", "_") for statement in names(module["PAPER"]).values()}
+    return {statement: functions[name] for statement, name in named.items() if name in functions}
+
+
+def certificate(paper: str, name: str) -> Data:
+    """Plant, parameters, bound and what the sentence names of the witness, as a copy."""
+    kept, told = ("name", "paper", "statement", "plant", "parameters", "bound"), _read(paper)[name]
+    return deepcopy({key: told[key] for key in kept} | {"named": _named(told["statement"], told["witness"])})
 
 
 def _named(statement: str, witness: Data) -> Data:
@@ -71,8 +80,8 @@ def _sentences(paper: str, names: tuple[str, ...]) -> dict[str, str]:
 
 def sentence(paper: str, statements: Sequence[str], name: str) -> str:
     """What the command prints for a certificate; all of these statements are asked for at once."""
-    names = tuple(key for key, told in _read(paper).items() if told["statement"] in statements)
-    return _sentences(paper, names)[name]
+    asked = tuple(key for key, statement in names(paper).items() if statement in statements)
+    return _sentences(paper, asked)[name]
 
 
 @dataclass(frozen=True)
@@ -90,7 +99,7 @@ class Altered:
 
 
 def altered(paper: str, change: Altered) -> Data:
-    told = certificates(paper)[change.name]
+    told = certificate(paper, change.name)
     place = told
     for key in change.path[:-1]:
         place = place[key]
@@ -99,12 +108,12 @@ def altered(paper: str, change: Altered) -> Data:
     return told
 
 
-def largest(gain: Callable[[float], float], grid: Sequence[float] | Matrix, zooms: int = 12) -> float:
-    """The largest value of a gain over the grid, which is refined about the four highest of its places."""
+def largest(gain: Callable[[float], float], grid: Sequence[float] | Matrix, zooms: int = 8) -> float:
+    """The largest value of a gain over the grid, which is refined about the three highest of its places."""
     points = np.asarray(grid, dtype=float)
     values = np.array([gain(point) for point in points])
     peak = float(values.max())
-    for i in np.argsort(values)[-4:]:
+    for i in np.argsort(values)[-3:]:
         low, high = points[max(i - 1, 0)], points[min(i + 1, len(points) - 1)]
         for _ in range(zooms):
             inner = np.linspace(low, high, 7)
@@ -149,7 +158,7 @@ def transfer(system: tuple[Matrix, Matrix, Matrix, Matrix], angle: float) -> NDA
     return out
 
 
-def lifted_gain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]], points: int = 181, zooms: int = 12) -> float:
+def lifted_gain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]], points: int = 181, zooms: int = 8) -> float:
     """The l2 gain of periodic steps: the H-infinity norm of the lifted system, infinite unless it is stable."""
     system = chain(steps)
     if spectral_radius(system[0]) >= 1:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from definition import Check, Data, Matrix, array, largest, number, sentence, smallest, within
+from definition import Check, Data, Matrix, array, checks, largest, number, sentence, smallest, within
 from numpy.polynomial import legendre
 
 PAPER = "peet2019"
@@ -563,18 +563,4 @@ def present_only(_: Data) -> None:
     assert np.abs(gains).max() < 1e-12
 
 
-CHECKS: dict[str, Check] = {
-    "delay.dissipation-identity": dissipation_identity,
-    "delay.gain-lower": gain_lower,
-    "delay.gain-upper": stored("each"),
-    "delay.narrow-upper": stored("each"),
-    "delay.near-optimal": near_optimal,
-    "delay.not-unstable": not_unstable,
-    "delay.observer-bound": observer_bound,
-    "delay.operator-identity": operator_identity,
-    "delay.pade-lower": pade_lower,
-    "delay.pade-upper": pade_upper,
-    "delay.present-only": present_only,
-    "delay.total-upper": stored("total"),
-    "delay.unstable": unstable,
-}
+CHECKS = checks(globals(), gain_upper=stored("each"), narrow_upper=stored("each"), total_upper=stored("total"))

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.linalg
-from definition import Check, Data, Matrix, array, largest, number, sentence, smallest, spectral_radius, within
+from definition import Data, Matrix, array, checks, largest, number, sentence, smallest, spectral_radius, within
 
 PAPER = "shao"
 Command = Callable[[int], complex]
@@ -387,25 +387,4 @@ def sampled_observer(_: Data) -> None:
         assert np.allclose(z, scipy.linalg.expm(hat * T) @ zeta + integral @ B @ u + integral @ L @ y, rtol=1e-8)
 
 
-CHECKS: dict[str, Check] = {
-    "dualrate.collected-constant": collected_constant,
-    "dualrate.condition": condition,
-    "dualrate.contraction": contraction,
-    "dualrate.coordinates": coordinates,
-    "dualrate.counterexample": counterexample,
-    "dualrate.error-equations": errors_of_states,
-    "dualrate.estimates-ordered": estimates_ordered,
-    "dualrate.feedforward": feedforward,
-    "dualrate.hurwitz": hurwitz,
-    "dualrate.lyapunov": lyapunov,
-    "dualrate.no-bounded-error": no_bounded_error,
-    "dualrate.prediction-bound": prediction_bound,
-    "dualrate.radius": radius,
-    "dualrate.sampled-observer": sampled_observer,
-    "dualrate.second-case": errors_of_states,
-    "dualrate.slow-period": slow_period,
-    "dualrate.stable": stable,
-    "dualrate.step-bound": step_bound,
-    "dualrate.torque-constant": torque_constant,
-    "dualrate.tracking-errors": tracking_errors,
-}
+CHECKS = checks(globals(), error_equations=errors_of_states, second_case=errors_of_states)

@@ -18,6 +18,7 @@ from definition import (
     Matrix,
     array,
     chain,
+    checks,
     largest,
     lifted_gain,
     number,
@@ -335,7 +336,7 @@ def recovered_poles(told: Data) -> None:
     assert spectral_radius(A) > 1
 
 
-def error_poles(told: Data) -> None:
+def recovered_error_poles(told: Data) -> None:
     A, C, L = stated_poles(told)
     poles = np.linalg.eigvals(monodromy(A, C, L, schedule(told["parameters"])))
     printed = re.findall(r"\[(\S+) \+/- (\S+)\]", spoken(told))
@@ -453,31 +454,4 @@ def sufficient(which: int) -> Check:
     return check
 
 
-CHECKS: dict[str, Check] = {
-    "multirate.common-period": common_period,
-    "multirate.cyclic-rows": cyclic_rows,
-    "multirate.dissipation": dissipation,
-    "multirate.dual-rate": dual_rate,
-    "multirate.error-system": error_system,
-    "multirate.free-setting": free_setting,
-    "multirate.gain": gain,
-    "multirate.gain-under-losses": gain_under_losses,
-    "multirate.idle-instants": idle_instants,
-    "multirate.observable": observable,
-    "multirate.one-matrix": one_matrix,
-    "multirate.optimum-causal": optimum_causal,
-    "multirate.optimum-noncausal": optimum_noncausal,
-    "multirate.product": order_of_factors,
-    "multirate.recovered-error-poles": error_poles,
-    "multirate.recovered-poles": recovered_poles,
-    "multirate.rows": rows,
-    "multirate.same-setting": same_setting,
-    "multirate.schur": schur,
-    "multirate.selection": selection,
-    "multirate.shorter-periods": shorter_periods,
-    "multirate.stated-design": stated_design,
-    "multirate.theorem-1": sufficient(0),
-    "multirate.theorem-2": sufficient(1),
-    "multirate.unmeasured": unmeasured,
-    "multirate.variables": variables,
-}
+CHECKS = checks(globals(), product=order_of_factors, theorem_1=sufficient(0), theorem_2=sufficient(1))

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 from definition import (
-    Check,
     Data,
     Matrix,
     array,
+    checks,
     largest,
     lifted_gain,
     number,
@@ -378,7 +378,7 @@ def changed_norm(sampled: Sampled, h: float, *, coordinates: Matrix | None = Non
     return largest(size, np.linspace(0, np.pi, 61))
 
 
-def breaks_condition(told: Data) -> None:
+def breaks_condition_8(told: Data) -> None:
     sampled = Sampled(told["plant"])
     value = changed_norm(sampled, sampled.period(told["parameters"]["period"]), modulus=True)
     (least,) = written(r"the norm is at least (\S+)\.$", spoken(told))
@@ -386,7 +386,7 @@ def breaks_condition(told: Data) -> None:
     assert least > 1
 
 
-def meets_condition(told: Data) -> None:
+def meets_condition_8(told: Data) -> None:
     sampled = Sampled(told["plant"])
     changes = sampled.along(0), sampled.along(0.1), sampled.along(0.6), sampled.along(0.9), sampled.along(1)
     assert max(changed_norm(sampled, h) for h in changes) < 1
@@ -664,34 +664,4 @@ def sizes(told: Data) -> None:
     assert f"by C ({r} x {n}) and added to a block of size {n} x {n}, is {n} x {r}, not {r} x {n}." in spoken(told)
 
 
-CHECKS: dict[str, Check] = {
-    "nonuniform.breaks-condition-8": breaks_condition,
-    "nonuniform.breaks-level": breaks_level,
-    "nonuniform.congruence": congruence,
-    "nonuniform.gain-lower": gain_lower,
-    "nonuniform.gain-upper": gain_upper,
-    "nonuniform.grid-size": grid_size,
-    "nonuniform.grid-solution-fails": grid_solution_fails,
-    "nonuniform.keeps-level": keeps_level,
-    "nonuniform.lemma-1": lemma_1,
-    "nonuniform.lemma-2": lemma_2,
-    "nonuniform.lemma-3": lemma_3,
-    "nonuniform.level": level_of_theorem_3,
-    "nonuniform.lower-end": lower_end,
-    "nonuniform.map": loop_map,
-    "nonuniform.meets-condition-8": meets_condition,
-    "nonuniform.no-filter-keeps-level": no_filter_keeps_level,
-    "nonuniform.observer-column": observer_column,
-    "nonuniform.one-interval": one_interval,
-    "nonuniform.optimum-lower": optimum_lower,
-    "nonuniform.optimum-upper": gain_upper,
-    "nonuniform.output-matrix": output_matrix,
-    "nonuniform.recovery": recovery,
-    "nonuniform.same-level": same_level,
-    "nonuniform.sizes": sizes,
-    "nonuniform.stability": stability,
-    "nonuniform.stable": stable,
-    "nonuniform.stalls": stalls,
-    "nonuniform.stamped-gain": stamped_gain,
-    "nonuniform.upper-end": upper_end,
-}
+CHECKS = checks(globals(), level=level_of_theorem_3, map=loop_map, optimum_upper=gain_upper)

@@ -14,7 +14,7 @@ import definitions_dualrate as dualrate
 import definitions_multirate as multirate
 import definitions_nonuniform as nonuniform
 import pytest
-from definition import ROOT, Altered, Data, Matrix, altered, certificates
+from definition import ROOT, Altered, Data, Matrix, altered, certificate, names
 
 HERE = Path(__file__).parent
 MODULES: dict[str, Any] = {one.PAPER: one for one in (delay, dualrate, multirate, nonuniform)}
@@ -31,12 +31,7 @@ ALLOWED = {"ast", "collections", "copy", "dataclasses", "definition", "fractions
 FALSE: dict[str, Any] = tomllib.loads((HERE / "false.toml").read_text(encoding="utf-8"))
 EQUATIONS = [(paper, *row) for paper, rows in FALSE.pop("equations").items() for row in rows]
 ALTERED = [(paper, Altered(**{**row, "path": tuple(row["path"])})) for paper, rows in FALSE.items() for row in rows]
-SPOKEN_OF = [
-    (paper, name)
-    for paper in PAPERS
-    for name, told in certificates(paper).items()
-    if told["statement"] not in UNCOVERED
-]
+SPOKEN_OF = [(paper, name) for paper in PAPERS for name, stated in names(paper).items() if stated not in UNCOVERED]
 
 
 def holds(told: Data) -> None:
@@ -44,7 +39,7 @@ def holds(told: Data) -> None:
 
 
 def test_every_statement_has_a_numeric_test_or_a_reason() -> None:
-    proved = {told["statement"] for paper in PAPERS for told in certificates(paper).values()}
+    proved = {statement for paper in PAPERS for statement in names(paper).values()}
     assert proved - CHECKS.keys() == UNCOVERED.keys()
     assert CHECKS.keys() <= proved
 
@@ -64,7 +59,7 @@ def test_imports_are_numpy_and_the_standard_library(path: Path) -> None:
 
 @pytest.mark.parametrize(("paper", "name"), SPOKEN_OF)
 def test_sentence_agrees_with_its_definition(paper: str, name: str) -> None:
-    holds(certificates(paper)[name])
+    holds(certificate(paper, name))
 
 
 @pytest.mark.parametrize(("paper", "change"), ALTERED, ids=str)
@@ -79,7 +74,7 @@ def test_false_equation_is_told(
 ) -> None:
     monkeypatch.setitem(MODULES[paper].FACTORS, equation, factor)
     with pytest.raises(AssertionError):
-        holds(certificates(paper)[name])
+        holds(certificate(paper, name))
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -92,7 +87,6 @@ def test_altered_inequality_is_told(which: int, entry: tuple[int, int], monkeypa
 
     right = multirate.inequality
     monkeypatch.setattr(multirate, "inequality", wrong)
-    told = certificates(multirate.PAPER)
     with pytest.raises(AssertionError):
-        multirate.dissipation(told["dissipation"])
-        multirate.schur(told["schur"])
+        multirate.dissipation(certificate(multirate.PAPER, "dissipation"))
+        multirate.schur(certificate(multirate.PAPER, "schur"))
