@@ -34,17 +34,17 @@ def lab(tmp_path: Path) -> Lab:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("form", "verdicts"), [((), "1 reproduced"), (("--tables",), "3 reproduced")])
-def test_a_new_paper_runs_as_it_is_and_passes_its_own_test(
-    tmp_path: Path, form: tuple[str, ...], verdicts: str
-) -> None:
+def test_new_papers_run_as_they_are_and_pass_their_own_tests(tmp_path: Path) -> None:
     lab = make_inside(tmp_path)
-    assert lab.cli("new", "fresh2030", *form).returncode == 0
-    done = lab.cli("run", "fresh2030")
+    keys = ("fresh2030", "tables2030")
+    for key, form in zip(keys, ((), ("--tables",)), strict=True):
+        assert lab.cli("new", key, *form).returncode == 0
+    done = lab.cli("run", *keys)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert verdicts in done.stdout
-    assert lab.cli("coverage", "fresh2030").returncode == 0
-    assert lab.python("-m", "pytest", "-q", "tests/papers/test_fresh2030.py").returncode == 0
+    for key, verdicts in zip(keys, ("1 reproduced", "3 reproduced"), strict=True):
+        assert re.search(rf"^{key}: .*\b{verdicts}", done.stdout, re.MULTILINE), done.stdout
+        assert lab.cli("coverage", key).returncode == 0
+    assert lab.python("-m", "pytest", "-q", *(f"tests/papers/test_{key}.py" for key in keys)).returncode == 0
 
 
 @pytest.mark.slow

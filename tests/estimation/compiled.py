@@ -23,12 +23,12 @@ STEPS = 3_000
 EXACT = 1e-12
 
 
-def library_of(observer: Any, folder: Path) -> ctypes.CDLL:
-    """The library of an observer that is named `own` there."""
+def library_of(observer: Any, folder: Path, more: str = "") -> ctypes.CDLL:
+    """The library of an observer that is named `own` there; more: source that it calls."""
     if shutil.which("cc") is None and not os.environ.get("CI"):
         pytest.skip("no C compiler: apt-get install gcc libc6-dev")
     source, library = folder / "observer.c", folder / "observer.so"
-    source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
+    source.write_text(observer.to_c("own", "An observer */ of the tests.") + more, encoding="utf-8")
     subprocess.run(["cc", "-O1", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
     return ctypes.CDLL(str(library))
 
@@ -68,3 +68,23 @@ class Compiled:
         estimate = (ctypes.c_double * self.estimates)(*[math.nan] * self.estimates)
         answer = self.library.own_step(self.state, doubles(u), doubles(y), estimate)
         return answer, np.array(estimate)
+
+
+class Stamped:
+    """The C form of an estimator of three states with time stamps, called with the arguments of `reset` and `step`."""
+
+    def __init__(self, observer: Any, folder: Path, more: str = "") -> None:
+        self.library = library_of(observer, folder, more)
+        self.state = (ctypes.c_double * 512)()
+
+    def reset(self, start: Any = None) -> None:
+        self.library.own_init(self.state, None if start is None else doubles(start))
+
+    def step(self, y: Any, t: float, u: Any = None) -> tuple[int, np.ndarray[Any, Any]]:
+        estimate = doubles([math.nan] * 3)
+        given, sample = (None if value is None else doubles(value) for value in (u, y))
+        return self.library.own_step(self.state, ctypes.c_double(t), given, sample, estimate), np.array(estimate)
+
+    def predict(self, t: float) -> tuple[int, np.ndarray[Any, Any]]:
+        estimate = doubles([math.nan] * 3)
+        return self.library.own_predict(self.state, ctypes.c_double(t), estimate), np.array(estimate)

@@ -24,15 +24,10 @@ from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.api.results import GainResult
 from replication.verify.run import check
 from replication.verify.theorem import Refused
+from tests.ownplant.test_design_command import CASES
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
-CASES = {
-    "multirate": ("cart", "--periods", "1,4", "--offsets", "0,2"),
-    "nonuniform": ("spring", "--periods", "0.05,0.2", "--leaves", "2", "--horizon", "50"),
-    "dualrate": ("servo", "--period", "0.02", "--ratio", "10"),
-    "delay": ("tanks", "--order", "12"),
-}
 SENTENCES = {
     "multirate": "l2 gain between 0.435",
     "nonuniform": "over all periods from 1/20 to 1/5 s is at most 0.682",
@@ -71,23 +66,23 @@ def test_the_file_of_a_design_is_proved_by_the_verifier(
     method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    name, *options = CASES[method]
-    command = ["design", method, str(EXAMPLES / f"{name}.toml"), *options, "--certificate"]
+    file, *options = CASES[method]
+    name, command = Path(file).stem, ["design", method, str(EXAMPLES / file), *options, "--certificate"]
     assert main(command) == 0
     printed = capsys.readouterr().out.splitlines()
     (proved,) = (line for line in printed if line.startswith("proved: "))
     assert SENTENCES[method] in proved
     folder = tmp_path / f"{name}-{method}"
-    file = folder / f"{name}-{method}.certificate.json"
+    made = folder / f"{name}-{method}.certificate.json"
     page = (folder / "index.html").read_text(encoding="utf-8")
-    assert f'href="{file.name}"' in page and "--certificate" in page
+    assert f'href="{made.name}"' in page and "--certificate" in page
     done = subprocess.run(
-        [sys.executable, "verify.py", str(file)], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "verify.py", str(made)], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0 and f"own plant: {proved.removeprefix('proved: ')}" in done.stdout
     # A design with a certificate is replaced as any other; nothing else there is.
     assert main([*command, "--force"]) == 0
-    file.rename(folder / "other.certificate.json")
+    made.rename(folder / "other.certificate.json")
     assert main([*command, "--force"]) == 2
     assert "holds more than a design (other.certificate.json)" in capsys.readouterr().err
 

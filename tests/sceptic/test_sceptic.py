@@ -192,6 +192,7 @@ def test_what_changes_nothing_is_not_noticed_and_a_test_that_is_not_there_notice
     change = Change("audit.data", "import", "import", "audit/test_data.py")
     with pytest.raises(ValueError, match="name it anew"):
         change.source()
-    same = replace(WANTED[0], becomes=WANTED[0].was)
+    quick = next(one for one in WANTED if one.module == "estimation.validation")
+    same = replace(quick, becomes=quick.was)
     assert not noticed(same)
     assert not passes("audit/test_data.py::test_that_is_not_there")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.multirate import ExtendedFilter
 from replication.estimation.nonuniform import ExtendedKalman, NoisyPlant, NonlinearPlant, StampedKalman
 from replication.estimation.recorded import replay
-from tests.estimation.compiled import EXACT, FLAGS, SANITIZER, doubles, warnings_of
+from tests.estimation.compiled import EXACT, Stamped, warnings_of
 
 BEACON = np.array([3.0, -2.0])
 
@@ -177,29 +175,16 @@ void own_h(const double *x, double *y, double *H)
 """
 
 
-class Compiled:
-    def __init__(self, source: str, folder: Path) -> None:
-        path, library = folder / "observer.c", folder / "observer.so"
-        path.write_text(source + THEIRS, encoding="utf-8")
-        subprocess.run(["cc", "-O1", *FLAGS, *SANITIZER, path, "-o", library, "-lm"], check=True, capture_output=True)
-        self.library, self.state = ctypes.CDLL(str(library)), (ctypes.c_double * 64)()
-        self.library.own_init(self.state, None)
-
-    def step(self, t: float, u: Any, y: Any) -> tuple[int, np.ndarray]:
-        estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
-        given = (None if value is None else doubles(value) for value in (u, y))
-        return self.library.own_step(self.state, ctypes.c_double(t), *given, estimate), np.array(estimate)
-
-
 @pytest.mark.parametrize("gate", [None, 2.5])
 def test_the_c_form_is_equal_and_refuses_alike(gate: float | None, tmp_path: Path) -> None:
     assert warnings_of(ExtendedKalman(CART).to_c("own") + THEIRS, tmp_path) == []
     log, observer = track(400), ExtendedKalman(CART, gate=gate)
-    compiled = Compiled(observer.to_c("own", "a cart"), tmp_path)
+    compiled = Stamped(observer, tmp_path, THEIRS)
+    compiled.reset()
     for k in range(400):
         t, u, y = log["t"][k], [log["speed"][k], log["turn"][k]], [log["range"][k], log["compass"][k]]
         sample = None if k % 50 == 49 else y
-        answer, found = compiled.step(t, u, sample)
+        answer, found = compiled.step(sample, t, u)
         named = {} if sample is None else {n: v for n, v in zip(CART.sensors, y, strict=True) if not math.isnan(v)}
         assert answer == 0
         np.testing.assert_allclose(found, observer.step(named, t=t, u=u), rtol=0, atol=EXACT)
@@ -211,11 +196,11 @@ def test_the_c_form_is_equal_and_refuses_alike(gate: float | None, tmp_path: Pat
         (50, [math.inf, 0], None),
         (50, None, [math.inf, 0]),
     ):
-        assert compiled.step(t, u, y)[0] == 1
+        assert compiled.step(y, t, u)[0] == 1
         assert bytes(compiled.state) == kept
-    assert compiled.step(50, [1e308, 0], None)[0] == 0
+    assert compiled.step(None, 50, [1e308, 0])[0] == 0
     kept = bytes(compiled.state)
-    assert compiled.step(1e3, None, [1, 1])[0] == 1  # own_f is no longer finite
+    assert compiled.step([1, 1], 1e3)[0] == 1  # own_f is no longer finite
     assert bytes(compiled.state) == kept
     assert ExtendedFilter(CART, (3, 1), gate=gate).to_c("own", "a cart") == observer.to_c("own", "a cart")
 

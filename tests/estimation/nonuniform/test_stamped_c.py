@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 from collections.abc import Callable
 from functools import cache, partial
@@ -18,7 +17,7 @@ from replication.estimation.nonuniform.stamped.design import StampedFilter, Stam
 from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from tests.estimation.compiled import EXACT, STEPS, doubles, library_of, warnings_of
+from tests.estimation.compiled import EXACT, STEPS, Stamped, warnings_of
 
 RANGE = PeriodRange(0.02, 0.4)
 KINDS = ("filter", "kalman", "kalman without inputs")
@@ -44,27 +43,6 @@ def observer_of(kind: str, factor: float = 1.0) -> Any:
     return StampedKalman(NoisyPlant(A, C, Q, R, known if kind == "kalman" else None, P0=2 * np.eye(3)))
 
 
-class Compiled:
-    """The C form, called with the arguments of `reset` and `step`."""
-
-    def __init__(self, observer: Any, folder: Path) -> None:
-        self.library = library_of(observer, folder)
-        self.state = (ctypes.c_double * 512)()
-
-    def reset(self, start: Any) -> None:
-        self.library.own_init(self.state, doubles(start))
-
-    def step(self, y: Any, t: float, u: Any = None) -> tuple[int, np.ndarray[Any, Any]]:
-        estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
-        given, sample = (None if value is None else doubles(value) for value in (u, y))
-        answer = self.library.own_step(self.state, ctypes.c_double(t), given, sample, estimate)
-        return answer, np.array(estimate)
-
-    def predict(self, t: float) -> tuple[int, np.ndarray[Any, Any]]:
-        estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
-        return self.library.own_predict(self.state, ctypes.c_double(t), estimate), np.array(estimate)
-
-
 def predicted(observer: Any, t: float) -> Any:
     found = observer.predict(t)
     return getattr(found, "x", found)
@@ -73,7 +51,7 @@ def predicted(observer: Any, t: float) -> Any:
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
     observer, rng, t = observer_of(kind), np.random.default_rng(9), 0.0
-    compiled = Compiled(observer, tmp_path)
+    compiled = Stamped(observer, tmp_path)
     observer.reset([1.0, -1.0, 0.5])
     compiled.reset([1.0, -1.0, 0.5])
     for k in range(STEPS):
@@ -92,7 +70,7 @@ def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_another_gain_is_noticed(kind: str, tmp_path: Path) -> None:
     observer, other = observer_of(kind), observer_of(kind, 1.01)
-    compiled = Compiled(observer, tmp_path)
+    compiled = Stamped(observer, tmp_path)
     compiled.reset(np.zeros(3))
     for t in (0.0, 0.1):
         found = compiled.step([1.0, 2.0], t)[1]
@@ -102,7 +80,7 @@ def test_another_gain_is_noticed(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_python_refuses_changes_nothing(kind: str, tmp_path: Path) -> None:
-    compiled = Compiled(observer_of(kind), tmp_path)
+    compiled = Stamped(observer_of(kind), tmp_path)
     compiled.reset(np.ones(3))
     assert compiled.predict(0.0)[0] == 1
     assert compiled.step([1.0, 1.0], 0.0)[0] == 0
@@ -147,7 +125,7 @@ def test_a_warning_is_seen(tmp_path: Path) -> None:
 def test_inputs_change_between_samples(kind: str, tmp_path: Path) -> None:
     """As if the input had been held in two parts: of the Kalman filter, whose covariance adds up, to rounding."""
     observer, rng, t = observer_of(kind), np.random.default_rng(3), -1.0
-    compiled = Compiled(observer, tmp_path)
+    compiled = Stamped(observer, tmp_path)
     observer.reset([1.0, -1.0, 0.5])
     compiled.reset([1.0, -1.0, 0.5])
     for k in range(400):
@@ -179,7 +157,7 @@ def test_an_input_between_samples_moves_the_estimate_as_the_plant() -> None:
 def test_the_gate_with_time_stamps(tmp_path: Path) -> None:
     plain = observer_of("kalman")
     gated = StampedKalman(plain.plant, gate=5.0)
-    compiled, rng = Compiled(gated, tmp_path), np.random.default_rng(4)
+    compiled, rng = Stamped(gated, tmp_path), np.random.default_rng(4)
     compiled.reset(np.zeros(3))
     for k in range(60):
         y = list(0.1 * rng.standard_normal(2))
