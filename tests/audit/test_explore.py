@@ -40,8 +40,8 @@ def made(folder: Path) -> ResultsFile:
 def shown(made: ResultsFile, folder: Path, **more: Any) -> tuple[PictureView, ...]:
     with_it = replace(brief(), explorers=(explorer(**more),))
     paper = replace(made.papers[0], brief=with_it)
-    (view,) = explorers(paper, [FIGURE], folder, views(made.claims, targets(made.claims)))
-    return view.pictures
+    ((_, pictures),) = explorers(paper, [FIGURE], folder, views(made.claims, targets(made.claims)))
+    return pictures
 
 
 def read(text: str) -> float:

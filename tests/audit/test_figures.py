@@ -217,7 +217,7 @@ def test_what_is_no_svg_is_refused(text: str) -> None:
 
 
 def test_colours_are_those_of_the_report_and_hold_in_light_and_dark() -> None:
-    css = (Path(__file__).parents[2] / "replication/audit/report/html/style.css").read_text()
+    css = (Path(__file__).parents[2] / "replication/audit/report/html/palette.css").read_text()
     themes = [dict(re.findall(r"(--[a-z0-9-]+): (#[0-9a-f]{6})", part)) for part in css.split("@media")[:2]]
     for theme, ground in zip(themes, (WHITE, NEAR_BLACK), strict=True):
         for colour in (style.OURS, style.GREY):

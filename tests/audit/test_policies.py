@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from sample import paper_record
 
 from replication.audit.inspect.headline import counts, headline, sentence
-from replication.audit.judge.policies import RULES, by_policy, once, once_corrected, rank, repeated, same_fact
+from replication.audit.judge.policies import RULES, by_policy, once, once_corrected, repeated, same_fact
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Evidence, How, Judgement, Kind, Outcome, OverInputs, Policy, Reading, Verdict
 from replication.audit.publish.readme import results_block
@@ -158,6 +158,13 @@ def test_every_policy_has_its_rule_in_the_docs() -> None:
     assert list(RULES) == list(Policy)
     for policy, rule in RULES.items():
         assert f"**{policy[0].upper()}{policy[1:]}.** {rule}" in docs
+
+
+def rank(verdict: Verdict) -> int:
+    """How far from the best: whether agreement is called reproduced or consistent is a matter of what a claim says."""
+    worse = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.UNDETERMINED)
+    agrees = verdict in (Verdict.REPRODUCED, Verdict.CONSISTENT)
+    return 0 if agrees else worse.index(verdict) + 1 if verdict in worse else len(worse) + 1
 
 
 def over(lower: float, upper: float, how: How = How.SEARCH) -> OverInputs:

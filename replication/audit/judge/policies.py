@@ -44,19 +44,6 @@ RULES: Mapping[Policy, str] = {
 }
 OF_READINGS = (Policy.SOLVER, Policy.CONSTANT, Policy.RULED_OUT, Policy.OWN)
 """Policies that a reading brings with it."""
-FROM_BEST = (
-    (Verdict.REPRODUCED, Verdict.CONSISTENT),
-    (Verdict.REPRODUCED_AFTER_ERRATUM,),
-    (Verdict.COMPATIBLE,),
-    (Verdict.UNDETERMINED,),
-    (Verdict.DIFFERS, Verdict.REFUTED, Verdict.ERROR),
-)
-"""The verdicts in ranks. Whether agreement is called reproduced or consistent is a matter of what the claim says."""
-
-
-def rank(verdict: Verdict) -> int:
-    """How far from the best a verdict is: 0 for agreement with the text as it stands."""
-    return next(place for place, verdicts in enumerate(FROM_BEST) if verdict in verdicts)
 
 
 def touched(judgement: Judgement, *policies: Policy) -> Judgement:
@@ -155,8 +142,8 @@ def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple
 
 def once_corrected(verdict: Verdict) -> Verdict:
     """The verdict on what agrees only once a misprint is corrected, from that on the corrected text: never a better."""
-    after = Verdict.REPRODUCED_AFTER_ERRATUM
-    return after if rank(verdict) < rank(after) else verdict
+    as_it_stands = verdict in (Verdict.REPRODUCED, Verdict.CONSISTENT)
+    return Verdict.REPRODUCED_AFTER_ERRATUM if as_it_stands else verdict
 
 
 def slipped(erratum: str, corrected: Judgement) -> Judgement:

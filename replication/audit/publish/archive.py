@@ -8,7 +8,6 @@ SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any fi
 from __future__ import annotations
 
 import hashlib
-import html
 import json
 import re
 from collections.abc import Iterable, Iterator
@@ -20,6 +19,7 @@ from replication.audit.publish.linked_data import Json, Software, claims_graph, 
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
 from replication.audit.report.claim import standing
+from replication.audit.report.templates import environment
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
@@ -28,7 +28,7 @@ from replication.files import write_atomically
 # The folder of exports: badges, linked data and BibTeX of a run
 
 
-HEIGHT, PADDING, MARK = 20, 7, 16
+PADDING, MARK = 7, 16
 CHARACTER = 6.6
 """Width in pixels that one character of 11 px text is given; `textLength` then makes the text as wide as its box."""
 
@@ -67,34 +67,10 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     moved = sum(claim.unexpected for claim in chosen)
     text = f"{moved} off the pin" if moved else tally(chosen).words
     stands = standing(chosen)
-    return draw(label, text, BAD if moved or stands.broken else SOME if stands.failing else GOOD)
-
-
-def draw(label: str, text: str, look: tuple[str, str]) -> str:
-    """A badge of two boxes as stand-alone SVG: `label`, then the mark and `text` on the colour of `look`."""
-    colour, mark = look
-    left = _width(label)
-    right = _width(text) + MARK
-    full = html.escape(f"{label}: {text}")
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{left + right:g}" height="{HEIGHT}" role="img" '
-        f'aria-label="{full}"><title>{full}</title>'
-        f'<rect width="{left + right:g}" height="{HEIGHT}" rx="3" fill="#3a3f45"/>'
-        f'<path d="M{left:g} 0h{right - 3:g}a3 3 0 0 1 3 3v{HEIGHT - 6}a3 3 0 0 1-3 3h-{right - 3:g}z" '
-        f'fill="{colour}"/>'
-        f'<path d="{mark}" transform="translate({left:g})" fill="none" stroke="#fff" '
-        f'stroke-width="2"/>'
-        f'<g fill="#fff" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11">'
-        f"{_text(label, PADDING)}{_text(text, left + MARK)}</g></svg>\n"
-    )
-
-
-def _width(text: str) -> float:
-    return CHARACTER * len(text) + 2 * PADDING
-
-
-def _text(text: str, x: float) -> str:
-    return f'<text x="{x:g}" y="14" textLength="{CHARACTER * len(text):g}">{html.escape(text)}</text>'
+    colour, mark = BAD if moved or stands.broken else SOME if stands.failing else GOOD
+    left, right = CHARACTER * len(label) + 2 * PADDING, CHARACTER * len(text) + 2 * PADDING + MARK
+    drawn = {"left": left, "right": right, "wide": CHARACTER, "colour": colour, "mark": mark}
+    return environment().get_template("badge.svg.j2").render(drawn, label=label, text=text)
 
 
 def bibtex(results: ResultsFile, software: Software) -> str:

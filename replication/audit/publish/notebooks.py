@@ -147,14 +147,8 @@ def _style() -> str:
 
 
 def colours() -> str:
-    """The palette of the report, which is the start of its style sheet, and what code takes of it."""
-    style = source("style.css")
-    rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
-    if len(rules) < 2 or "--paper:" not in rules[0]:
-        raise AuditError(
-            "html/style.css of the report no longer begins with the palette in two colour schemes; keep it in :root"
-        )
-    return "".join(rules) + source("code.css")
+    """The palette of the report in two colour schemes, and what code takes of it."""
+    return source("palette.css") + source("code.css")
 
 
 def _drawing_lines(notebook: Any) -> Iterator[str]:

@@ -143,18 +143,12 @@ class PictureView:
         return float(value) if isinstance(value, int | float) else 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExplorerView:
-    """An explorer with its pictures; those whose figure could not be drawn are left out."""
-
-    explorer: Explorer
-    pictures: tuple[PictureView, ...]
-
-
 def explorers(
     paper: PaperRecord, drawn: Sequence[str], figures: Path, claims: Sequence[ClaimView]
-) -> tuple[ExplorerView, ...]:
-    """The explorers of a paper; drawn: names of its figures that could be drawn, whose tables lie in `figures`.
+) -> tuple[tuple[Explorer, tuple[PictureView, ...]], ...]:
+    """The explorers of a paper with their pictures; those whose figure could not be drawn are left out.
+
+    drawn: names of the figures that could be, whose tables lie in `figures`.
 
     Raises AuditError where one names a figure, column or claim that the paper does not have.
     """
@@ -173,7 +167,7 @@ def explorers(
         largest = max((view.level for view in pictures), default=0.0) or math.inf
         if pictures:
             shared = tuple(replace(view, share=round(100 * view.level / largest)) for view in pictures)
-            made.append(ExplorerView(explorer=explorer, pictures=shared))
+            made.append((explorer, shared))
     return tuple(made)
 
 

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from markupsafe import Markup
 
-from replication.audit.brief import Consequence
+from replication.audit.brief import Consequence, Explorer
 from replication.audit.inspect.headline import Tally, counts, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
@@ -20,7 +20,7 @@ from replication.audit.model import Kind, Reading, Verdict
 from replication.audit.parts import CELL, Table
 from replication.audit.report.claim import MEANING, ClaimView, views
 from replication.audit.report.evidence import Ladder, ladders
-from replication.audit.report.explore import ExplorerView, explorers
+from replication.audit.report.explore import PictureView, explorers
 from replication.audit.report.templates import mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
@@ -133,7 +133,7 @@ class PaperView:
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
     ladders: tuple[Ladder, ...]
-    explorers: tuple[ExplorerView, ...]
+    explorers: tuple[tuple[Explorer, tuple[PictureView, ...]], ...]
     tables: tuple[TableView, ...]
 
     @property

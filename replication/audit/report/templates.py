@@ -118,7 +118,7 @@ def source(name: str) -> str:
 
 def style_sheet() -> str:
     """The style of every page of ours, on screen and on paper."""
-    return source("style.css") + source("print.css")
+    return source("palette.css") + source("style.css") + source("print.css")
 
 
 def environment() -> Environment:

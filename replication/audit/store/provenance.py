@@ -169,12 +169,11 @@ def python_minor(version: str) -> str:
     return ".".join(version.split(".")[:2])
 
 
-def run_record(root: Path, environment: Environment | None = None) -> RunRecord:
+def run_record(root: Path, environment: Environment) -> RunRecord:
     """Provenance of a run of the project at `root`, with the date of SOURCE_DATE_EPOCH where that is set.
 
-    environment: `read_environment(root)`, for who has read it.
+    environment: `read_environment(root)`.
     """
-    environment = environment or read_environment(root)
     commit, dirty = git_state(root)
     return RunRecord(
         package_version=replication.__version__,

@@ -1,4 +1,4 @@
-"""The sentences of a brief, each link of which leads to a claim that says the same; and its sketch as SVG.
+"""The sentences of a brief, each link of which leads to a claim that says the same.
 
 Numbers in them are filled in from the run, as `Brief` describes, and `{name:rounded}` is the computed
 number rounded as the print is. A card has several sentences, each as short as any other.
@@ -11,48 +11,14 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from markupsafe import Markup, escape
-
-from replication.audit.brief import Brief, Draws, Sketch, Stroke
+from replication.audit.brief import Brief
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import rounds_to
 from replication.audit.judge.numerals import LINK, require_short
 from replication.audit.model import Policy, Verdict
 from replication.audit.report.claim import anchor
-from replication.audit.report.templates import seen
 from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
-
-# A sketch as SVG: lines, areas, dots and ticks in the colours of the page, labels as text
-
-
-WIDTH, HEIGHT = 320, 150
-_RADIUS = {Draws.MEASURED: 4.4, Draws.VIRTUAL: 3.0}
-_TICK = {Draws.TICK: 6, Draws.TICK_OURS: 11}
-
-
-def drawn(sketch: Sketch) -> Markup:
-    """The sketch; its words are escaped, its numbers are numbers."""
-    parts = Markup("").join(Markup(_part(stroke)) for stroke in sketch.strokes)
-    return Markup('<svg class="art" role="img" viewBox="0 0 {} {}" aria-label="{}">{}</svg>').format(
-        WIDTH, HEIGHT, seen(sketch.alt), parts
-    )
-
-
-def _part(stroke: Stroke) -> str:
-    points, kind = stroke.points, stroke.draws
-    if kind in _RADIUS:
-        return "".join(f'<circle class="{kind}" cx="{x:g}" cy="{y:g}" r="{_RADIUS[kind]}"/>' for x, y in points)
-    if kind in (Draws.LABEL, Draws.LABEL_OURS):
-        return "".join(
-            f'<text class="{kind}" x="{x:g}" y="{y:g}">{escape(seen(stroke.text))}</text>' for x, y in points
-        )
-    if kind in _TICK:
-        steps = "".join(f"M{x:g} {y:g}v-{_TICK[kind]}" for x, y in points)
-        return f'<path class="{kind}" d="{steps}"/>'
-    line = " ".join(f"{x:g} {y:g}" for x, y in points)
-    return f'<path class="{kind}" d="M{line}{"Z" if kind is Draws.BAND else ""}"/>'
-
 
 HOLDS, FAILS, OPEN, ANYTHING = "+", "-", "?", "any"
 _NUMBER = re.compile(r"\{([\w.\-]+)(?::(\w+)(?::([\w.\-]+))?)?\}")
@@ -112,7 +78,6 @@ class BriefView:
     headline: Told
     card: Told
     lines: tuple[tuple[str, Told], ...]
-    sketch: Markup
 
 
 def briefs(results: ResultsFile) -> dict[str, BriefView]:
@@ -152,7 +117,6 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
             ("What to correct", told(brief.correct, FAILS)),
             ("What remains a guess", told(brief.guess, OPEN)),
         ),
-        sketch=drawn(brief.sketch),
     )
 
 

@@ -74,14 +74,8 @@ def lineages(results: ResultsFile) -> tuple[Lineage, ...]:
     return tuple((paper, pairs) for paper, pairs in found if pairs)
 
 
-@dataclass(frozen=True)
-class Allowance:
-    """What is compared, how much of it is allowed, why, and the claims that are judged so."""
-
-    compared: str
-    allowed: str
-    reason: str
-    claims: tuple[ClaimRecord, ...]
+Allowance = tuple[str, str, str, tuple[ClaimRecord, ...]]
+"""What is compared, how much of it is allowed, why, and the claims that are judged so."""
 
 
 def allowances(claims: Iterable[ClaimRecord]) -> tuple[Allowance, ...]:
@@ -90,7 +84,7 @@ def allowances(claims: Iterable[ClaimRecord]) -> tuple[Allowance, ...]:
     for claim in claims:
         for allowance in dict.fromkeys(_of(claim)):
             found.setdefault(allowance, []).append(claim)
-    return tuple(Allowance(*what, tuple(users)) for what, users in found.items())
+    return tuple((*what, tuple(users)) for what, users in found.items())
 
 
 def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
