@@ -41,7 +41,7 @@ def test_bessel_functions_by_recurrence() -> None:
         assert np.allclose(_spherical(x, count), np.array(wanted).T, rtol=0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("s", [0.0, 3.0j, 250.0j, 2.0 + 5.0j, 1500.0])
+@pytest.mark.parametrize("s", [0.0, 3.0j, 250.0j, 2.0 + 5.0j, 1500.0, -2.0 + 5.0j])
 def test_transform_is_the_integral(s: complex) -> None:
     kernel = Kernel(projected(lambda lags: np.stack([1.0 / (0.5 + lags), np.sin(9.0 * lags)], axis=-1)[:, None, :], 35))
     found = kernel.transform(np.array([s]))[0, 0]

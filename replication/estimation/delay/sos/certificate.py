@@ -153,7 +153,6 @@ class Certificate:
     change: Array  # (n, n) The coordinates in those of the plant
     degree: int  # Degree of the polynomials
     rule: DegreeRule  # Which monomials that stands for
-    epsilon: float  # Strictness of both inequalities
     gamma: float  # The level that is proved, up to the residuals in `solution`
     count: int  # Legendre coefficients of each history
     storage: Array  # Coefficients of V
@@ -241,7 +240,6 @@ def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: S
         change=assembly.change,
         degree=assembly.degree,
         rule=assembly.rule,
-        epsilon=epsilon,
         gamma=gamma,
         count=count,
         storage=storage,
