@@ -72,6 +72,7 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             *outcomes(gammas, optimum, degree),
             *((Outcome(reading=POSITIVE, value=reached[example]["solved"]),) if reached else ()),
         ),
+        settled_by="the authors, if they state ε and how the degree counts" if off else "",
         note=f"{UNMET} {_on_the_rule(results['readings'], unsharp(gammas)) if off else ONE_RULE_OF_MANY}"
         + (f" {DELAY_OF_2}" if example == "2" else ""),
     )

@@ -131,6 +131,10 @@ CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 """Verdicts of claims that agree with what is meant, not with what is printed."""
 
 
+_READINGS = re.compile(r"It (?:agrees|holds) under (\d+) of (\d+) readings")
+"""What a judgement on several readings begins with; those that the text rules out are not among them."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ClaimView:
     """A claim as the report shows it; `entries` is empty where printed and computed cannot be set side by side.
@@ -181,12 +185,18 @@ class ClaimView:
             return numerals.layout(evidence.value)
         if evidence.probability is not None:
             return f"probability {numerals.short(evidence.probability, 3)}"
-        answers = [outcome.holds for outcome in evidence.outcomes if outcome.holds is not None]
-        if self.record.verdict is Verdict.UNDETERMINED and len(set(answers)) == 2:
-            return f"holds under {sum(answers)} of {len(answers)} readings"
+        holding, among = self.counted
+        if self.record.verdict is Verdict.UNDETERMINED and 0 < holding < among:
+            return f"holds under {holding} of {among} readings"
         if evidence.holds is not None:
             return "holds" if evidence.holds else "does not hold"
         return f"{len(evidence.outcomes)} readings" if evidence.outcomes else ""
+
+    @property
+    def counted(self) -> tuple[int, int]:
+        """Under how many readings it agrees, of how many that the verdict counts; (0, 0) without several."""
+        found = _READINGS.match(self.record.judgement.reason)
+        return (int(found[1]), int(found[2])) if found else (0, 0)
 
     @property
     def rounded(self) -> str:
