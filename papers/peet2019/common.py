@@ -21,7 +21,8 @@ LAG = 0.25
 
 def levels(plant: dict[str, Any], multiples: list[int], degree: int) -> list[list[float]]:
     """Bracket of the least gain from force and noise to the position's error, for each delay (m - 1) h."""
-    from replication.estimation.delay.sos.certificate import minimum_gain  # slow to load
+    from replication.estimation.conic.sdpa import one_process  # both slow to load
+    from replication.estimation.delay.sos.certificate import minimum_gain
 
     A, B, C, h = (np.array(plant[name]) for name in ("A", "B", "C", "h"))
     n, lag = len(A), LAG * float(h)
@@ -30,13 +31,14 @@ def levels(plant: dict[str, Any], multiples: list[int], degree: int) -> list[lis
     b = np.block([[B, np.zeros((n, 1))], [np.zeros((1, 1)), np.array([[plant["noise"] / lag]])]])
     c1, c2 = np.hstack([C, [[0.0]]]), np.hstack([np.zeros((1, n)), [[1.0]]])
     found = []
-    for m in multiples:
-        if m == 1:
-            level = riccati_gain(Model(a0 + seen, b, c1, c2))
-            found.append([level, level])
-        else:
-            least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)
-            found.append([least.lower, least.gamma])
+    with one_process():
+        for m in multiples:
+            if m == 1:
+                level = riccati_gain(Model(a0 + seen, b, c1, c2))
+                found.append([level, level])
+            else:
+                least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)
+                found.append([least.lower, least.gamma])
     return found
 
 

@@ -63,6 +63,9 @@ def test_gain_of_a_sequence_is_the_largest_singular_value():
         assert gain == pytest.approx(np.linalg.norm(whole, 2), rel=1e-10)
         e = simulate_error(OSCILLATOR, subject, periods, w)
         assert error_ratio(periods, w, e, per_duration=per_duration) == pytest.approx(gain, rel=1e-9)
+        together = subject.errors(OSCILLATOR, np.array([periods[::-1], periods]), w)
+        np.testing.assert_allclose(together[1], e, atol=1e-14)
+        assert np.abs(together[0] - e).max() > 0.1 * np.abs(e).max()
 
 
 @pytest.mark.parametrize("looks", [sequences.LOOKS, (2,)], ids=["all settle", "one by one"])
