@@ -105,7 +105,7 @@ def steps_of_algorithm(results: Results) -> Proof:
         quantities={
             f"elements, Example {e}, {name}": float(runs[reading.name]["size"])
             for e, runs in ends.items()
-            for name, reading in (("literal", AS_PRINTED), ("correct", CORRECT))
+            for name, reading in (("as printed", AS_PRINTED), ("corrected", CORRECT))
         },
     )
 

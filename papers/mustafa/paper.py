@@ -87,9 +87,9 @@ def findings(results: Results) -> tuple[str, ...]:
         f"In Example 2 the corrected algorithm ends with {sizes[1]} grid elements; by condition (8) itself "
         f"{by_condition[1]:g} would do.",
         f"Filters of our own design guarantee the levels {robust[0]} in Example 1 and {robust[1]} in Example 2, "
-        "whatever the periods.",
-        f"The corrected grids {'lower' if lowered else 'do not always lower'} the worst case, but some sequence makes "
-        f"it {own[0]} times the level in Example 1, {own[1]} times in Example 2.",
+        "for every sequence in the range.",
+        f"On the corrected grids the worst case {'falls' if lowered else 'does not always fall'}, but exceeds step 2's "
+        f"level: {own[0]} times in Example 1, {own[1]} times in Example 2.",
         *(
             (
                 "As printed, step 4 adds no new period in either example, so Algorithm 1 never ends; a set-minus does "

@@ -192,8 +192,8 @@ def solution_is_valid(e: int, results: Results) -> Evidence:
             "no filter has less: shown at the period (s)": curve["floor_at"],
             f"largest gain of {FILTER[e]} at constant periods": max(curve["filter"]),
         },
-        note="Secs. I and III say more: a solution of (6) at the periods of the grid is one at all periods. It is not: "
-        "at one constant period every filter of form (4) exceeds the level. Sec. V-A takes this back for the level. "
+        note="Sec. I can be read as more: that (6) itself holds at all periods, as Sec. III says of the grid of [7]. "
+        "Here it does not, since every filter of form (4) exceeds the level at one constant period; Sec. V-A rules it out. "
         f"{TAKEN_BACK} "
         f"{where_it_holds(e, results)}",
     )
@@ -242,7 +242,7 @@ for e in EXAMPLES:
         uses=(f"curve.{e}", f"bracket.{e}"),
         erratum=SLIP[e],
         pinned="consistent",
-        says=STABLE[e],
+        says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
         reading=NO_READING,
     )(of_example(solution_is_valid, e))
     ABSTRACT.feasible(

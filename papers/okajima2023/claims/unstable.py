@@ -51,7 +51,7 @@ def lacking(told: str, results: Results) -> Evidence:
     return Evidence(
         method="",
         not_checkable=f"Our copy lacks the matrix A of Sec. IV-C: eq. (41) repeats that of Sec. IV-A. {told}",
-        settled_by="eq. (41) as the authors have it, or their program",
+        settled_by="eq. (41) as the authors have it; the program linked from the blog has other plants",
         quantities={
             "largest pole of A as printed, modulus": radius_of(printed["poles"]),
             "spectral radius of A_e, A as printed": radius_of(printed["error_poles"]),
