@@ -193,7 +193,7 @@ def solution_is_valid(e: int, results: Results) -> Evidence:
             f"largest gain of {FILTER[e]} at constant periods": max(curve["filter"]),
         },
         note="Sec. I can be read as more: that (6) itself holds at all periods, as Sec. III says of the grid of [7]. "
-        "Here it does not, since every filter of form (4) exceeds the level at one constant period; Sec. V-A rules it out. "
+        "Here it does not: every filter of form (4) exceeds the level at one constant period. Sec. V-A rules it out. "
         f"{TAKEN_BACK} "
         f"{where_it_holds(e, results)}",
     )
