@@ -39,7 +39,7 @@ VERIFIER = {
     "multirate.recovered": MULTIRATE,
     "multirate.sensing": MULTIRATE,
     "nonuniform.gain": (*STEPS, *STAMPED, *SAID),
-    "nonuniform.grid": ("test_nonuniform_theory", *SAID),
+    "nonuniform.grid": ("test_nonuniform_theory", "test_nonuniform", *SAID),
     "nonuniform.identities": ("test_nonuniform_theory", "test_sufficiency", *SAID),
     "nonuniform.levels": (*STEPS, *STAMPED, *SAID),
     "nonuniform.smallgain": ("test_nonuniform", "test_nonuniform_theory", *SAID),

@@ -301,6 +301,11 @@ def test_the_box_of_tilted_half_spaces(scale: fmpq) -> None:
             assert side is not None and abs(side - scale * end) <= fmpq(1, 2**38)
 
 
+def test_a_box_is_rounded_outwards() -> None:
+    for low, high in box(AXES, [fmpq(1, 3)] * 4):
+        assert low < fmpq(-1, 3) and high > fmpq(1, 3)
+
+
 def test_a_box_of_one_point_is_stated_and_an_empty_one_is_not() -> None:
     assert box(AXES, (1, HALF, -1, -HALF)) == ((1, 1), (HALF, HALF))
     with pytest.raises(Refused, match="no C_f has this level"):

@@ -95,6 +95,17 @@ def test_names() -> None:
             reading.name_of(name, "x")
 
 
+def test_names_and_integers_out_of_a_range_are_refused() -> None:
+    assert reading.one_of("b", "x", ("a", "b")) == "b" and reading.integer(3, "x", 0, 3) == 3
+    assert reading.integer(10**8, "x") == 10**8
+    with pytest.raises(Refused, match="x must be one of a, b, got 'c'"):
+        reading.one_of("c", "x", ("a", "b"))
+    with pytest.raises(Refused, match="x must be a string"):
+        reading.one_of(["a"], "x", ("a", "b"))
+    with pytest.raises(Refused, match="x must be at most 3, got 4"):
+        reading.integer(4, "x", 0, 3)
+
+
 def test_a_file_is_read_as_far_as_its_size_allows(tmp_path: Path) -> None:
     with mock.patch.object(reading, "MAX_BYTES", 10):
         for size in (0, 10):

@@ -79,7 +79,7 @@ def sampled_observer() -> None:
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
-        sampled = F @ zeta + previous @ pushed
+        sampled = F @ zeta + previous @ B @ u + previous @ L @ y
         decide(Identity(solution, sampled, f"(3) = (7) in the {derivative} derivative"))
 
 

@@ -215,8 +215,8 @@ def upper_end(plant: Plant) -> Found:
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
     if above > 0:
         require(before(above, below), "the printed end of U3 does not go too far")
-        factor = (below / above).str(6)
-        return Found(words={"printed": f"as printed the bound exceeds 1/alpha at the end by a factor in {factor}"})
+        printed = f"as printed the bound exceeds 1/alpha at the end by a factor in {(below / above).str(6)}"
+        return Found(words={"printed": printed})
     decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
     Phi = state_transition(plant, seconds(plant.middle))
     one = arb_mat(identity(plant.order))
