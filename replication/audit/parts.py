@@ -86,7 +86,7 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     rows: tuple[tuple[str, ...], ...]
 
     def __post_init__(self) -> None:
-        if odd := next((row for row in self.rows if len(row) != len(self.header)), None):
+        if odd := next((row for row in self.rows if self.header and len(row) != len(self.header)), None):
             raise AuditError(f"table {self.place!r}: the row {odd!r:.80} has not as many cells as the header")
 
     @property

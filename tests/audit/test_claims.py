@@ -20,7 +20,7 @@ NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
 
 
 def test_well_formed_papers_pass() -> None:
-    table = Table(place="Table 1", caption="", header=("a",), rows=(("claim:toy.value", "text"),))
+    table = Table(place="Table 1", caption="", header=("a", "b"), rows=(("claim:toy.value", "text"),))
     first = paper(claim(uses=("toy-run",), erratum="toy.e1"), figures=(figure("toy-fig1"),), tables=(table,))
     validate_claims([first, paper(claim(id="other.value", reading="norm"), key="other", readings=(NORM,))])
 
@@ -42,7 +42,7 @@ def test_well_formed_papers_pass() -> None:
         ([paper(scope=(ScopeItem(part="II", figures=("toy-no",)),))], ["'II'", "figure 'toy-no'"]),
         ([paper(scope=(ScopeItem(part="II"),))], ["'II'", "no reason"]),
         (
-            [paper(tables=(Table(place="T1", caption="", header=(), rows=(("claim:toy.no",),)),))],
+            [paper(tables=(Table(place="T1", caption="", header=("entry",), rows=(("claim:toy.no",),)),))],
             ["table 'T1'", "'toy.no'"],
         ),
         ([paper(claim(expected=Verdict.ERROR))], ["'toy.value'", "error"]),

@@ -71,7 +71,7 @@ def sample() -> Paper:
         experiments=[experiment("motor", compute, base=PRINTED), experiment("other", compute, base=2)],
         errata=[Erratum(id="slip", place="p", printed="a", meant="b", prove=proof, uses=("motor",))],
         figures=[figure],
-        tables=[Table(place="Table 1", caption="", header=("n",), rows=((PRINTED, "claim:table1.n21"),))],
+        tables=[Table(place="Table 1", caption="", header=("printed", "ours"), rows=((PRINTED, "claim:table1.n21"),))],
         findings=lambda results: tuple(sorted(results)),
         sensitivity=levels,
         common=common,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
+import msgspec
 import pytest
 
 import papers
@@ -36,7 +36,7 @@ def test_a_claim_that_is_taken_away_is_missed(key: str) -> None:
     texts = read_coverage(FOLDER / key / "coverage.toml")
     rows = [row for text in texts.values() for place in text.places for row in (*place.numerals, *place.items)]
     name = next(binding for row in rows for binding in row[1:] if binding.startswith("claim:")).removeprefix("claim:")
-    less = dataclasses.replace(paper, claims=tuple(claim for claim in paper.claims if claim.id != f"{key}.{name}"))
+    less = msgspec.structs.replace(paper, claims=tuple(claim for claim in paper.claims if claim.id != f"{key}.{name}"))
     assert any(f"unknown claim {name!r}" in fault for fault in problems(texts, less, {}))
 
 

@@ -6,6 +6,7 @@ import copy
 import dataclasses
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -62,8 +63,8 @@ def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
         if experiment.name in wanted
     )
     columns = [claim for claim in PAPER.claims if claim.id.startswith(f"{KEY}.table1.")]
-    claims = tuple(dataclasses.replace(claim, repeats="") for claim in columns)
-    paper = dataclasses.replace(
+    claims = tuple(msgspec.structs.replace(claim, repeats="") for claim in columns)
+    paper = msgspec.structs.replace(
         PAPER, experiments=changed, claims=claims, errata=(), figures=(), tables=(), findings=lambda results: (),
         scope=(ScopeItem(part="Table 1", claims=tuple(claim.id for claim in claims)),),
     )  # fmt: skip

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 import papers
@@ -50,7 +51,7 @@ def cut(sweep: str) -> Paper:
     def nothing(results: Results) -> tuple[()]:
         return ()
 
-    return dataclasses.replace(
+    return msgspec.structs.replace(
         paper, experiments=parts, claims=(), errata=(), figures=(), tables=(), scope=(), findings=nothing,
         sensitivity=nothing, common=nothing,
     )  # fmt: skip
