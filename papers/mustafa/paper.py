@@ -88,8 +88,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{by_condition[1]:g} would do.",
         f"Filters of our own design guarantee the levels {robust[0]} in Example 1 and {robust[1]} in Example 2, "
         "for every sequence in the range.",
-        f"On the corrected grids the worst case {'falls' if lowered else 'does not always fall'}, but exceeds step 2's "
-        f"level: {own[0]} times in Example 1, {own[1]} times in Example 2.",
+        f"On the corrected grids the worst case {'falls' if lowered else 'does not always fall'}, but is at least "
+        f"{own[0]} times step 2's level in Example 1, {own[1]} times in Example 2.",
         *(
             (
                 "As printed, step 4 adds no new period in either example, so Algorithm 1 never ends; a set-minus does "

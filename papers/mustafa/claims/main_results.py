@@ -169,7 +169,8 @@ def stability_of_theorem_3(results: Results) -> Evidence:
     return replace(
         stability_follows(results),
         as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
-        note="Theorem 3 is taken at its hypothesis (6), which (10) stands for once F has its size.",
+        note="Theorem 3 is taken at its hypothesis (6), which (10) stands for once F has its size and the repeated row "
+        "stands once (erratum row).",
     )
 
 

@@ -26,6 +26,8 @@ FOUND, _ = theorems("okajima2023")
 FITTING = FOUND["section-4c-poles"].parameters
 """With the plants that the search finds, in exact numbers; the certificates are made only if it finds them again."""
 
+SETTLED_BY = "eq. (41) as the authors have it; the program linked from the blog has other plants"
+
 
 def recovered(quantity: str, *given: str, of: str = "section-4c-error-poles") -> Term:
     """A number of the plant of Sec. IV-C, with these parts of it as the search for a theorem finds them."""
@@ -51,7 +53,7 @@ def lacking(told: str, results: Results) -> Evidence:
     return Evidence(
         method="",
         not_checkable=f"Our copy lacks the matrix A of Sec. IV-C: eq. (41) repeats that of Sec. IV-A. {told}",
-        settled_by="eq. (41) as the authors have it; the program linked from the blog has other plants",
+        settled_by=SETTLED_BY,
         quantities={
             "largest pole of A as printed, modulus": radius_of(printed["poles"]),
             "spectral radius of A_e, A as printed": radius_of(printed["error_poles"]),
@@ -128,6 +130,7 @@ def stabilised(results: Results) -> Evidence:
             for name, radius in radii.items()
         ),
         as_printed=positive(1 - printed, method="The same with A as printed."),
+        settled_by=SETTLED_BY,
         quantities={
             "other entries free, furthest entry of A from its print": free["furthest"],
             **{

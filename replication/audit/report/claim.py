@@ -195,7 +195,7 @@ class ClaimView:
     @property
     def counted(self) -> tuple[int, int]:
         """Under how many readings it agrees, of how many that the verdict counts; (0, 0) without several."""
-        found = _READINGS.match(self.record.judgement.reason)
+        found = _READINGS.search(self.record.judgement.reason)
         return (int(found[1]), int(found[2])) if found else (0, 0)
 
     @property
