@@ -104,7 +104,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"and the table prints {table_1('DRC-APO')[0]} %.",
         "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
         "errs less throughout Table I.",
-        f"Which transient is better depends on the unprinted start of the observer: against DRC-PMI, DRC-APO "
+        f"Which transient is better depends on the unprinted start: against slow-observer DRC-PMI, DRC-APO "
         f"{_starts(results)}.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
         "with T.",

@@ -152,10 +152,9 @@ ALTERED: list[tuple[str, Verdict, Fault]] = [
         (f"grid.{e}", Verdict.REPRODUCED, put(f"grids.{e}/algorithm/{AS_PRINTED.name}/end", "COVERED"))
         for e in EXAMPLES
     ),
-    # Where neither way of reading "required" fails, it holds; where both do, it does not.
+    # Where neither way of reading "required" fails, it holds; read as a gain over sequences, (12) always does.
     ("small-gain.required", Verdict.REFUTED, put("bracket.2/filter_radius", 1.001)),
     ("performance-12", Verdict.REPRODUCED_AFTER_ERRATUM, put("bracket.2/lower", 0.01)),
-    ("performance-12", Verdict.REFUTED, put("bracket.1/upper", 0.01)),
 ]  # fmt: skip
 """Claims with an alteration and the verdict that it brings."""
 

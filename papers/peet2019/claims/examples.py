@@ -241,8 +241,9 @@ _table("3")
 @FIG_1.order(
     "fig1.below-level",
     place="Fig. 1",
-    pinned=CORRECTED,
+    pinned="compatible",
     erratum=SIGNS,
+    reading="our-observer",
     uses=("fig1", f"sos.ex2.d{FIGURE_DEGREE}", "printed-signs"),
     says=Predicate(
         of=term("gain of the error", "ex2", "observers by Theorem 3"),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from decimal import Decimal
 from functools import partial
 
-from papers.peet2019.claims.theory import CORRECTED, SIGNS, UNMET, unmet
+from papers.peet2019.claims.theory import SIGNS, UNMET, unmet
 from papers.peet2019.experiments.declared import ABOVE, NEAR, OFF_THE_PRINT
 from papers.peet2019.experiments.readings import HOUSE, inside, runs
 from papers.peet2019.experiments.readings import READINGS as RULES
@@ -342,8 +342,9 @@ for _name, _what, _factor, _degree in (
             f"{_what}: an observer designed by Theorem 3, degree {_degree}, keeps its bound, here at most {_factor} "
             "times the least gain."
         ),
-        pinned=CORRECTED,
+        pinned="compatible",
         erratum=SIGNS,
         uses=(f"loop.{_name}", "printed-signs"),
+        reading="our-observer",
         says=Predicate(of=over_the_least(_name, _degree), relation="at most", to=str(_factor)),
     )(partial(closed_loop, _name))

@@ -149,6 +149,7 @@ def better_transient(results: Results) -> Evidence:
             "tracking error is apart from its steady state; the smaller gain of the two frequencies counts"
         ),
         cross_check="the integral against time responses less their steady state, in the tests",
+        settled_by="the authors, if they state the start and the observer of DRC-PMI",
         quantities={
             **{
                 f"time constant, {LABELS[name]}, s": constants[name]

@@ -233,6 +233,8 @@ def _family(case: Case) -> Judgement:
         reason = f"{reason} The text rules out and the verdict leaves out: {', '.join(ruled_out)}."
     if met:
         reason = f"{reason} {TESTS_NOTHING}: {', '.join(met)}."
+    elif fitted:
+        reason = f"{reason} No constant fitted to the print meets it, which is not counted: {', '.join(fitted)}."
     shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
     applied = tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies))))
