@@ -65,7 +65,7 @@ def plot_counter_example(drawn: FigureData) -> Any:
 WORDS_ABOVE = {
     APO: ("DRC-APO as printed", 3.0, 1, "right"),
     RESTARTED: ("", 0.0, 0, "left"),
-    FAST: ("restarted predictor, and fast sensor", 3.9, 1, "right"),
+    FAST: ("restarted predictor, fast sensor", 1.5, 1, "left"),
 }
 WORDS_BELOW = {RESTARTED: ("restarted predictor", 6.4, 1, "right"), FAST: ("fast sensor", 5.0, -1, "left")}
 """By panel: the name of each curve, at which time it stands, on which side, and which end of the words is there."""
