@@ -56,6 +56,7 @@ def instability(results: Results) -> Evidence:
     outcomes = tuple(_jordan(name, eigenvalue, found) for name, eigenvalue in JORDAN.items())
     return Evidence(
         method="Rightmost roots of s + λΣe^{-si/K}/K over all K of Table I; for λ = 0 the index of the nilpotent J.",
+        settled_by="the authors, if they state the eigenvalue of the Jordan block",
         not_checkable=(
             "The eigenvalue λ of the Jordan block is not printed, and the answer depends on it: "
             + "; ".join(

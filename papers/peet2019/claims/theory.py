@@ -295,7 +295,7 @@ def theorem_3(results: Results) -> Evidence:
             "two inclusions make both forms of one sign; that 𝒫 then has a bounded inverse; and whether the text's "
             "solutions have this derivative. The text has < for ≤, which fails for w = 0 alone."
         ),
-        as_printed=Evidence(method=UNMET, not_checkable="As printed nothing meets its conditions, so it says nothing."),
+        as_printed=Evidence(method=UNMET, not_checkable="Nothing meets its conditions, so it says nothing."),
     )
 
 
