@@ -223,7 +223,7 @@ def _change(gram: fmpq_mat, entry: Entry, amount: fmpq) -> None:
 # diagonal.
 
 
-INTERIOR_STEPS = (8e-6, 3e-5, 6e-5, 8e-5, 1e-4, 3e-4, 1e-3)
+INTERIOR_STEPS = (8e-6, 3e-5, 6e-5, 8e-5, 1e-4, 3e-4, 1e-3, 0.004)
 """Relative distances of the bound from the dual optimum, tried in turn until there is room for rounding."""
 INTERIOR_ROOM = 1e-8
 """Least eigenvalue below which the residuals of the solver could spoil the rounding."""
