@@ -292,6 +292,20 @@ def test_ctrl_c_while_processes_begin_is_not_lost() -> None:
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
+def test_no_process_of_a_run_hears_ctrl_c() -> None:
+    """Also the first ones, with which a process of another kind begins; the one that runs them hears it again."""
+    program = (
+        "import os, signal\nfrom replication.audit.run import pool\nasked = signal.SIG_BLOCK, ()\n"
+        "executor, answers = pool._executor(2), []\nfor _ in range(4):\n    with pool._deaf_children():\n"
+        "        answers.append(executor.submit(signal.pthread_sigmask, *asked))\n"
+        "blocked = [*(answer.result() for answer in answers), signal.pthread_sigmask(*asked)]\n"
+        "print([signal.SIGINT in signals for signals in blocked])\n"
+        "pool._end(executor)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.stdout, done.stderr) == ("[True, True, True, True, False]\n", "")
+
+
 def test_processes_end_where_nothing_lists_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small containers have no `pgrep`; joblib would then wait for minutes."""
     from replication.audit.run import pool

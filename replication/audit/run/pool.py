@@ -14,6 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from enum import StrEnum
+from multiprocessing import resource_tracker
 from typing import Any, Protocol
 
 from replication.audit.run.chance import kept_environment
@@ -95,6 +96,8 @@ def _executor(jobs: int) -> Any:
     """An executor whose processes do not import the main script again; each computes with one thread."""
     from joblib.externals.loky import ProcessPoolExecutor
 
+    # Begun here: Python 3.11 lets all processes hear Ctrl-C again where it begins this with the first of them.
+    resource_tracker.ensure_running()
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
     return ProcessPoolExecutor(jobs, initializer=end_with, initargs=(os.getpid(),), env=threads)
 
