@@ -106,30 +106,33 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
 @pytest.mark.parametrize(
     ("papers", "sentence"),
     [
-        ([FALSE], "The paper gives a false guarantee."),
-        ([replaced(FALSE, refuted=0)], "The paper gives a guarantee that fails."),
+        ([FALSE], "A guarantee of Doe (2020) is false."),
+        ([replaced(FALSE, refuted=0)], "A guarantee of Doe (2020) fails."),
         ([SOUND], "In the paper every theorem passes our tests."),
         ([SOUND, OPEN], "In both papers we refute no theorem."),
         ([replaced(OPEN, failing=1)], "In the paper we refute no theorem; one result differs."),
         (
             [FALSE, replaced(SOUND, failing=2), replaced(SOUND, corrected=True), replaced(SOUND, failing=1)],
-            "One of four papers gives a false guarantee. In the other three we refute no theorem, once corrected; "
+            "A guarantee of Doe (2020) is false. In the other three papers we refute no theorem, once corrected; "
             "three results differ.",
         ),
-        ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "Both papers give a false guarantee."),
+        ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "A guarantee of each of Doe (2020), Roe is false."),
         (
             [FALSE, FALSE, FALSE, SOUND],
-            "Three of four papers give a false guarantee. In the other every theorem passes our tests.",
+            "A guarantee of each of Doe (2020), Roe, Poe is false. In the other paper every theorem passes our tests.",
         ),
         ([], "There is no claim to judge."),
     ],
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
-    assert answer(papers, tally([])) == sentence
+    broken = ["Doe (2020)", "Roe", "Poe"][: sum(paper.broken > 0 for paper in papers)]
+    assert answer(papers, tally([]), broken) == sentence
 
 
 def paper_of(records: Any) -> Any:
-    record = SimpleNamespace(cited="Doe (2020)", key=KEY, title="Observers", findings=(), brief=None)
+    record = SimpleNamespace(
+        cited="Doe (2020)", named="Doe (2020)", key=KEY, title="Observers", findings=(), brief=None
+    )
     shown = views(records, targets(records))
     return cast(Any, SimpleNamespace(record=record, claims=shown, tables=(), figures=()))
 
@@ -150,7 +153,7 @@ def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
     assert field([paper_of([remark])]).answer == "Of 1 result, 0 hold, 1 fails."
-    assert field([paper_of([theorem])]).answer == "The paper gives a false guarantee."
+    assert field([paper_of([theorem])]).answer == "A guarantee of Doe (2020) is false."
     assert field([paper_of([theorem, remark])]).tally.numbers["fail"] == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
     assert field([paper_of(made.claims)]).tally.numbers["fail"] == failing

@@ -73,6 +73,12 @@ GROUPS = {
 _ONE = {"hold": "holds", "fail": "fails"}
 
 
+def plain(verdict: Verdict) -> str:
+    """The verdict in the words of `GROUPS`, and whether it needs a correction."""
+    word = next(word for word, verdicts in GROUPS.items() if verdict in verdicts)
+    return _ONE.get(word, word) + " once corrected" * (verdict is Verdict.REPRODUCED_AFTER_ERRATUM)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tally:
     """How many claims stand how, by the words of `GROUPS`; timed: run times of another computer, told apart."""

@@ -18,7 +18,7 @@ from typing import Any
 from markupsafe import Markup
 
 import replication
-from replication.audit.inspect.headline import GROUPS, headline
+from replication.audit.inspect.headline import GROUPS, headline, plain
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import MEANING, standings, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
@@ -100,6 +100,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "costs": chart(across(results)),
         "costs_heading": next((section.heading for section in behind if section.name == "across"), ""),
         "groups": GROUPS,
+        "plain": plain,
         "terms": terms,
         "briefs": told,
         "headings": tuple(paper.numbers for paper in papers),

@@ -180,9 +180,14 @@ class PaperRecord(StatedPaper, frozen=True, kw_only=True):
     @property
     def cited(self) -> str:
         """How a text refers to it: surnames and year."""
+        return self.named if self.year else f"{self.named} (undated)"
+
+    @property
+    def named(self) -> str:
+        """The same in a sentence, where a year that is not known is not missed."""
         names = [(author.split() or [author])[-1] for author in self.authors] or [self.key]
         who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
-        return f"{who} ({self.year or 'undated'})"
+        return f"{who} ({self.year})" if self.year else who
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -85,8 +85,9 @@ def field(papers: Sequence[PaperView]) -> Field:
     filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
+    broken = [lane.paper.record.named for lane in lanes if lane.standing.broken]
     return Field(
-        answer=answer([lane.standing for lane in lanes], tally(own), _only_failing(lanes)),
+        answer=answer([lane.standing for lane in lanes], tally(own), broken),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -94,22 +95,10 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
 
 
-def _only_failing(lanes: Sequence[Lane]) -> str:
-    """The one result that fails in the papers of which no theorem does, and whose it is; empty if there are more."""
-    named = [
-        (words, lane.paper.record.cited.replace(" (undated)", ""), number)
-        for lane in lanes
-        if not lane.standing.broken
-        for cell in lane.cells
-        for words, number, _ in cell.failing
-    ]
-    return f"{named[0][0]} of {named[0][1]}" if len(named) == 1 and named[0][2] == 1 else ""
-
-
-def answer(papers: Sequence[Standing], found: Tally, only: str = "") -> str:
+def answer(papers: Sequence[Standing], found: Tally, false: Sequence[str] = ()) -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-    Where there is no theorem to speak of, how many results hold. only: the one result that differs in the others.
+    Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails.
     """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
@@ -117,28 +106,25 @@ def answer(papers: Sequence[Standing], found: Tally, only: str = "") -> str:
     if not any(paper.theorems for paper in judged):
         number = sum(found.numbers.values()) + found.timed
         return f"Of {number} result{'s' * (number != 1)}, {found.words}."
-    false = [paper for paper in judged if paper.broken]
     others = [paper for paper in judged if not paper.broken]
-    whole = len(judged)
     if not false:
-        where = "In the paper" if whole == 1 else f"In {'both' if whole == 2 else f'all {count(whole)}'} papers"
-        return f"{where} {_of_others(others, only)}."
-    thing = "a false guarantee" if all(paper.refuted for paper in false) else "a guarantee that fails"
-    who = f"{count(len(false)).capitalize()} of {count(whole)} papers give{'s' if len(false) == 1 else ''}"
+        where = {1: "the paper", 2: "both papers"}.get(len(judged), f"all {count(len(judged))} papers")
+        return f"In {where} {_of_others(others)}."
+    refuted = all(paper.refuted for paper in judged if paper.broken)
+    who = f"{'each of ' * (len(false) > 1)}{', '.join(false)}"
+    first = f"A guarantee of {who} {'is false' if refuted else 'fails'}."
     if not others:
-        who = "The paper gives" if whole == 1 else f"{'Both' if whole == 2 else f'All {count(whole)}'} papers give"
-        return f"{who} {thing}."
-    where = "the other" if len(others) == 1 else f"the other {count(len(others))}"
-    return f"{who} {thing}. In {where} {_of_others(others, only)}."
+        return first
+    where = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
+    return f"{first} In {where} {_of_others(others)}."
 
 
-def _of_others(papers: Sequence[Standing], only: str) -> str:
+def _of_others(papers: Sequence[Standing]) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
     once = ", once corrected" if any(paper.corrected for paper in papers) else ""
-    differ = f"the {only} differs" if only else f"{count(failing)} result{' differs' if failing == 1 else 's differ'}"
-    off = f"; {differ}" if failing else ""
+    off = f"; {count(failing)} result{' differs' if failing == 1 else 's differ'}" if failing else ""
     return f"{'every theorem passes our tests' if sound else 'we refute no theorem'}{once}{off}"
 
 

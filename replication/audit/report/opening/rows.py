@@ -7,6 +7,7 @@ entries of its first table, so that a project of any field has an opening.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -50,6 +51,7 @@ class TracesView:
     y: str
     text: str
     end: float
+    unit: str
     curves: tuple[Trace, ...]
     x_ticks: tuple[tuple[float, float], ...]
     y_ticks: tuple[tuple[float, float], ...]
@@ -266,6 +268,7 @@ def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> Traces
         y=picture.y,
         text=picture.text,
         end=across[-1],
+        unit="".join(f"\N{NO-BREAK SPACE}{unit}" for unit in re.findall(r"\((\w+)\)", picture.x)[:1]),
         curves=tuple(curves),
         x_ticks=frame.x_ticks,
         y_ticks=frame.y_ticks,

@@ -46,7 +46,11 @@ def _costs(shown: Across) -> Heading:
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
     m, cost = drawn.shared
-    return f"By these designs the {drawn.words[0]} sensor costs most: ×{short(cost, 2)} at m = {m}", cost, m
+    return (
+        f"By these designs the {drawn.words[0]} sensor costs most: {short(cost, 2)} times the level at m = {m}",
+        cost,
+        m,
+    )
 
 
 def _proved(shown: Proofs) -> Heading:
