@@ -15,8 +15,8 @@ from replication.estimation.nonuniform.nominal import closed_form, riccati_level
 from replication.estimation.nonuniform.plant import SampledPlant
 
 IRREGULAR = (
-    "irregular (ours): 1 to m steps between measurements, our design by (10) with one Lyapunov function, neither "
-    "Algorithm 1 nor an optimum"
+    "irregular, not optimal: gaps of 1 to m steps between measurements, our design by (10) with one Lyapunov "
+    "function, not by Algorithm 1"
 )
 
 

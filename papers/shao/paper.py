@@ -50,11 +50,11 @@ def _virtual(x: float) -> float:
 
 
 BRIEF = TOLD.brief(
-    card="Only true samples correct the observer: in effect its gain is "
+    card="Virtual measurements correct nothing, only real samples do: on average the gain acts like "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for this unstable plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. We "
-    "tried hundreds of thousands of simulation settings: [none](-table.any-reading) gives a whole column of tracking "
-    "errors in Table I.",
+    "tried hundreds of thousands of simulation settings: [none](-table.any-reading) gives even one whole column of "
+    "tracking errors in Table I.",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,

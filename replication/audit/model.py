@@ -178,7 +178,8 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
     intervals: ends of what each printed number stands for, as exact fractions; none beside a relation.
     proved: whether a theorem says what the claim says. supported: else, if there are theorems beside it, what they do
-    not say. unproved: why there is none. policies: those that touched the claim.
+    not say. unproved: why there is none. policies: those that touched the claim. readings: under how many it agrees,
+    of how many that the verdict counts, where there are several.
     """
 
     verdict: Verdict
@@ -189,6 +190,7 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     supported: str = ""
     unproved: str = ""
     policies: tuple[Policy, ...] = ()
+    readings: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True, kw_only=True)

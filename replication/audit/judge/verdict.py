@@ -239,7 +239,8 @@ def _family(case: Case) -> Judgement:
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
     applied = tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies))))
     nearest = min(deviations, key=abs, default=None)
-    return Judgement(verdict=verdict, reason=reason, deviation_ulp=nearest, policies=applied)
+    counts = agreeing, len(verdicts)
+    return Judgement(verdict=verdict, reason=reason, deviation_ulp=nearest, policies=applied, readings=counts)
 
 
 def _under(evidence: Evidence, outcome: Outcome) -> Evidence:

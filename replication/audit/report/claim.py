@@ -131,10 +131,6 @@ CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 """Verdicts of claims that agree with what is meant, not with what is printed."""
 
 
-_READINGS = re.compile(r"It (?:agrees|holds) under (\d+) of (\d+) readings")
-"""What a judgement on several readings begins with; those that the text rules out are not among them."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class ClaimView:
     """A claim as the report shows it; `entries` is empty where printed and computed cannot be set side by side.
@@ -185,18 +181,12 @@ class ClaimView:
             return numerals.layout(evidence.value)
         if evidence.probability is not None:
             return f"probability {numerals.short(evidence.probability, 3)}"
-        holding, among = self.counted
+        holding, among = self.record.judgement.readings
         if self.record.verdict is Verdict.UNDETERMINED and 0 < holding < among:
             return f"holds under {holding} of {among} readings"
         if evidence.holds is not None:
             return "holds" if evidence.holds else "does not hold"
         return f"{len(evidence.outcomes)} readings" if evidence.outcomes else ""
-
-    @property
-    def counted(self) -> tuple[int, int]:
-        """Under how many readings it agrees, of how many that the verdict counts; (0, 0) without several."""
-        found = _READINGS.search(self.record.judgement.reason)
-        return (int(found[1]), int(found[2])) if found else (0, 0)
 
     @property
     def rounded(self) -> str:

@@ -52,12 +52,17 @@ class Lane:
     cells: tuple[Cell, ...]
     standing: Standing
 
+    @property
+    def failing(self) -> tuple[tuple[str, int], ...]:
+        """What does not hold, in words, each with its number."""
+        return tuple((words, number) for cell in self.cells for words, number, _ in cell.failing)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
     """The answer in a sentence, the rows, and how the claims add up.
 
-    corrected: how many claims hold once corrected. shares: of each paper, how many of its claims fail.
+    corrected: how many claims hold once corrected.
     """
 
     answer: str
@@ -65,11 +70,6 @@ class Field:
     columns: tuple[Consequence, ...]
     tally: Tally
     corrected: int
-
-    @property
-    def shares(self) -> tuple[tuple[PaperView, int], ...]:
-        """The papers with failing claims."""
-        return tuple((lane.paper, lane.standing.failing) for lane in self.lanes if lane.standing.failing)
 
 
 def field(papers: Sequence[PaperView]) -> Field:
@@ -85,9 +85,8 @@ def field(papers: Sequence[PaperView]) -> Field:
     filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
-    broken = [lane.paper.record.named for lane in lanes if lane.standing.broken]
     return Field(
-        answer=answer([lane.standing for lane in lanes], tally(own), broken),
+        answer=answer([lane.standing for lane in lanes], tally(own), _false(lanes)),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -95,7 +94,15 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
 
 
-def answer(papers: Sequence[Standing], found: Tally, false: Sequence[str] = ()) -> str:
+def _false(lanes: Sequence[Lane]) -> str:
+    """The papers of which a theorem fails, and which one if it is one."""
+    broken = [lane for lane in lanes if lane.standing.broken]
+    if len(broken) != 1 or broken[0].standing.broken > 1:
+        return f"{'each of ' * (len(broken) > 1)}{', '.join(lane.paper.record.named for lane in broken)}"
+    return f"{broken[0].paper.record.named} ({broken[0].failing[0][0]})"
+
+
+def answer(papers: Sequence[Standing], found: Tally, false: str = "") -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
     Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails.
@@ -107,25 +114,23 @@ def answer(papers: Sequence[Standing], found: Tally, false: Sequence[str] = ()) 
         number = sum(found.numbers.values()) + found.timed
         return f"Of {number} result{'s' * (number != 1)}, {found.words}."
     others = [paper for paper in judged if not paper.broken]
-    if not false:
-        where = {1: "the paper", 2: "both papers"}.get(len(judged), f"all {count(len(judged))} papers")
-        return f"In {where} {_of_others(others)}."
+    whole = f"all {count(len(judged))} papers" if len(judged) > 2 else ("both papers", "the paper")[len(judged) == 1]
+    if len(others) == len(judged):
+        return _of_others(others, whole)
     refuted = all(paper.refuted for paper in judged if paper.broken)
-    who = f"{'each of ' * (len(false) > 1)}{', '.join(false)}"
-    first = f"A guarantee of {who} {'is false' if refuted else 'fails'}."
-    if not others:
-        return first
-    where = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
-    return f"{first} In {where} {_of_others(others)}."
+    first = f"A guarantee of {false} {'is false' if refuted else 'fails'}."
+    rest = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
+    return f"{first} {_of_others(others, rest)}" if others else first
 
 
-def _of_others(papers: Sequence[Standing]) -> str:
+def _of_others(papers: Sequence[Standing], whose: str) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    once = ", once corrected" if any(paper.corrected for paper in papers) else ""
+    said = f"{'every' if sound else 'no'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
+    once = f"Once corrected, {said}" if any(paper.corrected for paper in papers) else said[0].upper() + said[1:]
     off = f"; {count(failing)} result{' differs' if failing == 1 else 's differ'}" if failing else ""
-    return f"{'every theorem passes our tests' if sound else 'we refute no theorem'}{once}{off}"
+    return f"{once}{off}."
 
 
 def count(number: int) -> str:
