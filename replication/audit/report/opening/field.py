@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -143,19 +143,26 @@ def _cell(paper: PaperView, kind: Consequence) -> Cell:
     own = [view for view in listed if view.record.counted]
     timed = [view for view in own if view.record.timed]
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
-    failing = Counter((_named(view), view.record.verdict) for view in marks if view.record.verdict in FAILS)
+    failing: dict[tuple[str, Verdict], list[ClaimView]] = defaultdict(list)
+    for view in marks:
+        if view.record.verdict in FAILS:
+            failing[_named(view), view.record.verdict].append(view)
     return Cell(
         consequence=kind,
         marks=tuple(marks),
         timed=tuple(timed),
-        failing=tuple((words, number, verdict) for (words, verdict), number in failing.items())[:MOST_PLACES],
+        failing=tuple(
+            (_named(found[0], alone=len(found) == 1), len(found), verdict) for (_, verdict), found in failing.items()
+        )[:MOST_PLACES],
         repeats=sum(bool(view.record.claim.repeats) for view in listed),
     )
 
 
-def _named(view: ClaimView) -> str:
-    """A failing claim in words: the table that it is an entry of, or else what its name says."""
+def _named(view: ClaimView, alone: bool = False) -> str:
+    """A failing claim in words: the table that it is an entry of, or else what its name says; its number if alone."""
     if view.consequence is Consequence.TABLE:
         return view.record.claim.place.partition(";")[0].partition(",")[0].strip()
-    name = _END.sub("", view.record.id.partition(".")[2]).rpartition(".")[2]
-    return name.replace("-", " ")
+    name = view.record.id.partition(".")[2]
+    numbered = _END.search(name) if alone else None
+    name = _END.sub("", name).rpartition(".")[2] + (numbered[0] if numbered else "")
+    return re.sub(r"[-.]", " ", name)
