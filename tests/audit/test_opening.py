@@ -110,11 +110,11 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
         ([replaced(FALSE, refuted=0)], "A guarantee of Doe fails."),
         ([SOUND], "Every theorem of the paper passes our tests."),
         ([SOUND, OPEN], "No theorem of both papers is refuted."),
-        ([replaced(OPEN, failing=1)], "No theorem of the paper is refuted; one result differs."),
+        ([replaced(OPEN, failing=1)], "No theorem of the paper is refuted; one result of Roe differs."),
         (
             [FALSE, replaced(SOUND, failing=2), replaced(SOUND, corrected=True), replaced(SOUND, failing=1)],
-            "A guarantee of Doe is false. Once corrected, no theorem of the other three papers is refuted; "
-            "three results differ.",
+            "A guarantee of Doe is false. No theorem of the other three papers is refuted, though some need "
+            "correction; three results of Roe differ.",
         ),
         ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "A guarantee of Doe is false."),
         (
@@ -125,7 +125,7 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
     ],
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
-    assert answer(papers, tally([]), "Doe") == sentence
+    assert answer(papers, tally([]), "Doe", "Roe") == sentence
 
 
 def paper_of(records: Any) -> Any:
