@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
+from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process, solve_sdpa
@@ -50,7 +50,7 @@ def references(plant: Json, order: int, visible: Json | None) -> Json:
         "pade_status": solved.status,
         "pade_riccati": riccati_gain(pade),
         "chebyshev": _optimum(system),
-        "exact": asdict(hinf_gain(delay_system(**visible))) if visible else None,
+        "exact": asdict(open_loop_gain(delay_system(**visible))) if visible else None,
     }
 
 
