@@ -17,9 +17,10 @@ from replication.estimation.delay.general.mean_square import tradeoff
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.observer import DelayGains, hinf_norm
+from replication.estimation.delay.sos.observer import DelayGains, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.delay.sos.running import HistoryObserver
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
@@ -73,9 +74,8 @@ class DelayResult(GainResult):
         """The estimation error from w to z - z^ in continuous time, each delay resolved by `order`."""
         import control
 
-        error, direct = self.gains_of.error_model(self.order)
         outputs = [f"error of {name}" for name in self.signals.outputs]
-        return control.StateSpace(error.a, error.b, error.c, direct, outputs=outputs)
+        return control.StateSpace(*self.gains_of.error_model(self.order), outputs=outputs)
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain of the error over the frequency, beside the guaranteed level."""
@@ -155,25 +155,25 @@ def result_of(
 ) -> DelayResult:
     """The gains of a certificate, evaluated in the closed loop by a method that shares nothing with the proof."""
     observer = HistoryObserver(system, observer_gains(certificate))
-    norm = hinf_norm(observer.error_model(order)[0])
+    error, coarse = observer.error_model(order), max(2 * order // 3, 1)
+    norm, on_coarse = continuous_norm(*error), continuous_norm(*observer.error_model(coarse)).lower
     if norm.lower > certificate.gamma * (1 + AGREES):
         raise SolverError(
             f"the gains prove the level {certificate.gamma:.6g}, but on {order + 1} points they have {norm.lower:.6g}; "
             "raise `order` or `margin`"
         )
-    coarse = max(2 * order // 3, 1)
     galerkin, report = check(certificate), certificate.solution.report
     evidence = (
         *facts,
-        Evidence("lower end attained at", norm.frequency, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
-        Evidence("gain on a coarser grid", hinf_norm(observer.error_model(coarse)[0]).lower, f"{coarse + 1} points"),
+        Evidence("lower end attained at", norm.angle, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
+        Evidence("gain on a coarser grid", on_coarse, f"{coarse + 1} points"),
         Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule} rule", "sums of squares"),
         Evidence(
             "residual of the proof", report.residuals["equalities"], f"{report.name} {report.version}, our measure"
         ),
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
-        Evidence("error decays at", -norm.abscissa, "rightmost eigenvalue of the closed loop", "1/s"),
+        Evidence("error decays at", -spectral_abscissa(error), "rightmost eigenvalue of the closed loop", "1/s"),
         *worth(plant_terms(system), certificate.gamma),
     )
     bracket = Bracket(min(norm.lower, certificate.gamma), certificate.gamma, BOTH_ENDS)

@@ -16,13 +16,14 @@ from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, limit
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
-from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
+from replication.estimation.delay.exact.smoothing import smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import back_in, require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import require_seen
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
@@ -287,7 +288,7 @@ def _model_measures(model: FilterModel, level: float) -> Measures:
     a, b = model.a - gains @ model.cy, model.b - gains @ model.dy
     P = scipy.linalg.solve_continuous_lyapunov(a, -b @ b.T)
     mean = float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
-    return continuous_norm(a, b, model.cz, np.zeros((len(model.cz), b.shape[1]))), mean
+    return continuous_norm(a, b, model.cz, np.zeros((len(model.cz), b.shape[1]))).upper, mean
 
 
 def returns(plant: DelayPlant) -> bool:
