@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.shown import Shown, TradeOff
+from replication.estimation.api.shown import Measures, Shown, Traded
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.smoothing import worth
-from replication.estimation.delay.general.mean_square import tradeoff
+from replication.estimation.delay.general.mean_square import OF, Designs
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
@@ -34,7 +35,7 @@ DECADES, FREQUENCIES = 2, 200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class DelayResult(GainResult):
+class DelayResult(GainResult, Traded):
     """Gains of an observer of a plant with delays.
 
     Of a plant whose y is free of noise they are L_0 ... L_7 of eq. (9) at `points` of the scaled histories [-1, 0]; of
@@ -54,6 +55,7 @@ class DelayResult(GainResult):
     """
 
     method: str = "delay"
+    mean: ClassVar[str] = OF
     quantity: str = "L2 gain from the disturbance w to the estimation error of z"
     gains_of: Any
     order: int
@@ -83,29 +85,10 @@ class DelayResult(GainResult):
         curves = {"gain": self.gains_of.gain_at(omega, self.order)}
         return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
 
-    def tradeoff(self, points: int = 12) -> TradeOff:
-        """What a smaller guaranteed gain costs in mean error of z, for this plant.
-
-        Parameters
-        ----------
-        points : int
-            Number of designs, from one per cent above the least level of any observer to the Kalman filter; at least 2.
-
-        Returns
-        -------
-        TradeOff
-            Level, exact gain and exact rms error of each; it prints and plots itself.
-
-        Raises
-        ------
-        InvalidInputError
-            `points` is no whole number from 2 to 1000, or z holds w itself.
-        InfeasibleError
-            The least level is zero.
-        SolverError
-            The gains at a level, or their measures, are not found.
-        """
-        return tradeoff(self.plant, points)
+    def designs(self) -> tuple[float, Callable[[float], Measures]]:
+        """Central gains, from one per cent above the least level of any observer on."""
+        central = Designs(self.plant, None)
+        return central.least(), central.measures
 
 
 def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **own: Any) -> DelayResult:

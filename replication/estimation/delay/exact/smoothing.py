@@ -134,6 +134,5 @@ def kalman_level(model: FilterModel) -> float:
     if np.any(size == 0) or np.linalg.eigvalsh(R / np.outer(size, size))[0] < DEPENDENT:
         raise np.linalg.LinAlgError
     L, _ = central(model)
-    Lz = np.linalg.solve(R, (model.dz @ model.dy.T).T).T
-    error = model.a - L @ model.cy, model.b - L @ model.dy, model.cz - Lz @ model.cy, model.dz - Lz @ model.dy
-    return continuous_norm(*error).upper
+    Lz = np.asarray(np.linalg.solve(R, (model.dz @ model.dy.T).T).T, dtype=float)
+    return continuous_norm(*model.error(L, Lz)).upper

@@ -133,8 +133,7 @@ class DelayObserver(DelayGains):
         for held, kernel in zip(moments, self.kernels, strict=True):
             held[: len(kernel)] = kernel[:order]
         injection = np.vstack([self.l0, *(held.reshape(-1, held.shape[2]) for held in moments)])
-        a, b = plant.a - injection @ plant.cy, plant.b - injection @ plant.dy
-        return Stage(a, b, plant.cz - self.lz @ plant.cy, plant.dz - self.lz @ plant.dy)
+        return plant.error(injection, self.lz)
 
     def gain_at(self, omega: Array, order: int = 0) -> Array:
         """With true exponentials."""
