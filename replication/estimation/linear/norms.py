@@ -25,7 +25,7 @@ from replication.estimation.linear.periodic import (
     largest_singular_value,
     simulate,
 )
-from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point, settled, stacked
+from replication.estimation.linear.riccati import RiccatiMap, circle_angles, settled, stacked
 from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer
 
 UPPER_MARGIN = 1e-9
@@ -282,8 +282,8 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
 
 
 def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
-    gramian = fixed_point(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
-    return np.ones(len(stages[0][0])) if gramian is None else np.diag(gramian)
+    gramians = settled(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
+    return np.ones(len(stages[0][0])) if gramians is None else np.diag(gramians[0])
 
 
 def white_noise_variance(system: PeriodicSystem) -> float:

@@ -202,12 +202,6 @@ def from_zero(stages: RiccatiMap) -> Array | None:
     return states if states is not None and np.all(np.isfinite(states)) else None
 
 
-def fixed_point(stages: RiccatiMap) -> Array | None:
-    """The state at phase 0 alone of `settled`."""
-    states = settled(stages)
-    return None if states is None else states[0]
-
-
 def _only(stages: RiccatiMap) -> RiccatiMap:
     return RiccatiMap(*(part[0] for part in stages))
 
