@@ -2,7 +2,8 @@
 
 A level g is a singular value of the lifted transfer matrix at the angle t iff e^{jt} is an eigenvalue of a symplectic
 pencil (Boyd and Balakrishnan, Syst. Control Lett. 15, 1990; Bruinsma and Steinbuch, ibid. 14, 1990; here for periodic
-systems, with the pencil composed stage by stage so that its size stays 2n for every period).
+systems, with the pencil composed stage by stage so that its size stays 2n for every period). In continuous time the
+pencil is a Hamiltonian matrix, and the search the same.
 """
 
 from __future__ import annotations
