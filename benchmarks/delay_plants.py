@@ -137,11 +137,11 @@ def noise_gain(system: DelayPlant, noise: float, order: int = 24) -> dict[str, A
     operators = observer_gains(certificate_at(system, least.gamma * (1.0 + MARGIN), 3, DegreeRule.BESSEL))
     net = grid(order)
     values, error = evaluate(operators, net.points), error_system(system, operators, order)
-    inject, eye, worst = injection(values, net), np.eye(len(error.a)), 0.0
+    inject, eye, worst = injection(values, net), np.eye(len(error.A)), 0.0
     for omega in np.concatenate([[0.0], np.logspace(-2, 4, 400)]):
         ages = np.exp(1j * omega * net.points[None, :] * np.array(system.delays)[:, None]).ravel()
         seen = noise * (inject @ np.kron(ages[:, None], np.eye(system.measurements)))
-        answer = error.c @ np.linalg.solve(1j * omega * eye - error.a, np.hstack([error.b, seen]))
+        answer = error.C @ np.linalg.solve(1j * omega * eye - error.A, np.hstack([error.B, seen]))
         worst = max(worst, float(np.linalg.norm(answer, 2)))
     found = measured(noisy(system, noise), DEGREE, MARGIN)
     return {"noise": noise, "without noise": least.gamma, "ignored": worst, **found}

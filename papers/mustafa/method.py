@@ -274,7 +274,7 @@ def modal_transform(A: Array) -> Array:
     """T such that T A T^-1 is real block diagonal and normal; raises InvalidInputError if A is not diagonalisable."""
     values, vectors = np.linalg.eig(A)
     if np.linalg.cond(vectors) > 1e8:
-        raise InvalidInputError("A is not diagonalisable (condition of its eigenvectors above 1e8); use modal=False")
+        raise InvalidInputError("A is not diagonalisable (condition of its eigenvectors above 1e8)")
     _, real_vectors = scipy.linalg.cdf2rdf(values.astype(complex), vectors.astype(complex))
     return np.asarray(np.linalg.inv(real_vectors))
 
@@ -287,15 +287,16 @@ def delta_radius(A: Array, half_width: float) -> float:
     return max(bounds)
 
 
-def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, modal: bool = True) -> RobustLmiDesign:
-    """Minimise gamma subject to (13) on `cells` equal cells; Delta is measured in modal coordinates if `modal`.
+def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> RobustLmiDesign:
+    """Minimise gamma subject to (13) on `cells` equal cells; Delta is measured in modal coordinates.
 
     Raises InfeasibleError if alpha_i delta_i >= 1 on a cell, before any solver is called.
     """
     count = positive_integer("cells", cells)
     width = (periods.h_u - periods.h_l) / count
     centres = [periods.h_l + width * (i + 0.5) for i in range(count)]
-    measured = plant.in_coordinates(modal_transform(plant.A)) if modal else plant
+    to_modal = modal_transform(plant.A)
+    measured = plant.in_coordinates(to_modal)
     radius = delta_radius(measured.A, width / 2)
     alphas = [small_gain_alpha(measured, h) for h in centres]
     for h, alpha in zip(centres, alphas, strict=True):
@@ -305,7 +306,7 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, 
                 "solution; use more cells"
             )
     normalised = robust.normalise(plant, periods.middle)
-    frame = (modal_transform(plant.A) if modal else np.eye(plant.order)) @ np.linalg.inv(normalised.T)
+    frame = to_modal @ np.linalg.inv(normalised.T)
     group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
     cost = np.zeros(unknowns + count)
     cost[0] = 1.0

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.method import Model, riccati_gain
+from papers.peet2019.method import riccati_gain, without_noise
 from replication.audit.parts import CommonLevel
 from replication.estimation.delay.plant import delay_system
 
@@ -34,7 +34,7 @@ def levels(plant: dict[str, Any], multiples: list[int], degree: int) -> list[lis
     with one_process():
         for m in multiples:
             if m == 1:
-                level = riccati_gain(Model(a0 + seen, b, c1, c2))
+                level = riccati_gain(without_noise(a0 + seen, b, c1, c2))
                 found.append([level, level])
             else:
                 least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)

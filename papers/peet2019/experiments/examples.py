@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
+from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process, solve_sdpa
@@ -16,16 +16,16 @@ from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.observer import (
-    ErrorSystem,
     Trajectory,
     assembled,
     error_system,
-    hinf_norm,
     simulate,
     spectral_abscissa,
 )
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, check, evaluate, observer_gains
 from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
+from replication.estimation.linear.norms import continuous_norm
+from replication.estimation.linear.periodic import Stage
 
 Json = dict[str, Any]
 
@@ -50,7 +50,7 @@ def references(plant: Json, order: int, visible: Json | None) -> Json:
         "pade_status": solved.status,
         "pade_riccati": riccati_gain(pade),
         "chebyshev": _optimum(system),
-        "exact": asdict(hinf_gain(delay_system(**visible))) if visible else None,
+        "exact": asdict(open_loop_gain(delay_system(**visible))) if visible else None,
     }
 
 
@@ -129,13 +129,13 @@ def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: 
     certificate = certificate_at(system, level * optimum, degree, epsilon=epsilon)
     gains = observer_gains(certificate)
     verified = check(certificate)
-    norms = [hinf_norm(error_system(system, gains, order)) for order in orders]
+    errors = [error_system(system, gains, order) for order in orders]
     return {
         "optimum": optimum,
         "level": certificate.gamma,
-        "norms": [norm.upper for norm in norms],
+        "norms": [continuous_norm(*error).upper for error in errors],
         "orders": orders,
-        "abscissa": norms[-1].abscissa,
+        "abscissa": spectral_abscissa(errors[-1]),
         "storage": verified.storage,
         "dissipation": verified.dissipation,
         "solver": certificate.solution.report.to_dict(),
@@ -154,8 +154,8 @@ def lumped(plant: Json, level: float, degree: int, epsilon: float, states: list[
     """
     system = delay_system(**plant)
     gains = observer_gains(_certificate(system, level, degree, epsilon))
-    exact = hinf_norm(error_system(system, gains, reference)).upper
-    norms = [hinf_norm(error_system(system, gains, count, Scheme.LUMPED)).upper for count in states]
+    exact = continuous_norm(*error_system(system, gains, reference)).upper
+    norms = [continuous_norm(*error_system(system, gains, count, Scheme.LUMPED)).upper for count in states]
     return {
         "states": states,
         "norms": norms,
@@ -178,8 +178,8 @@ def _lumped_alone(system: DelayPlant, gains: ObserverGains, count: int) -> float
     motion = np.kron(factors, v)
     # The observer follows its lumped model, corrected by C(x̂ - x): r e = A_lumped e + (A_model - r) x.
     size = len(motion)
-    error = np.linalg.solve(root * np.eye(size) - lumped.a, (model.a - root * np.eye(size)) @ motion)
-    return float(np.linalg.norm(lumped.c @ error) / np.linalg.norm(model.c @ motion))
+    error = np.linalg.solve(root * np.eye(size) - lumped.A, (model.A - root * np.eye(size)) @ motion)
+    return float(np.linalg.norm(lumped.C @ error) / np.linalg.norm(model.C @ motion))
 
 
 def _without(values: GainValues) -> GainValues:
@@ -200,9 +200,9 @@ def without_histories(plant: Json, level: float, degree: int, epsilon: float, or
     abscissa = spectral_abscissa(printed)
     return {
         "abscissa": abscissa,
-        "norm": hinf_norm(printed).upper if abscissa < 0.0 else None,
+        "norm": continuous_norm(*printed).upper if abscissa < 0.0 else None,
         "level": certificate.gamma,
-        "all_gains": hinf_norm(meant).upper,
+        "all_gains": continuous_norm(*meant).upper,
     }
 
 
@@ -216,7 +216,7 @@ def no_gains(plant: Json, level: float, degree: int, epsilon: float, order: int)
     root = rightmost_roots(system, 1)[0]
 
     def gap(gains: GainValues) -> float:
-        roots = np.linalg.eigvals(assembled(system, gains, net).a)
+        roots = np.linalg.eigvals(assembled(system, gains, net).A)
         return float(np.min(np.abs(roots[np.argmax(roots.real)] - [root, root.conjugate()])) / (1.0 + abs(root)))
 
     return {"gap": gap(_without(values)), "with_gains": gap(values)}
@@ -234,7 +234,7 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int, 
     collocated, lumped = error_system(system, gains, 20), error_system(system, gains, lumps, Scheme.LUMPED)
 
     def run(
-        unit: float, centre: float, horizon: float, channels: tuple[float, float], error: ErrorSystem = collocated
+        unit: float, centre: float, horizon: float, channels: tuple[float, float], error: Stage = collocated
     ) -> Trajectory:
         times = np.linspace(0.0, horizon, samples)
         return simulate(error, times, np.outer(np.sinc((times - centre) / unit), channels), system.states)

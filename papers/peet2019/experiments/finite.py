@@ -15,7 +15,7 @@ import scipy
 from papers.peet2019.method import pade_model, riccati_gain
 from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.delay.plant import delay_system
-from replication.estimation.delay.sos.observer import ErrorSystem, hinf_norm
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
 
 N, INPUTS, OUTPUTS, MEASURED = 3, 2, 2, 1
@@ -135,7 +135,7 @@ def _gain(plant: dict[str, Array], gain: Array) -> float:
     a = plant["a"] + gain @ plant["c2"]
     if np.linalg.eigvals(a).real.max() >= 0.0:
         return float("inf")
-    return hinf_norm(ErrorSystem(a, -(plant["b"] + gain @ plant["d"]), plant["c1"])).upper
+    return continuous_norm(a, -(plant["b"] + gain @ plant["d"]), plant["c1"], np.zeros((OUTPUTS, INPUTS))).upper
 
 
 def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:

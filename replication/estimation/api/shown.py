@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -285,17 +285,53 @@ def between(least: float, share: float) -> float:
     return float(least / np.sqrt(1 - share**2)) if share < 1 else np.inf
 
 
-def tradeoff(method: str, what: str, points: Any, least: float, measures: Callable[[float], Measures]) -> TradeOff:
-    """The curve through `points` designs; `least`: the level of the first, `measures`: of the design at a level.
+class Traded(ABC):
+    """A result of a method that designs at any level: of least entropy, from the least gain to the least mean error."""
 
-    Raises InvalidInputError unless `points` is a whole number from 2 to MOST_POINTS.
-    """
-    count = at_most("points", points, MOST_POINTS)
-    if count < 2:
-        raise InvalidInputError(f"points must be at least 2, the two ends, got {count}")
-    levels = np.array([between(least, share) for share in np.linspace(0.0, 1.0, count).tolist()])
-    gain, rms = np.array([measures(level) for level in levels.tolist()]).T
-    return TradeOff(method, what, levels, gain, rms)
+    method: str
+    mean: ClassVar[str] = "rms error"
+    """Of what the root mean square is."""
+
+    @abstractmethod
+    def designs(self) -> tuple[float, Callable[[float], Measures]]:
+        """The designs for the same plant.
+
+        Returns
+        -------
+        tuple of float and function (float) -> (float, float)
+            Just above the least level, and gain and root mean square of the design at a level.
+        """
+
+    def tradeoff(self, points: int = 12) -> TradeOff:
+        """What a smaller guaranteed gain costs in mean error, for this plant.
+
+        Parameters
+        ----------
+        points : int
+            Number of designs, from just above the least level to the Kalman design; at least 2.
+
+        Returns
+        -------
+        TradeOff
+            Level, exact gain and exact root mean square of each; it prints and plots itself.
+
+        Raises
+        ------
+        InvalidInputError
+            `points` is no whole number from 2 to 1000, or the plant has no such designs: nothing is disturbed, or white
+            noise reaches z itself.
+        InfeasibleError
+            The least level is zero.
+        SolverError
+            The gains at a level, or their measures, are not found.
+        """
+        count = at_most("points", points, MOST_POINTS)
+        if count < 2:
+            raise InvalidInputError(f"points must be at least 2, the two ends, got {count}")
+        least, measures = self.designs()
+        levels = np.array([between(least, share) for share in np.linspace(0.0, 1.0, count).tolist()])
+        gain, rms = np.array([measures(level) for level in levels.tolist()]).T
+        return TradeOff(self.method, self.mean, levels, gain, rms)
 
 
 def balanced(least: float, least_gain: float, measures: Callable[[float], Measures], width: float = BALANCE) -> float:

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
-from replication.estimation.api.shown import Shown, TradeOff
+from replication.estimation.api.shown import Measures, Shown, Traded
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.smoothing import worth
-from replication.estimation.delay.general.mean_square import tradeoff
+from replication.estimation.delay.general.mean_square import OF, Designs
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.observer import DelayGains, hinf_norm
+from replication.estimation.delay.sos.observer import DelayGains, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.delay.sos.running import HistoryObserver
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array, frozen
 
 if TYPE_CHECKING:
@@ -33,7 +35,7 @@ DECADES, FREQUENCIES = 2, 200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class DelayResult(GainResult):
+class DelayResult(GainResult, Traded):
     """Gains of an observer of a plant with delays.
 
     Of a plant whose y is free of noise they are L_0 ... L_7 of eq. (9) at `points` of the scaled histories [-1, 0]; of
@@ -53,6 +55,7 @@ class DelayResult(GainResult):
     """
 
     method: str = "delay"
+    mean: ClassVar[str] = OF
     quantity: str = "L2 gain from the disturbance w to the estimation error of z"
     gains_of: Any
     order: int
@@ -73,9 +76,8 @@ class DelayResult(GainResult):
         """The estimation error from w to z - z^ in continuous time, each delay resolved by `order`."""
         import control
 
-        error, direct = self.gains_of.error_model(self.order)
         outputs = [f"error of {name}" for name in self.signals.outputs]
-        return control.StateSpace(error.a, error.b, error.c, direct, outputs=outputs)
+        return control.StateSpace(*self.gains_of.error_model(self.order), outputs=outputs)
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain of the error over the frequency, beside the guaranteed level."""
@@ -83,29 +85,10 @@ class DelayResult(GainResult):
         curves = {"gain": self.gains_of.gain_at(omega, self.order)}
         return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
 
-    def tradeoff(self, points: int = 12) -> TradeOff:
-        """What a smaller guaranteed gain costs in mean error of z, for this plant.
-
-        Parameters
-        ----------
-        points : int
-            Number of designs, from one per cent above the least level of any observer to the Kalman filter; at least 2.
-
-        Returns
-        -------
-        TradeOff
-            Level, exact gain and exact rms error of each; it prints and plots itself.
-
-        Raises
-        ------
-        InvalidInputError
-            `points` is no whole number from 2 to 1000, or z holds w itself.
-        InfeasibleError
-            The least level is zero.
-        SolverError
-            The gains at a level, or their measures, are not found.
-        """
-        return tradeoff(self.plant, points)
+    def designs(self) -> tuple[float, Callable[[float], Measures]]:
+        """Central gains, from one per cent above the least level of any observer on."""
+        central = Designs(self.plant, None)
+        return central.least(), central.measures
 
 
 def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **own: Any) -> DelayResult:
@@ -155,25 +138,25 @@ def result_of(
 ) -> DelayResult:
     """The gains of a certificate, evaluated in the closed loop by a method that shares nothing with the proof."""
     observer = HistoryObserver(system, observer_gains(certificate))
-    norm = hinf_norm(observer.error_model(order)[0])
+    error, coarse = observer.error_model(order), max(2 * order // 3, 1)
+    norm, on_coarse = continuous_norm(*error), continuous_norm(*observer.error_model(coarse)).lower
     if norm.lower > certificate.gamma * (1 + AGREES):
         raise SolverError(
             f"the gains prove the level {certificate.gamma:.6g}, but on {order + 1} points they have {norm.lower:.6g}; "
             "raise `order` or `margin`"
         )
-    coarse = max(2 * order // 3, 1)
     galerkin, report = check(certificate), certificate.solution.report
     evidence = (
         *facts,
-        Evidence("lower end attained at", norm.frequency, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
-        Evidence("gain on a coarser grid", hinf_norm(observer.error_model(coarse)[0]).lower, f"{coarse + 1} points"),
+        Evidence("lower end attained at", norm.angle, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
+        Evidence("gain on a coarser grid", on_coarse, f"{coarse + 1} points"),
         Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule} rule", "sums of squares"),
         Evidence(
             "residual of the proof", report.residuals["equalities"], f"{report.name} {report.version}, our measure"
         ),
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
-        Evidence("error decays at", -norm.abscissa, "rightmost eigenvalue of the closed loop", "1/s"),
+        Evidence("error decays at", -spectral_abscissa(error), "rightmost eigenvalue of the closed loop", "1/s"),
         *worth(plant_terms(system), certificate.gamma),
     )
     bracket = Bracket(min(norm.lower, certificate.gamma), certificate.gamma, BOTH_ENDS)

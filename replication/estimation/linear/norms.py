@@ -2,13 +2,15 @@
 
 A level g is a singular value of the lifted transfer matrix at the angle t iff e^{jt} is an eigenvalue of a symplectic
 pencil (Boyd and Balakrishnan, Syst. Control Lett. 15, 1990; Bruinsma and Steinbuch, ibid. 14, 1990; here for periodic
-systems, with the pencil composed stage by stage so that its size stays 2n for every period).
+systems, with the pencil composed stage by stage so that its size stays 2n for every period). In continuous time the
+pencil is a Hamiltonian matrix, and the search the same.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -24,13 +26,15 @@ from replication.estimation.linear.periodic import (
     largest_singular_value,
     simulate,
 )
-from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point, settled, stacked
+from replication.estimation.linear.riccati import RiccatiMap, circle_angles, settled, stacked
 from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer
 
 UPPER_MARGIN = 1e-9
 """Relative distance from the attained lower bound to the level at which the pencil is tested for the upper bound."""
 CIRCLE_TOLERANCE = 1e-7
 """Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
+AXIS = 1e-8
+"""The same of the imaginary axis, relative to the eigenvalue and the rate of the system."""
 ON_CIRCLE = 1e-12
 """Multipliers nearer than this to the unit circle are on it, for all that their digits tell: of an undamped mode."""
 NONE = 1e-150
@@ -50,6 +54,7 @@ SAMPLES = tuple(np.linspace(0.0, np.pi, 8)[1:-1].tolist())
 class GainBracket:
     """Bracket of an induced norm. lower: attained at the lifted angle `angle` (radians per period); upper: no crossing.
 
+    Of a system in continuous time `angle` is the frequency (rad/s).
     `value` is the lower end: a singular value that was evaluated.
     """
 
@@ -68,6 +73,39 @@ def hinf_norm(A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.Array
     return l2_gain(
         PeriodicSystem((Stage(*(as_matrix(name, M) for name, M in zip("ABCD", (A, B, C, D), strict=True))),))
     )
+
+
+def continuous_norm(A: Array, B: Array, C: Array, D: Array) -> GainBracket:
+    """H-infinity norm of the continuous-time system (A, B, C, D); raises InfeasibleError if it is not stable.
+
+    The level-set iteration on angles 2 arctan(omega / rate); crossings are eigenvalues of a Hamiltonian matrix.
+    """
+    A, (units, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
+    B, C = B / units[:, None], C * units
+    sizes = np.linalg.norm(B), np.linalg.norm(C)
+    alike = 2.0 ** np.round(np.log2(sizes[0] / sizes[1]) / 2.0) if all(sizes) else 1.0
+    B, C = B / alike, C * alike
+    triangle, basis = scipy.linalg.schur(A, output="complex")
+    poles, left, right = np.diag(triangle), C @ basis, basis.conj().T @ B
+    if poles.real.max() >= 0.0:
+        raise InfeasibleError(f"the system is unstable (abscissa {poles.real.max():.3g}): its norm is infinite")
+    rate = float(np.exp(np.mean(np.log(np.abs(poles)))))
+
+    def value(angle: float) -> float:
+        shifted = 1j * rate * np.tan(angle / 2.0) * np.eye(len(A)) - triangle
+        return float(np.linalg.norm(left @ scipy.linalg.solve_triangular(shifted, right) + D, 2))
+
+    def crossings(level: float) -> Array:
+        inputs, outputs = (level**2 * np.eye(len(M)) - M @ M.T for M in (D.T, D))
+        drift = A + B @ np.linalg.solve(inputs, D.T @ C)
+        reach, sight = level * B @ np.linalg.solve(inputs, B.T), -level * C.T @ np.linalg.solve(outputs, C)
+        values = np.linalg.eigvals(np.block([[drift, reach], [sight, -drift.T]]))
+        on_axis = np.abs(values.real) <= AXIS * (rate + np.abs(values))
+        return np.asarray(2.0 * np.arctan(np.abs(values.imag[on_axis]) / rate))
+
+    slow = poles[np.argmax(poles.real / np.abs(poles))]
+    found = peak(one_by_one(value), crossings, float(2.0 * np.arctan(np.abs(slow.imag) / rate)))
+    return replace(found, angle=float(rate * np.tan(found.angle / 2.0)))
 
 
 def l2_gain(system: PeriodicSystem) -> GainBracket:
@@ -176,7 +214,12 @@ def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
 
 
 def peak_on_circle(curve: Curve, maps: Callable[[float], RiccatiMap], hint: float) -> GainBracket:
-    """Supremum over [0, pi] of `curve`, whose crossings of a level are the circle angles of `maps(level)`.
+    """`peak` of a curve whose crossings of a level are the circle angles of `maps(level)`."""
+    return peak(curve, partial(_crossings, maps), hint)
+
+
+def peak(curve: Curve, crossings_of: Callable[[float], Array], hint: float) -> GainBracket:
+    """Supremum over [0, pi] of `curve`, from the angles in [0, pi] at which it crosses a level.
 
     hint: an angle at which to start beside 0 and pi, for example that of a lightly damped pole. Raises SolverError if
     the rounds run out (they end after a handful: the middles of the crossings close in on the peak quadratically).
@@ -196,7 +239,7 @@ def peak_on_circle(curve: Curve, maps: Callable[[float], RiccatiMap], hint: floa
     margin = UPPER_MARGIN
     for _ in range(MAX_ROUNDS):
         level = max(values[angle], np.finfo(float).tiny) * (1 + margin)
-        crossings = _crossings(maps, level)
+        crossings = crossings_of(level)
         edges = np.unique([0.0, *crossings, np.pi])
         middles = (edges[:-1] + edges[1:]) / 2
         # An all-pass response has no peak to cross, and its pencil is ill-conditioned: samples see it best.
@@ -240,8 +283,8 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
 
 
 def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
-    gramian = fixed_point(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
-    return np.ones(len(stages[0][0])) if gramian is None else np.diag(gramian)
+    gramians = settled(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
+    return np.ones(len(stages[0][0])) if gramians is None else np.diag(gramians[0])
 
 
 def white_noise_variance(system: PeriodicSystem) -> float:

@@ -157,13 +157,8 @@ def settled(stages: RiccatiMap) -> Array | None:
     starts in its reach (see `recentre`). None is an answer, not a failure: below the achievable level the recursion
     has no limit.
     """
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        try:
-            levels = tree(stages)
-            start = _doubled(_only(levels[-1]))
-            return None if start is None else down(levels, start)
-        except np.linalg.LinAlgError:
-            return None
+    states = settled_each(RiccatiMap(*(part[:, None] for part in stages)))[:, 0]
+    return states if np.isfinite(states).all() else None
 
 
 def settled_each(stages: RiccatiMap) -> Array:
@@ -174,7 +169,7 @@ def settled_each(stages: RiccatiMap) -> Array:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             levels = tree(stages)
-            starts, ended = _doubled_each(_only(levels[-1]))
+            starts, ended = _doubled(_only(levels[-1]))
             if ended.all():
                 return down(levels, starts)
             states, kept = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
@@ -207,59 +202,28 @@ def from_zero(stages: RiccatiMap) -> Array | None:
     return states if states is not None and np.all(np.isfinite(states)) else None
 
 
-def fixed_point(stages: RiccatiMap) -> Array | None:
-    """The state at phase 0 alone of `settled`."""
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        try:
-            return _doubled(period_map(stages))
-        except np.linalg.LinAlgError:
-            return None
-
-
 def _only(stages: RiccatiMap) -> RiccatiMap:
     return RiccatiMap(*(part[0] for part in stages))
 
 
 def _twice(A: Array, G: Array, H: Array) -> tuple[Array, Array, Array, Array]:
-    """`compose` of a map with itself, G and H symmetric, and by how much H has grown."""
-    n, times = A.shape[-1], product(A)
-    solved = solve(times(H, G) + identity(n), np.concatenate([A, times(H, A.mT)], axis=-1))
-    ahead = times(A, solved)
-    told, driven = times(A.mT, times(G, solved[..., :n])), ahead[..., n:]
-    grown = (driven + driven.mT) / 2
-    return ahead[..., :n], G + (told + told.mT) / 2, H + grown, grown
+    """`compose` of each map with itself, G and H symmetric, and by how much H has grown."""
+    n = A.shape[-1]
+    solved = np.linalg.solve(H @ G + identity(n), np.concatenate([A, H @ A.mT], axis=-1))
+    ahead = A @ solved
+    grown = symmetric(ahead[..., n:])
+    return ahead[..., :n], G + symmetric(A.mT @ (G @ solved[..., :n])), H + grown, grown
 
 
-def _doubled(total: RiccatiMap, previous: float = np.inf) -> Array | None:
-    """The limit of repeating one map from zero; raises numpy.linalg.LinAlgError where the recursion escapes.
+def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
+    """The limits of repeating maps (cases, n, n) from zero, and which have one; each leaves when it is done.
 
-    previous: the relative growth of H in the doubling before, if there was one.
+    Raises numpy.linalg.LinAlgError where a recursion escapes.
     """
-    A, G, H = total.A, symmetric(total.G), symmetric(total.H)
-    for _ in range(MAX_DOUBLINGS):
-        A, G, H, grown = _twice(A, G, H)
-        size = float(np.sqrt(np.vdot(H, H)))
-        if not np.isfinite(size):
-            return None
-        step = float(np.sqrt(np.vdot(grown, grown))) / max(size, TINY)
-        # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
-        if step <= STAGNATION or previous >= step <= 1e3 * STAGNATION:
-            return H
-        previous = step
-    return None
-
-
-def _doubled_each(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
-    """`_doubled` for several cases (cases, n, n), and which of them have a limit; each leaves when it is done."""
     A, G, H = total.A, symmetric(total.G), symmetric(total.H)
     limits, ended = np.zeros_like(H), np.zeros(len(H), dtype=bool)
     cases, previous = np.arange(len(H)), [np.inf] * len(H)
     for _ in range(MAX_DOUBLINGS):
-        if len(cases) == 1:
-            limit = _doubled(RiccatiMap(A[0], G[0], H[0]), previous[0])
-            if limit is not None:
-                limits[cases], ended[cases] = limit, True
-            break
         A, G, H, grown = _twice(A, G, H)
         sizes, changes = np.vecdot(_rows(H), _rows(H)), np.vecdot(_rows(grown), _rows(grown))
         if (changes > (1e3 * STAGNATION) ** 2 * sizes).all():
@@ -269,6 +233,7 @@ def _doubled_each(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
             sqrt(change / max(size, TINY)) if size < np.inf else np.nan
             for size, change in zip(sizes.tolist(), changes.tolist(), strict=True)
         ]
+        # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
         ready = [
             step <= STAGNATION or before >= step <= 1e3 * STAGNATION
             for step, before in zip(steps, previous, strict=True)

@@ -32,7 +32,7 @@ from replication.estimation.linear.riccati import (
     symmetric,
 )
 from replication.estimation.multirate.problem import MultirateProblem, ScaledProblem, require_problem, scaled_problem
-from replication.estimation.validation import Array, hidden_modes, positive_scalar
+from replication.estimation.validation import Array, hidden_modes
 
 SCALING_NOISE = 1e-6
 """Process noise on every state, in its unit, that keeps the covariances used for scaling positive definite."""
@@ -75,45 +75,40 @@ class KalmanCentre:
         return float(np.sqrt(largest_weighted(self.scaled, self.states)))
 
 
-def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> RiccatiDesign:
+def kalman_design(problem: MultirateProblem) -> RiccatiDesign:
     """The steady-state periodic Kalman filter (white d, w of unit intensity): the infinite level.
 
-    extra_noise: intensity >= 0 of process noise added on every state. Raises InvalidInputError if a mode on the unit
-    circle is not disturbed: its gains tend to zero and never settle on stabilising ones; disturb it then. Raises
-    SolverError if rounding hides the limit of the recursion.
+    Raises InvalidInputError if a mode on the unit circle is not disturbed: its gains tend to zero and never settle on
+    stabilising ones; disturb it then. Raises SolverError if rounding hides the limit of the recursion.
     """
     require_problem(problem)
-    if not extra_noise and (found := steady_state(problem)) is not None:
+    if (found := steady_state(problem)) is not None:
         return found
-    centre = kalman_centre(problem, extra_noise=extra_noise)
+    centre = kalman_centre(problem)
     scaled, states = centre.scaled, centre.states
     corrected = scaled.corrected(states, scaled.maps())
     return RiccatiDesign(scaled.gains(corrected), scaled.unscaled(states), np.inf)
 
 
-def kalman_centre(
-    problem: MultirateProblem, *, extra_noise: float = 0.0, quick_noise: float | None = None
-) -> KalmanCentre:
+def kalman_centre(problem: MultirateProblem, *, quick_noise: float | None = None) -> KalmanCentre:
     """The stabilising solution at an infinite level; errors as in `kalman_design`.
 
     quick_noise: intensity of the process noise, in state units, of the filter for the scales `quick`.
     """
     require_problem(problem)
-    if extra_noise:
-        extra_noise = positive_scalar("extra_noise", extra_noise)
     units = state_units(problem)
-    if not extra_noise and (mode := _undisturbed_on_circle(problem, units)) is not None:
+    if (mode := _undisturbed_on_circle(problem, units)) is not None:
         require_noise_near(problem)
         raise InvalidInputError(
             f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the Riccati "
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
-            "this one (`kalman_design` also takes extra_noise)"
+            "this one"
         )
     noises = (SCALING_NOISE, 0.0) if quick_noise is None else (SCALING_NOISE, 0.0, quick_noise)
     little, none, *much = covariances_each(problem, units, noises)
     scaled = scaled_problem(problem, root(units, little))
-    maps = scaled.maps(extra_noise=extra_noise)
-    states = None if extra_noise else _in_scales(scaled, maps, units[:, None] * none * units)
+    maps = scaled.maps()
+    states = _in_scales(scaled, maps, units[:, None] * none * units)
     if states is None:
         states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
         if states is not None and not stabilises(scaled, states, maps):

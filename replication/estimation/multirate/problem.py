@@ -301,18 +301,14 @@ class ScaledProblem:
     information: Array
     whitened: Whitened
 
-    def maps(self, level: float = np.inf, *, extra_noise: float = 0.0) -> RiccatiMap:
-        """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d' + extra I.
+    def maps(self, level: float = np.inf) -> RiccatiMap:
+        """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d'.
 
-        At an infinite level they are those of the Kalman filter. extra_noise is in the coordinates e, before scaling.
+        At an infinite level they are those of the Kalman filter.
         """
         W = self.W / level
         G = self.information - W.mT @ W
-        H = self.B @ self.B.mT
-        if extra_noise:
-            inverse = np.linalg.inv(following(self.T))
-            H = H + extra_noise * inverse @ inverse.mT
-        return RiccatiMap(self.A, G, H)
+        return RiccatiMap(self.A, G, self.B @ self.B.mT)
 
     def maps_each(self, levels: Array) -> RiccatiMap:
         """`maps` at several levels, side by side: fields of shape (N, levels, n, n)."""

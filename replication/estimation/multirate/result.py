@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.errors import InfeasibleError
-from replication.estimation.api import shown as curve
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence, baselines
-from replication.estimation.api.shown import Goal, TradeOff
+from replication.estimation.api.shown import Goal, Measures, Traded, balanced
 from replication.estimation.linear.norms import gain_if_finite, l2_gain, rms_if_finite, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
 from replication.estimation.multirate.kalman import (
@@ -38,20 +37,20 @@ def rms_error(problem: MultirateProblem, gains: Array) -> float:
     return float(np.sqrt(white_noise_variance(problem.error_system(gains))))
 
 
-def balanced(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
+def balanced_design(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
     """The central gains whose level and whose mean error exceed the least ones by the same share."""
     design, measures = _designs(problem)
-    return design(curve.balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
+    return design(balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
 
 
-def _designs(problem: MultirateProblem) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], curve.Measures]]:
+def _designs(problem: MultirateProblem) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], Measures]]:
     """The central gains at a level, and their exact gain and rms error."""
     centre = kalman_centre(problem)
 
     def design(level: float) -> RiccatiDesign:
         return central(centre, level) if np.isfinite(level) else kalman_design(problem)
 
-    def measures(level: float) -> curve.Measures:
+    def measures(level: float) -> Measures:
         gains = design(level).gains
         return l2_gain(problem.error_system(gains)).upper, rms_error(problem, gains)
 
@@ -62,7 +61,7 @@ SIMPLER = "the Kalman filter has the least mean error: goal='h2', or goal='mixed
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class MultirateResult(Design):
+class MultirateResult(Design, Traded):
     """A multi-rate observer: gains L of shape (phase, state, sensor).
 
     Attributes
@@ -91,7 +90,7 @@ class MultirateResult(Design):
         if goal is Goal.HINF:
             aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
             return Solution({"L": riccati_design(problem, aim).gains})
-        central = balanced(problem, best) if level is None else riccati_design(problem, level)
+        central = balanced_design(problem, best) if level is None else riccati_design(problem, level)
         aimed = central.level if np.isfinite(central.level) else "infinite"
         asked = Evidence("level of the design", aimed, "least entropy")
         return Solution({"L": central.gains}, (asked, *mean_error_facts(problem, central.gains)))
@@ -133,26 +132,9 @@ class MultirateResult(Design):
         lifted.set_states(list(self.signals.states))
         return lifted
 
-    def tradeoff(self, points: int = 12) -> TradeOff:
-        """What a smaller guaranteed gain costs in mean error, for this plant and schedule.
-
-        Parameters
-        ----------
-        points : int
-            Number of designs, from the least level to the Kalman filter; at least 2.
-
-        Returns
-        -------
-        TradeOff
-            Level, exact gain and exact rms error of each; it prints and plots itself.
-
-        Raises
-        ------
-        InvalidInputError
-            `points` is no whole number from 2 to 1000.
-        """
-        least = optimum(self.problem).upper * (1 + DESIGN_MARGIN)
-        return curve.tradeoff("multirate", "rms error", points, least, _designs(self.problem)[1])
+    def designs(self) -> tuple[float, Callable[[float], Measures]]:
+        """Central gains, from the least level on."""
+        return optimum(self.problem).upper * (1 + DESIGN_MARGIN), _designs(self.problem)[1]
 
 
 def facts(result: MultirateResult, error: PeriodicSystem, best: Optimum, *, alone: bool) -> tuple[Evidence, ...]:

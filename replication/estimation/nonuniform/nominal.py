@@ -13,7 +13,7 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.linear.riccati import RiccatiMap, compose, fixed_point, stacked, symmetric
+from replication.estimation.linear.riccati import RiccatiMap, compose, settled, stacked, symmetric
 from replication.estimation.nonuniform.filters import Filter, observer, periodic_gain
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array, positive_scalar
@@ -151,8 +151,8 @@ def _doubled(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start:
     # Doubling starts at zero: measure P from `start`.
     identity, zero = np.eye(plant.order), np.zeros_like(start)
     shifted = compose(compose(RiccatiMap(identity, zero, start), step), RiccatiMap(identity, zero, -start))
-    limit = fixed_point(stacked([shifted]))
-    return None if limit is None else start + limit
+    limit = settled(stacked([shifted]))
+    return None if limit is None else start + limit[0]
 
 
 def _stepped(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:

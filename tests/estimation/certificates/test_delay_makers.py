@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from flint import fmpq
 
-from papers.peet2019.method import frequency_response, hinf_gain, pade_model
+from papers.peet2019.method import open_loop_gain, pade_model
 from replication.certify.delay import forms as delay_forms
 from replication.certify.delay import gram as delay_gram
 from replication.certify.delay import levels as delay
 from replication.certify.rounding import exact, floats, rational
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.verify.subjects import plant
+from tests.estimation.delay.plants import frequency_response
 
 
 def scalar(a: str, c2: list[list[str]], delay_matrix: str = "-1/2") -> dict[str, Any]:
@@ -76,7 +77,7 @@ def test_the_hidden_gain_is_that_of_the_part_that_is_not_seen() -> None:
     alone = {**{key: [[rows[0][0]]] for key, rows in system.items() if key in ("A0", "B", "C10")}, "C2": [["1"]]}
     alone |= {"A": [[["-1/2"]]], "C1": [[["0"]]], "delays": ["1"]}
     lower = float(fmpq_float(delay.hidden_gain(system)[0]))
-    bracket = hinf_gain(delay.floating(alone))
+    bracket = open_loop_gain(delay.floating(alone))
     assert bracket.lower * (1.0 - 1e-7) < lower < bracket.upper
 
 
@@ -92,7 +93,7 @@ def test_the_ladder_is_the_pade_model() -> None:
     for omega in (0.0, 1.3, 4.0):
         eye = np.eye(A.shape[0])
         found = C @ np.linalg.solve(1j * omega * eye - A, B)
-        wanted = model.c1 @ np.linalg.solve(1j * omega * np.eye(model.a.shape[0]) - model.a, model.b)
+        wanted = model.cz @ np.linalg.solve(1j * omega * np.eye(model.a.shape[0]) - model.a, model.b)
         np.testing.assert_allclose(found, wanted, atol=1e-10)
         np.testing.assert_allclose(found, frequency_response(system, omega)[0], atol=1e-4)
 

@@ -11,10 +11,12 @@ from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DegreeRule, DelayPlant
 from replication.estimation.delay.sos.certificate import certificate_at
-from replication.estimation.delay.sos.observer import ErrorSystem, assembled, error_system, hinf_norm, simulate
+from replication.estimation.delay.sos.observer import assembled, error_system, simulate
 from replication.estimation.delay.sos.operators import GainValues, check, observer_gains
 from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
 from replication.estimation.delay.units import natural_units
+from replication.estimation.linear.norms import continuous_norm
+from replication.estimation.linear.periodic import Stage
 from tests.estimation.delay.plants import awkward, one_delay, random_system, three_delays, two_delays, unstable_pair
 
 BESSEL, TENSOR = DegreeRule.BESSEL, DegreeRule.TENSOR
@@ -41,7 +43,7 @@ def test_closed_loop_keeps_the_level(
     certificate = certificate_at(system, share * best, degree, rule)
     verified = check(certificate)
     assert verified.storage > 0 and verified.dissipation <= 1e-6 * verified.scale
-    norms = [hinf_norm(error_system(system, observer_gains(certificate), order)).upper for order in orders]
+    norms = [continuous_norm(*error_system(system, observer_gains(certificate), order)).upper for order in orders]
     assert best * (1 - 1e-6) <= norms[1] <= certificate.gamma * (1 + 1e-4)  # nothing beats the optimum
     assert norms[0] == pytest.approx(norms[1], rel=1e-3)
 
@@ -51,15 +53,16 @@ def test_without_gains_the_error_is_the_plant() -> None:
     m, k, n, q = net.points.size, 2, 2, 1
     shapes = ((), (k,), (m, k), (m, k), (m, k, k), (m, k), (m, k, m, k))
     silent = GainValues(*(np.zeros((*shape, n, q)) for shape in shapes))
-    values = np.linalg.eigvals(assembled(system, silent, net).a)
+    values = np.linalg.eigvals(assembled(system, silent, net).A)
     assert values.real.max() == pytest.approx(rightmost_roots(system, 1)[0].real, abs=1e-8)
 
 
 def test_lumped_scheme_approaches_the_collocation() -> None:
     gains = observer_gains(certificate_at(two_delays(), 2.2, 2, epsilon=1e-2))
-    exact = hinf_norm(error_system(two_delays(), gains, 24)).upper
+    exact = continuous_norm(*error_system(two_delays(), gains, 24)).upper
     errors = [
-        abs(hinf_norm(error_system(two_delays(), gains, order, Scheme.LUMPED)).upper / exact - 1) for order in (10, 40)
+        abs(continuous_norm(*error_system(two_delays(), gains, order, Scheme.LUMPED)).upper / exact - 1)
+        for order in (10, 40)
     ]
     assert errors[1] < errors[0] / 2
     assert errors[1] < 0.1
@@ -67,18 +70,37 @@ def test_lumped_scheme_approaches_the_collocation() -> None:
         error_system(two_delays(), gains, 0)
 
 
-LAG = ErrorSystem(np.array([[-2.0]]), np.array([[1.0]]), np.array([[3.0]]))
+LAG = Stage(*(np.array([[entry]]) for entry in (-2.0, 1.0, 3.0, 0.0)))
 DAMPING = 0.05
-RESONANCE = ErrorSystem(np.array([[0.0, 1], [-1, -2 * DAMPING]]), np.array([[0.0], [1]]), np.array([[1.0, 0]]))
+RESONANCE = Stage(np.array([[0.0, 1], [-1, -2 * DAMPING]]), np.eye(2)[:, 1:], np.eye(2)[:1], np.zeros((1, 1)))
 
 
 def test_norms_in_closed_form() -> None:
-    bracket = hinf_norm(LAG)
+    bracket = continuous_norm(*LAG)
     assert bracket.lower == pytest.approx(1.5, rel=1e-10) and bracket.upper >= bracket.lower
-    assert bracket.frequency == 0.0
-    assert hinf_norm(RESONANCE).upper == pytest.approx(1 / (2 * DAMPING * np.sqrt(1 - DAMPING**2)), rel=1e-6)
+    assert bracket.angle == 0.0
+    assert continuous_norm(*RESONANCE).upper == pytest.approx(1 / (2 * DAMPING * np.sqrt(1 - DAMPING**2)), rel=1e-6)
     with pytest.raises(InfeasibleError, match="unstable"):
-        hinf_norm(ErrorSystem(np.eye(1), np.eye(1), np.eye(1)))
+        continuous_norm(*[np.eye(1)] * 4)
+    # (s - 1)/(s + 1) passes all frequencies alike; 2 + 1/(s + 1) has its peak at rest, 2 - 1/(s + 1) at infinity.
+    one = np.eye(1)
+    for gain, direct, norm in ((-2.0, 1.0, 1.0), (1.0, 2.0, 3.0), (-1.0, 2.0, 2.0)):
+        bracket = continuous_norm(-one, one, gain * one, direct * one)
+        assert bracket.lower == pytest.approx(norm, rel=1e-9) and bracket.upper == pytest.approx(norm, rel=1e-6)
+    assert bracket.angle > 1e9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_norm_with_a_direct_part_is_that_of_a_sweep(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    A, B, C, D = (rng.standard_normal(shape) for shape in ((5, 5), (5, 2), (3, 5), (3, 2)))
+    A -= (np.linalg.eigvals(A).real.max() + 0.1) * np.eye(5)
+    bracket = continuous_norm(A, B, C, D)
+    omega = np.linspace(-0.02, 0.02, 801) + bracket.angle
+    omega = np.concatenate([omega, np.linspace(0, 20, 4001)])
+    swept = np.linalg.norm(C @ np.linalg.solve(1j * omega[:, None, None] * np.eye(5) - A, B) + D, 2, axis=(1, 2)).max()
+    assert swept * (1 - 1e-6) <= bracket.lower <= bracket.upper <= bracket.lower * (1 + 1e-8)
+    assert swept <= bracket.upper
 
 
 def test_simulation_of_a_ramp_is_exact_and_no_gain_exceeds_the_norm() -> None:
@@ -87,7 +109,11 @@ def test_simulation_of_a_ramp_is_exact_and_no_gain_exceeds_the_norm() -> None:
     assert np.abs(simulate(LAG, times, times[:, None], 1).output[:, 0] - exact).max() < 1e-12
     times = np.linspace(0, 60, 6001)
     at_peak = np.sin(np.sqrt(1 - 2 * DAMPING**2) * times)[:, None]
-    assert 0.7 * hinf_norm(RESONANCE).lower < simulate(RESONANCE, times, at_peak, 2).gain <= hinf_norm(RESONANCE).upper
+    assert (
+        0.7 * continuous_norm(*RESONANCE).lower
+        < simulate(RESONANCE, times, at_peak, 2).gain
+        <= continuous_norm(*RESONANCE).upper
+    )
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from papers.peet2019.experiments.examples import cross_checked
-from papers.peet2019.method import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
+from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
@@ -48,8 +48,8 @@ def by_riccati(system: DelayPlant) -> float:
     [
         (unstable_pair(), 3, TENSOR, 1 / np.sqrt(18)),
         (unstable_pair(), 5, BESSEL, 1 / np.sqrt(18)),
-        (blind_pair(), 3, TENSOR, hinf_gain(scalar([-1.0], [1.0])).upper),
-        (blind_two_delays(), 5, BESSEL, hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper),
+        (blind_pair(), 3, TENSOR, open_loop_gain(scalar([-1.0], [1.0])).upper),
+        (blind_two_delays(), 5, BESSEL, open_loop_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper),
         (one_delay(), 3, TENSOR, by_riccati(one_delay())),
         (one_delay(), 5, BESSEL, by_riccati(one_delay())),
         (PLAIN, 1, TENSOR, lmi_gain(pade_model(PLAIN, 1)).gamma),

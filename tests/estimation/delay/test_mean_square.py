@@ -93,9 +93,9 @@ def test_random_plants_reach_the_least_mean_square(seed: int) -> None:
 @pytest.mark.parametrize("plant", [delayed_output, two_late])
 def test_the_spectrum_agrees_with_a_model_that_knows_many_moments(plant) -> None:  # type: ignore[no-untyped-def]
     result = design(plant(), goal="h2", degree=6)
-    error, _ = result.gains_of.error_model(60)
-    P = scipy.linalg.solve_continuous_lyapunov(error.a, -error.b @ error.b.T)
-    assert np.trace(error.c @ P @ error.c.T) == pytest.approx(rms(result) ** 2, rel=1e-4)
+    A, B, C, _ = result.gains_of.error_model(60)
+    P = scipy.linalg.solve_continuous_lyapunov(A, -B @ B.T)
+    assert np.trace(C @ P @ C.T) == pytest.approx(rms(result) ** 2, rel=1e-4)
 
 
 def test_noise_through_the_running_observer_has_this_mean_square() -> None:

@@ -14,6 +14,7 @@ from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
+from replication.estimation.linear.periodic import Stage
 from replication.estimation.validation import Array
 
 # A plant whose past is replaced by moments: the Legendre-tau method on pieces of the past.
@@ -38,6 +39,11 @@ class FilterModel:
     dz: Array  # (p, r) What is estimated
     cy: Array  # (q, N) Measurements
     dy: Array  # (q, r) Measurements
+
+    def error(self, L: Array, Lz: Array | None = None) -> Stage:
+        """From w to the error of x^' = a x^ + L (y - cy x^), z^ = cz x^ + Lz (y - cy x^); Lz is zero unless given."""
+        z = (self.cz, self.dz) if Lz is None else (self.cz - Lz @ self.cy, self.dz - Lz @ self.dy)
+        return Stage(self.a - L @ self.cy, self.b - L @ self.dy, *z)
 
 
 def ladder_model(plant: PlantTerms, order: int) -> FilterModel:
@@ -194,8 +200,8 @@ def _refined(model: FilterModel, P: Array) -> Array:
     """Newton's method (Kleinman) for the Kalman filter; raises LinAlgError if P does not stabilise."""
     R, noise = model.dy @ model.dy.T, model.b @ model.dy.T
     for _ in range(STEPS):
-        gains = np.linalg.solve(R, (P @ model.cy.T + noise).T).T
-        drift, drive = model.a - gains @ model.cy, model.b - gains @ model.dy
+        gains = np.asarray(np.linalg.solve(R, (P @ model.cy.T + noise).T).T, dtype=float)
+        drift, drive, *_ = model.error(gains)
         if np.linalg.eigvals(drift).real.max() >= 0.0:
             raise np.linalg.LinAlgError("rounding decides whether the filter of the model is stable")
         following = scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T)

@@ -16,7 +16,7 @@ from replication.estimation.delay.exact.central import FilterModel, central, lad
 from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.exact.response import gain_bracket
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, axis
-from replication.estimation.linear.norms import hinf_norm
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
 
 DECADES, POINTS, TURNS, PER_TURN, ROUNDS = 6, 200, 12, 48, 40
@@ -134,17 +134,5 @@ def kalman_level(model: FilterModel) -> float:
     if np.any(size == 0) or np.linalg.eigvalsh(R / np.outer(size, size))[0] < DEPENDENT:
         raise np.linalg.LinAlgError
     L, _ = central(model)
-    Lz = np.linalg.solve(R, (model.dz @ model.dy.T).T).T
-    error = model.a - L @ model.cy, model.b - L @ model.dy, model.cz - Lz @ model.cy, model.dz - Lz @ model.dy
-    return continuous_norm(*error)
-
-
-def continuous_norm(a: Array, b: Array, c: Array, d: Array) -> float:
-    """The H-infinity norm of a stable continuous-time system: that of a discrete-time one with the same norm.
-
-    s = rate (z - 1) / (z + 1) takes the axis to the unit circle.
-    """
-    rate = float(np.abs(np.linalg.eigvals(a)).max()) or 1.0
-    resolvent = np.linalg.inv(rate * np.eye(len(a)) - a)
-    root, state = np.sqrt(2 * rate), resolvent @ (rate * np.eye(len(a)) + a)
-    return hinf_norm(state, root * resolvent @ b, root * c @ resolvent, d + c @ resolvent @ b).upper
+    Lz = np.asarray(np.linalg.solve(R, (model.dz @ model.dy.T).T).T, dtype=float)
+    return continuous_norm(*model.error(L, Lz)).upper

@@ -12,6 +12,7 @@ and for (u, v) = 0, two inequalities without them; a Z and L_z between these are
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -151,23 +152,30 @@ class Rates:
     y: Array  # (q, N) Error of z without L_z, innovation, disturbance
     w: Array  # (r, N) Error of z without L_z, innovation, disturbance
     lines: tuple[LineRates, ...]  # Each line
-    change: Array  # (N, N) zeta = change (u, eps / unit, rest)
-    unit: Array  # (q, q) In these units eps has orthonormal rows in (psi(-1), w)
+
+    @cached_property
+    def innovation(self) -> tuple[Array, Array]:
+        """(N, N) change and (q, q) unit: zeta = change (u, eps / unit, rest), eps / unit of orthonormal rows.
+
+        Raises InvalidInputError if a combination of measurements is free of noise.
+        """
+        return _pivoted(self.y, len(self.u))
 
     def without_innovation(self) -> Array:
         """zeta as a function of (u, rest), where eps = 0."""
-        k, q = len(self.u), len(self.unit)
-        return np.hstack([self.change[:, :k], self.change[:, k + q :]])
+        change, unit = self.innovation
+        k, q = len(self.u), len(unit)
+        return np.hstack([change[:, :k], change[:, k + q :]])
 
     def without_state(self) -> Array:
         """zeta as a function of (eps, rest), where u = 0."""
-        return np.asarray(self.change[:, len(self.u) :])
+        return np.asarray(self.innovation[0][:, len(self.u) :])
 
 
 def rates(form: LineForm, degree: int) -> Rates:
     """The error dynamics on `degree` moments a line.
 
-    Raises InvalidInputError if the averages need more moments, or a combination of measurements is free of noise.
+    Raises InvalidInputError if the averages need more moments.
     """
     if degree < form.moments:
         raise InvalidInputError(
@@ -194,14 +202,14 @@ def rates(form: LineForm, degree: int) -> Rates:
         lines.append(LineRates(line.delay, entry, moments, slopes / line.delay, end))
         start, far = start + degree * m, far + m
     rate = np.vstack([flow[:n], *(line.slopes.reshape(-1, size) for line in lines)])
-    change, unit = _pivoted(flow[n + p :], order)
-    return Rates(zeta[:order], rate, flow[n : n + p], flow[n + p :], zeta[size - r :], tuple(lines), change, unit)
+    return Rates(zeta[:order], rate, flow[n : n + p], flow[n + p :], zeta[size - r :], tuple(lines))
 
 
 def moment_plant(form: LineForm, order: int) -> FilterModel:
     """The plant with each line replaced by its first `order` moments (Legendre-tau method); its states are u.
 
-    Raises InvalidInputError as `rates`.
+    From end to end of a line that is Pade's approximant [order/order] of its delay, and lossless. Raises
+    InvalidInputError as `rates`.
     """
     over = rates(form, order)
     k, size = over.rate.shape
@@ -328,12 +336,13 @@ def multiplier(rates: Rates, storage: Storage) -> tuple[Array, Array]:
 
     They leave (u, v) and eps independent given the rest: the completion of largest determinant.
     """
-    k, q, p = len(rates.u), len(rates.unit), len(rates.z)
-    whole = dissipation(rates, rates.change, outputs=p).at(storage.plus, scalars_of(storage))
+    change, unit = rates.innovation
+    k, q, p = len(rates.u), len(unit), len(rates.z)
+    whole = dissipation(rates, change, outputs=p).at(storage.plus, scalars_of(storage))
     free = np.r_[0:k, len(whole) - p : len(whole)]
     eps, rest = np.arange(k, k + q), np.arange(k + q, len(whole) - p)
     wanted = whole[np.ix_(free, rest)] @ np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, eps)])
-    injected = np.linalg.solve(rates.unit, (wanted - whole[np.ix_(free, eps)]).T).T
+    injected = np.linalg.solve(unit, (wanted - whole[np.ix_(free, eps)]).T).T
     return injected[:k], injected[k:]
 
 

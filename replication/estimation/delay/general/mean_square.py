@@ -10,19 +10,19 @@ import scipy
 from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.shown import Measures, TradeOff, balanced
-from replication.estimation.api.shown import tradeoff as curve
+from replication.estimation.api.shown import Measures, balanced
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, limit
 from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, right_roots
-from replication.estimation.delay.exact.smoothing import continuous_norm, smoother_maps
+from replication.estimation.delay.exact.smoothing import smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import back_in, require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import require_seen
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
 
 # The mean square of an error under white noise of unit intensity, by its spectrum: delays are true exponentials.
@@ -284,10 +284,11 @@ def _model_measures(model: FilterModel, level: float) -> Measures:
         if np.isinf(level):
             raise
         return level, np.inf
-    a, b = model.a - gains @ model.cy, model.b - gains @ model.dy
+    error = model.error(gains)
+    a, b, *_ = error
     P = scipy.linalg.solve_continuous_lyapunov(a, -b @ b.T)
     mean = float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
-    return continuous_norm(a, b, model.cz, np.zeros((len(model.cz), b.shape[1]))), mean
+    return continuous_norm(*error).upper, mean
 
 
 def returns(plant: DelayPlant) -> bool:
@@ -295,9 +296,3 @@ def returns(plant: DelayPlant) -> bool:
     shown = [plant.d21, *plant.d21_delayed]
     later = [np.vstack(pair) for pair in zip(plant.b_delayed, plant.d21_delayed, strict=True)]
     return any(np.any(seen @ again.T) for i, seen in enumerate(shown) for again in later[i:])
-
-
-def tradeoff(plant: DelayPlant, points: int) -> TradeOff:
-    """Designs from just above the least level to the Kalman filter; raises as `Designs` and its methods."""
-    designs = Designs(plant, None)
-    return curve("delay", OF, points, designs.least(), designs.measures)

@@ -21,7 +21,8 @@ from replication.estimation.delay.general.cone import LineForm, moment_plant
 from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.sos.observer import DelayGains, ErrorSystem, Trajectory, equidistant
+from replication.estimation.delay.sos.observer import DelayGains, Trajectory, equidistant
+from replication.estimation.linear.periodic import Stage
 from replication.estimation.validation import Array, as_array, positive_integer, positive_scalar
 
 # The observer of a delay plant: gains on the present innovation, as data.
@@ -125,15 +126,14 @@ class DelayObserver(DelayGains):
             axes |= {f"L{i}": "(Legendre coefficient, line, measurement)", f"E{i}": "(line, state and disturbance)"}
         return gains, axes
 
-    def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
+    def error_model(self, order: int) -> Stage:
         """Each line by `order` moments (Legendre-tau method), no fewer than the averages need."""
         plant = moment_plant(self.form, positive_integer("order", order))
         moments = [np.zeros((order, *kernel.shape[1:])) for kernel in self.kernels]
         for held, kernel in zip(moments, self.kernels, strict=True):
             held[: len(kernel)] = kernel[:order]
         injection = np.vstack([self.l0, *(held.reshape(-1, held.shape[2]) for held in moments)])
-        a, b = plant.a - injection @ plant.cy, plant.b - injection @ plant.dy
-        return ErrorSystem(a, b, plant.cz - self.lz @ plant.cy), plant.dz - self.lz @ plant.dy
+        return plant.error(injection, self.lz)
 
     def gain_at(self, omega: Array, order: int = 0) -> Array:
         """With true exponentials."""

@@ -12,23 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InvalidInputError
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
-from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
+from replication.estimation.linear.periodic import Stage
+from replication.estimation.validation import Array, as_array, as_matrix
 
 if TYPE_CHECKING:
     from replication.estimation.api.running import RunningObserver
-
-
-@dataclass(frozen=True)
-class ErrorSystem:
-    """ė = a e + b w, z_e = c e for the discretised error; N states in all."""
-
-    a: Array  # (N, N) 1/s
-    b: Array  # (N, r) Effect of the disturbance
-    c: Array  # (p, N) Error of the estimate of z
 
 
 def error_system(
@@ -36,7 +28,7 @@ def error_system(
     gains: ObserverGains,
     order: int = 40,
     scheme: Scheme = Scheme.CHEBYSHEV,
-) -> ErrorSystem:
+) -> Stage:
     """The error of the observer (2) with `gains`, histories at order + 1 points; its first n states are the error of x.
 
     Gains of an observer close to the optimum vary quickly in η: compare two orders before trusting the result. Raises
@@ -46,8 +38,8 @@ def error_system(
     return assembled(system, evaluate(gains, net.points), net)
 
 
-def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
-    """The matrices of the error system for gains given at the points of `net`."""
+def assembled(system: DelayPlant, values: GainValues, net: Grid) -> Stage:
+    """ė = A e + B w, z_e = C e for gains given at the points of `net`."""
     n, k, count = system.states, system.delay_count, net.points.size
     size = n * (1 + k * (count - 1))
     nodes = histories(n, k, count)
@@ -61,7 +53,7 @@ def assembled(system: DelayPlant, values: GainValues, net: Grid) -> ErrorSystem:
     c = system.c10 @ now + sum(c @ late[i] for i, c in enumerate(system.c1))
     if not np.all(np.isfinite(a)):
         raise InvalidInputError("the gains are not finite at the grid points; check the certificate")
-    return ErrorSystem(a, b, c)
+    return Stage(a, b, c, np.zeros((len(c), b.shape[1])))
 
 
 def histories(n: int, delays: int, count: int) -> Array:
@@ -83,80 +75,12 @@ def injected(values: GainValues, net: Grid, error: Array, now: Array, rates: Arr
     return now, rates + np.einsum("tkuliq,luqs->ktis", values.l7, weighted, optimize=True)
 
 
-# Analysis of a discretised error system: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance
+def spectral_abscissa(error: Stage) -> float:
+    """Largest real part of the eigenvalues, 1/s: negative if the error dies out."""
+    return float(np.linalg.eigvals(error.A).real.max())
 
 
-@dataclass(frozen=True)
-class NormBracket:
-    """lower is attained at `frequency` [rad/s]; at `upper` the Hamiltonian has no eigenvalue on the imaginary axis."""
-
-    lower: float
-    upper: float
-    frequency: float
-    abscissa: float
-
-
-def spectral_abscissa(error: ErrorSystem) -> float:
-    """Largest real part of the eigenvalues: negative if the error dies out."""
-    return float(np.linalg.eigvals(error.a).real.max())
-
-
-def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
-    """H∞ norm from w to z_e by the level-set iteration of Bruinsma and Steinbuch; relative: half the relative width.
-
-    Raises InfeasibleError if the error system is unstable.
-    """
-    positive_scalar("relative", relative)
-    error = _balanced(error)
-    triangle, basis = scipy.linalg.schur(error.a, output="complex")
-    values, sides = np.diag(triangle), (error.c @ basis, basis.conj().T @ error.b)
-    abscissa = float(values.real.max())
-    if abscissa >= 0.0:
-        raise InfeasibleError(f"the error system is unstable (abscissa {abscissa:.3g}): its norm is infinite")
-    starts = np.concatenate([[0.0], np.abs(values.imag), np.abs(values)])
-    frequency, lower = _peak(triangle, *sides, np.unique(starts))
-    while True:
-        level = lower * (1.0 + 2.0 * relative)
-        crossings = _crossings(error, level)
-        if crossings.size == 0:
-            return NormBracket(lower, level, frequency, abscissa)
-        edges = np.sort(crossings)
-        middles = np.concatenate([edges, (edges[1:] + edges[:-1]) / 2.0])
-        best, value = _peak(triangle, *sides, middles)
-        if value <= lower:  # the crossing is rounding: the level is met to the accuracy of the eigenvalues
-            return NormBracket(lower, level, frequency, abscissa)
-        frequency, lower = best, value
-
-
-def _balanced(error: ErrorSystem) -> ErrorSystem:
-    """The same response in units of the states that balance `a`, as its Schur form needs, and make b and c alike."""
-    a, (scale, _) = scipy.linalg.matrix_balance(error.a, permute=False, separate=True)
-    b, c = error.b / scale[:, None], error.c * scale
-    sizes = np.linalg.norm(b), np.linalg.norm(c)
-    unit = 2.0 ** np.round(np.log2(sizes[0] / sizes[1]) / 2.0) if all(sizes) else 1.0
-    return ErrorSystem(a, b / unit, c * unit)
-
-
-def _peak(triangle: Array, c: Array, b: Array, omega: Array) -> tuple[float, float]:
-    """Frequency and largest singular value over the given frequencies, in the Schur basis."""
-    eye = np.eye(len(triangle))
-    gains = [float(np.linalg.norm(c @ scipy.linalg.solve_triangular(1j * w * eye - triangle, b), 2)) for w in omega]
-    best = int(np.argmax(gains))
-    return float(omega[best]), gains[best]
-
-
-def _crossings(error: ErrorSystem, level: float) -> Array:
-    """Frequencies ω >= 0 at which a singular value of the response equals `level`."""
-    hamiltonian = np.block(
-        [
-            [error.a, error.b @ error.b.T / level],
-            [-error.c.T @ error.c / level, -error.a.T],
-        ]
-    )
-    values = np.linalg.eigvals(hamiltonian)
-    on_axis = np.abs(values.real) <= 1e-8 * (1.0 + np.abs(values))
-    result: Array = np.unique(np.abs(values.imag[on_axis]))
-    return result
+# The answer of a discretised error system to a given disturbance, and what the gains of all observers have in common
 
 
 class DelayGains(ABC):
@@ -169,8 +93,8 @@ class DelayGains(ABC):
         """The gains by name, and what their axes are."""
 
     @abstractmethod
-    def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
-        """The error of the estimate without delays, its first n states that of x; and its direct part (p, r)."""
+    def error_model(self, order: int) -> Stage:
+        """The error of the estimate, from w to that of z, without delays; its first n states are that of x."""
 
     @abstractmethod
     def gain_at(self, omega: Array, order: int) -> Array:
@@ -225,15 +149,15 @@ def over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
     return phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
 
 
-def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
+def simulate(error: Stage, times: Array, disturbance: Array, states: int) -> Trajectory:
     """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
 
     disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps, what is not finite, or a disturbance
     that is zero.
     """
-    instants, w, h = equidistant(times, disturbance, error.b.shape[1])
-    step, hold, ramp = over_step(error.a, error.b, h)
+    instants, w, h = equidistant(times, disturbance, error.B.shape[1])
+    step, hold, ramp = over_step(error.A, error.B, h)
     state = np.zeros((len(instants), len(step)))
     for m in range(len(instants) - 1):
         state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
-    return Trajectory(instants, w, state @ error.c.T, state[:, :states])
+    return Trajectory(instants, w, state @ error.C.T, state[:, :states])

@@ -17,7 +17,6 @@ from replication.estimation.api.running import RunningObserver, require_small, s
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.observer import (
     DelayGains,
-    ErrorSystem,
     Trajectory,
     assembled,
     error_system,
@@ -28,6 +27,7 @@ from replication.estimation.delay.sos.observer import (
 )
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, grid
+from replication.estimation.linear.periodic import Stage
 from replication.estimation.validation import Array, positive_scalar
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class RunningDelayObserver(RunningObserver):
             )
         self._system, self._net = system, grid(order)
         values = evaluate(gains, self._net.points)
-        a, G, E = assembled(system, values, self._net).a, injection(values, self._net), reading(system, self._net)
+        a, G, E = assembled(system, values, self._net).A, injection(values, self._net), reading(system, self._net)
         self._step, hold, ramp = over_step(a, -G, self.dt)
         # Y at the end of the step weighs by the ramp, Y at its start by the rest.
         self._old, self._new = hold - ramp, ramp
@@ -174,16 +174,14 @@ class HistoryObserver(DelayGains):
         values = evaluate(self.operators, points)
         return {"points": points} | {f"L{i}": getattr(values, f"l{i}") for i in (0, 2, 3, 4, 5, 6, 7)}, AXES.copy()
 
-    def error_model(self, order: int) -> tuple[ErrorSystem, Array]:
+    def error_model(self, order: int) -> Stage:
         """Histories at `order` + 1 points."""
-        error = error_system(self.plant, self.operators, order)
-        return error, np.zeros((len(error.c), error.b.shape[1]))
+        return error_system(self.plant, self.operators, order)
 
     def gain_at(self, omega: Array, order: int) -> Array:
         """Of that model."""
-        error, _ = self.error_model(order)
-        eye = np.eye(len(error.a))
-        return np.array([np.linalg.norm(error.c @ np.linalg.solve(1j * w * eye - error.a, error.b), 2) for w in omega])
+        A, B, C, _ = self.error_model(order)
+        return np.array([np.linalg.norm(C @ np.linalg.solve(1j * w * np.eye(len(A)) - A, B), 2) for w in omega])
 
     def running(self, dt: float, order: int) -> RunningDelayObserver:
         """With y linear between samples."""
@@ -191,4 +189,4 @@ class HistoryObserver(DelayGains):
 
     def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
         """Of that model, and exact for it."""
-        return simulate(self.error_model(order)[0], times, disturbance, self.plant.states)
+        return simulate(self.error_model(order), times, disturbance, self.plant.states)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
@@ -16,7 +16,7 @@ from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.running import PeriodicObserver, statespace
-from replication.estimation.api.shown import Goal, TradeOff, balanced, tradeoff
+from replication.estimation.api.shown import Goal, Measures, Traded, balanced
 from replication.estimation.dualrate.loop import Driven
 from replication.estimation.dualrate.slow.controller import (
     MARGIN,
@@ -85,7 +85,7 @@ class RunningController(PeriodicObserver):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class SlowRateResult(Design):
+class SlowRateResult(Design, Traded):
     """A controller with its observer, periodic at the fast instants: u = K (x^, u before), x^+ = A x^ + B u + L y.
 
     Attributes
@@ -108,6 +108,7 @@ class SlowRateResult(Design):
     )
     repeats: ClassVar[str] = "the period of the schedules"
     target: ClassVar[str] = "state and input"
+    mean: ClassVar[str] = "rms of (x, u)"
     problem: SlowProblem
 
     @classmethod
@@ -186,28 +187,10 @@ class SlowRateResult(Design):
         lifted.set_outputs(each_instant(self.signals.inputs, len(phases)))
         return lifted
 
-    def tradeoff(self, points: int = 12) -> TradeOff:
-        """What a smaller guaranteed gain costs in mean square, for this plant, these rates and weights.
-
-        Parameters
-        ----------
-        points : int
-            Number of designs, from one per cent above the least level to the Kalman design; at least 2.
-
-        Returns
-        -------
-        TradeOff
-            Level, exact gain and exact root mean square of (x, u) of each; it prints and plots itself.
-
-        Raises
-        ------
-        InvalidInputError
-            `points` is no whole number from 2 to 1000, or the least level is zero.
-        SolverError
-            Rounding spoils the equations at a level.
-        """
-        least = (1 + MARGIN) * least_level(self.problem, kalman(self.problem)[1].upper)[1]
-        return tradeoff(self.method, "rms of (x, u)", points, least, partial(measures, self.problem))
+    def designs(self) -> tuple[float, Callable[[float], Measures]]:
+        """The central controllers at these rates, with these weights."""
+        least = least_level(self.problem, kalman(self.problem)[1].upper)[1]
+        return (1 + MARGIN) * least, partial(measures, self.problem)
 
 
 def set_points(problem: SlowProblem, controller: Controller) -> Array:
