@@ -134,6 +134,8 @@ def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
     for e, printed in GAMMA.items():
         found = results[f"{KEY}.bracket.{e}"]
         assert float(printed) < found["lower"] < found["upper"] < 1.01 * found["lower"]
+        seconds = results[f"{KEY}.bracket-duration.{e}"]
+        assert float(printed) < seconds["lower"] < seconds["upper"] < found["lower"], "as it is said below the bars"
         robust = results[f"{KEY}.robust.{e}"]
         # The design is the best of all filters for one Lyapunov function, so no filter is guaranteed less by one.
         assert robust["exchange"] < found["common"] * (1 + 1e-6)

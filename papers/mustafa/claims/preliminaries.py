@@ -59,7 +59,7 @@ def no_grid(e: int, results: Results) -> Evidence:
     ended = [run for run in runs if run["end"] == "COVERED"]
     if ended:
         return Evidence(method=method, value=float(ended[0]["size"]))
-    return Evidence(method=method, not_checkable="Under none of them it ends with a grid that covers the range.")
+    return Evidence(method=method, not_checkable="Under none of them does it end with a grid that covers the range.")
 
 
 def of_example(answer: Callable[[int, Results], Evidence], e: int) -> Callable[[Results], Evidence]:
