@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, example, middle, printed_filter, sizes
 from replication.audit.declare import contrast
 from replication.audit.model import Proof, Results
@@ -89,23 +89,23 @@ def repeated_row(results: Results) -> Proof:
 
 
 def steps_of_algorithm(results: Results) -> Proof:
-    """Root and union in step 4: as printed no new period is added in either example; the correct one covers."""
+    """Root and union in step 4: read as printed the range is covered in neither example; the correct one covers it."""
     found = {e: results[f"grids.{e}"] for e in EXAMPLES}
-    ends = {e: grids["algorithm"] for e, grids in found.items()}
+    runs = [grids["algorithm"] for grids in found.values()]
+    literal = {step_4: {run[form.name]["end"] for run in runs for form in AS_PRINTED[step_4]} for step_4 in AS_PRINTED}
     by_root = all(grids["intervals"]["corrected, root"]["covers"] for grids in found.values())
     return Proof(
-        holds=all(
-            runs[AS_PRINTED.name]["end"] == runs[WITH_SET_MINUS.name]["end"] == "STALLED"
-            and runs[CORRECT.name]["end"] == "COVERED"
-            for runs in ends.values()
-        ),
-        text="With the root of step 4 and U3 as printed, step 4 adds no new period in either example, so the algorithm "
-        "never ends; a set-minus does not change this. With alpha, a set-minus and U3 corrected it covers the range."
-        + (BY_ROOT if by_root else ""),
+        holds=literal[Step4.SET_MINUS] == literal[Step4.CUT] == {"STALLED"}
+        and "COVERED" not in literal[Step4.UNCUT]
+        and all(run[CORRECT.name]["end"] == "COVERED" for run in runs),
+        text="Our copy has lost a sign in this line, so its root may be damage too. With the root, U3 as printed or "
+        "corrected, a set-minus or a union cut to the range adds no new period in either example, so the algorithm "
+        "never ends; a union left uncut adds periods, and the range is not covered in the passes run. With alpha, a "
+        "set-minus and U3 corrected it is covered." + (BY_ROOT if by_root else ""),
         quantities={
-            f"elements, Example {e}, {name}": float(runs[reading.name]["size"])
-            for e, runs in ends.items()
-            for name, reading in (("as printed", AS_PRINTED), ("corrected", CORRECT))
+            f"elements, Example {e}, {reading.name}": float(grids["algorithm"][reading.name]["size"])
+            for e, grids in found.items()
+            for reading in (*AS_PRINTED[Step4.UNCUT], CORRECT)
         },
     )
 

@@ -127,24 +127,31 @@ class End(StrEnum):
     LIMIT = "the grid has reached the limit N_0 of step 1: no filter"
 
 
+class Step4(StrEnum):
+    """What the line of step 4, which has lost a sign in our copy, does with the range and the intervals."""
+
+    SET_MINUS = "set-minus"
+    CUT = "union cut to the range"
+    UNCUT = "union"
+
+
 @dataclass(frozen=True)
 class Reading:
-    """How to read Algorithm 1. upper: case U3 of (9); root: sqrt(alpha) in step 4; union: no set-minus in step 4."""
+    """How to read Algorithm 1. upper: case U3 of (9); root: sqrt(alpha) in step 4; step_4: what its line does."""
 
     upper: UpperEnd
     root: bool
-    union: bool
+    step_4: Step4
 
     @property
     def name(self) -> str:
         """The three choices in words, such as `corrected, alpha, set-minus`."""
-        chosen = ("root" if self.root else "alpha", "union" if self.union else "set-minus")
-        return ", ".join((self.upper.name.lower(), *chosen))
+        return ", ".join((self.upper.name.lower(), "root" if self.root else "alpha", self.step_4))
 
 
-AS_PRINTED = Reading(UpperEnd.PRINTED, root=True, union=True)
-WITH_SET_MINUS = Reading(UpperEnd.PRINTED, root=True, union=False)
-CORRECT = Reading(UpperEnd.CORRECTED, root=False, union=False)
+AS_PRINTED = {step_4: tuple(Reading(upper, True, step_4) for upper in UpperEnd) for step_4 in Step4}
+"""With the root that step 4 prints, by what its line does, each with case U3 as printed and corrected."""
+CORRECT = Reading(UpperEnd.CORRECTED, root=False, step_4=Step4.SET_MINUS)
 
 
 @dataclass(frozen=True)
@@ -177,15 +184,28 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
         else:
             gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
             marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]
-            # United with the intervals, (h_l, h_u) stays one piece; beyond it no sampling period occurs.
-            open_ = [(periods.h_l, periods.h_u)] if reading.union else gaps(marked, periods)
-            new = {(a + b) / 2 for a, b in open_}
+            # An interval without an upper end has no middle.
+            new = {(a + b) / 2 for a, b in _pieces(reading.step_4, marked, periods) if np.isfinite(b)}
             new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
             if new:
                 grid |= new
                 continue
             end = End.STALLED
         return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
+
+
+def _pieces(step_4: Step4, marked: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
+    """The intervals (L_j, U_j) of step 4."""
+    if step_4 is Step4.SET_MINUS:
+        return gaps(marked, periods)
+    united = [(periods.h_l, periods.h_u)]
+    if step_4 is Step4.CUT:
+        return united  # with the intervals it stays one piece, beyond which nothing is kept
+    for low, high in sorted((one.lower, one.upper) for one in marked if one.lower < one.upper):
+        met = [piece for piece in united if low < piece[1] and piece[0] < high]
+        joined = (min(low, *(a for a, _ in met)), max(high, *(b for _, b in met))) if met else (low, high)
+        united = [*(piece for piece in united if piece not in met), joined]
+    return united
 
 
 def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:

@@ -8,13 +8,13 @@ from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
-from papers.mustafa.claims.preliminaries import LEMMAS, down, times, up
+from papers.mustafa.claims.preliminaries import LEMMAS, down, printed_runs, times, up
 from papers.mustafa.errata import PROOFS
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
 from papers.mustafa.experiments.draws import LAWS
 from papers.mustafa.experiments.levels import ABOVE
 from papers.mustafa.figures import FIGURES
-from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, upper_end
 from replication.audit.brief import Draws, Sketch
 from replication.audit.declare import paper
@@ -56,8 +56,9 @@ def findings(results: Results) -> tuple[str, ...]:
     by_modal = results["condition.1"]["modal_elements"]
     by_root = all(results[f"grids.{e}"]["intervals"]["corrected, root"]["covers"] for e in EXAMPLES)
     by_condition = [results[f"condition.{e}"]["elements"] for e in EXAMPLES]
-    as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
-    ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
+    literal = {e: printed_runs(e, results) for e in EXAMPLES}
+    ends = {run["end"] for runs in literal.values() for step_4 in (Step4.SET_MINUS, Step4.CUT) for run in runs[step_4]}
+    uncut = literal[1][Step4.UNCUT]
     floor = times(results["curve.1"]["floor"], GAMMA[1])
     robust = [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES]
     own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
@@ -92,10 +93,18 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{own[0]} times step 2's level in Example 1, {own[1]} times in Example 2.",
         *(
             (
-                "As printed, step 4 adds no new period in either example, so Algorithm 1 never ends; a set-minus does "
-                "not change this.",
+                "With its √α, step 4 adds no period in either example if read with a set-minus or cut to the range: "
+                "Algorithm 1 never ends.",
             )
             if ends == {"STALLED"}
+            else ()
+        ),
+        *(
+            (
+                f"As an uncut union step 4 adds periods in Example 1, but {uncut[0]['rounds']} passes leave the range "
+                "uncovered; step 1 stops without a filter.",
+            )
+            if {run["end"] for run in uncut} == {"LIMIT"}
             else ()
         ),
         f"Measured in seconds instead of samples, the worst cases are at least {in_seconds[0]} and {in_seconds[1]}, "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, G_SIM, READING_OF, all_draws
-from papers.okajima2023.claims.unstable import ALL_DIAGONALS, PRINTED, RECOVERED
+from papers.okajima2023.claims.unstable import ALL_DIAGONALS, PRINTED, RECOVERED, radius_of
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import PLANT
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
@@ -48,7 +48,12 @@ def diagonal(results: Results) -> Proof:
             f"integer C with entries of size up to {results[ALL_DIAGONALS]['bound']} explains the poles of A_e. An A "
             "with other entries off its diagonal can have the stated poles too, and keep the C of Sec. IV-A."
         ),
-        quantities={f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
+        quantities={
+            **{f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
+            "growth of the error per six instants, A as printed and gains (42)": radius_of(
+                results[PRINTED]["error_poles"]
+            ),
+        },
     )
 
 

@@ -11,7 +11,6 @@ from papers.okajima2023 import common
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
-from papers.okajima2023.claims.unstable import PRINTED, radius_of
 from papers.okajima2023.errata import PROOFS
 from papers.okajima2023.experiments.declared import (
     DIAGONAL_STEP,
@@ -84,8 +83,6 @@ def findings(results: Results) -> tuple[str, ...]:
     """The findings, most important first."""
     return (
         *_table_1(results),
-        "With eq. (41) as in our copy, gains (42) make the error grow, in the long run "
-        f"{radius_of(results[PRINTED]['error_poles']):.2f}-fold per six instants.",
         f"With C of Sec. IV-A, gains (42) stabilise {NONE_OF[len(results['unstable.diagonals']['found'])]} that "
         "has the stated poles and differs from (41) on the diagonal only.",
         *_simulated(all_draws(results)),

@@ -130,11 +130,12 @@ class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Bars(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
-    """Bars of printed numbers beside those of lower bounds; printed, bound: what each is, in a few words."""
+    """Bars of printed numbers beside those of lower bounds; printed, bound: what each is, in short; text: more."""
 
     pairs: tuple[Pair, ...]
     printed: str
     bound: str
+    text: str = ""
 
 
 class Entries(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):

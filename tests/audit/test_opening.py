@@ -19,8 +19,8 @@ from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Tra
 from replication.audit.inspect.headline import tally
 from replication.audit.judge.agreement import rounds_to
 from replication.audit.judge.numerals import require_short
-from replication.audit.model import Kind, Outcome, Verdict
-from replication.audit.parts import CommonLevel
+from replication.audit.model import Kind, Outcome, Policy, Verdict
+from replication.audit.parts import CELL, CommonLevel
 from replication.audit.report.claim import FAILS, Standing, anchor, consequence, standing, targets, views
 from replication.audit.report.opening.field import answer, field
 from replication.audit.report.opening.rows import rows
@@ -243,6 +243,41 @@ def test_a_number_is_told_rounded_as_its_print(made: ResultsFile) -> None:
     assert rounded != printed
     told = with_brief(made, correct="The [level](column-5-7) rounds to {column-5-7:rounded}.")
     assert briefs(told)[KEY].lines[1][1].text == f"The level rounds to {float(rounded):g}."
+
+
+def test_a_print_within_the_accuracy_of_a_solver_is_a_guess_and_no_correction(made: ResultsFile) -> None:
+    """A print that needs a correction may be told as wrong, although it is compatible; this one may not."""
+    (level,) = [record for record in made.claims if record.id == f"{KEY}.column-5-7"]
+
+    def told(policy: Policy, **changed: Any) -> ResultsFile:
+        judgement = replace(level.judgement, verdict=Verdict.COMPATIBLE, policies=(policy,))
+        expected = replace(level, claim=replace(level.claim, expected=Verdict.COMPATIBLE), judgement=judgement)
+        claims = tuple(expected if record is level else record for record in made.claims)
+        plain = {"card": "It is so.", "correct": "Nothing."}
+        return replace(with_brief(made, **{**plain, **changed}), claims=claims)
+
+    assert briefs(told(Policy.SOLVER, guess="Did it stop at [this](column-5-7)?"))
+    assert briefs(told(Policy.ERRATUM, correct="[This](column-5-7) is wrong."))
+    for wrong in ({"correct": "[This](column-5-7) is wrong."}, {"card": "[This](-column-5-7) is wrong."}):
+        with pytest.raises(AuditError, match="'column-5-7' does not hold as printed, and the results do not"):
+            briefs(told(Policy.SOLVER, **wrong))
+    with_solver = told(Policy.SOLVER)
+    heading = paper_view(with_solver.papers[0], with_solver, Path(), targets(with_solver.claims)).headings["errata"]
+    assert heading.endswith("; 1 print above the least level, within the solver's accuracy")
+
+
+def test_the_heading_of_the_tables_counts_their_numbers_by_verdict(made: ResultsFile) -> None:
+    (table,) = made.papers[0].tables
+
+    def heading(*cells: str) -> str:
+        short = replace(made.papers[0], tables=(replace(table, header=cells, rows=(cells,)),))
+        return paper_view(short, made, Path(), targets(made.claims)).headings["tables"]
+
+    assert heading(*table.rows[0]) == "Of 4 table numbers 2 agree, 1 differs, 1 is undetermined"
+    assert heading(table.rows[0][1]) == "Of 1 table number 1 agrees"
+    assert heading(f"{CELL}{KEY}.order") == "Tables as printed, and ours"
+    noise, random = f"{CELL}{KEY}.noise", f"{CELL}{KEY}.random"
+    assert heading(noise, noise, random) == "Of 2 table numbers 2 agree once corrected; 1 is a random draw"
 
 
 def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:

@@ -14,7 +14,7 @@ from papers.mustafa.errata import dimension
 from papers.mustafa.experiments.covering import _modal, condition
 from papers.mustafa.experiments.identities import identities
 from papers.mustafa.experiments.levels import grids, level_curve, nominal, problem, subject
-from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, CORRECT, Step4, UpperEnd
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
 from replication.audit.data import PrintedValue
 from replication.audit.run.runner import Outcome
@@ -31,11 +31,25 @@ def test_the_first_example_by_three_routes() -> None:
         assert result[route]["norm"] == pytest.approx(result["formula"], rel=1e-8)
 
 
-def test_the_literal_algorithm_ends_by_itself() -> None:
+def test_what_the_root_of_step_4_adds_depends_on_what_is_read_between_range_and_union() -> None:
+    uncut = {}
     for e in EXAMPLES:
         runs = grids(**example(e), limit=20)["algorithm"]
-        assert runs[AS_PRINTED.name]["end"] == runs[WITH_SET_MINUS.name]["end"] == "STALLED"
+        for step_4 in (Step4.SET_MINUS, Step4.CUT):
+            assert {runs[form.name]["end"] for form in AS_PRINTED[step_4]} == {"STALLED"}
+        uncut |= {(e, form.upper): runs[form.name] for form in AS_PRINTED[Step4.UNCUT]}
         assert runs[CORRECT.name]["end"] == "COVERED"
+    assert {case: (run["end"], run["size"]) for case, run in uncut.items()} == {
+        (1, UpperEnd.PRINTED): ("LIMIT", 20),
+        (1, UpperEnd.CORRECTED): ("LIMIT", 20),
+        (2, UpperEnd.PRINTED): ("STALLED", 1),
+        (2, UpperEnd.CORRECTED): ("STALLED", 3),  # then the union has no upper end, and so no middle
+    }
+    # The first new period is the middle between zero and the upper end of the interval by the root.
+    for (e, upper), run in uncut.items():
+        if run["size"] > 1:
+            end = grids(**example(e), limit=2)["intervals"][f"{upper.name.lower()}, root"]["upper"]
+            assert run["periods"][1] == pytest.approx(end / 2, rel=1e-12)
 
 
 def test_identities_tell_right_from_wrong() -> None:
@@ -120,6 +134,8 @@ def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
     for e, printed in GAMMA.items():
         found = results[f"{KEY}.bracket.{e}"]
         assert float(printed) < found["lower"] < found["upper"] < 1.01 * found["lower"]
+        seconds = results[f"{KEY}.bracket-duration.{e}"]
+        assert float(printed) < seconds["lower"] < seconds["upper"] < found["lower"], "as it is said below the bars"
         robust = results[f"{KEY}.robust.{e}"]
         # The design is the best of all filters for one Lyapunov function, so no filter is guaranteed less by one.
         assert robust["exchange"] < found["common"] * (1 + 1e-6)

@@ -14,7 +14,7 @@ from papers.mustafa.method import (
     AS_PRINTED,
     CORRECT,
     End,
-    Reading,
+    Step4,
     UpperEnd,
     build_grid,
     covered_interval,
@@ -104,7 +104,9 @@ def test_delta_block_of_both_signs():
 
 @pytest.mark.parametrize(("plant", "periods"), [(OSCILLATOR, OSCILLATOR_RANGE), (MOTOR, MOTOR_RANGE)])
 def test_algorithm_1_literal_stalls_and_correct_covers(plant, periods):
-    assert build_grid(plant, periods, AS_PRINTED).end is End.STALLED
+    for reading in (*AS_PRINTED[Step4.SET_MINUS], *AS_PRINTED[Step4.CUT]):
+        assert build_grid(plant, periods, reading).end is End.STALLED
+    assert all(build_grid(plant, periods, one, limit=9).end is not End.COVERED for one in AS_PRINTED[Step4.UNCUT])
     grid = build_grid(plant, periods, CORRECT)
     assert grid.end is End.COVERED
     reached = periods.h_l
@@ -116,8 +118,6 @@ def test_algorithm_1_literal_stalls_and_correct_covers(plant, periods):
     for limit in (1, len(grid.periods)):
         assert build_grid(plant, periods, CORRECT, limit=limit).end is End.LIMIT
     assert build_grid(plant, periods, CORRECT, limit=len(grid.periods) + 1).end is End.COVERED
-    root = Reading(UpperEnd.CORRECTED, root=True, union=False)
-    assert build_grid(plant, periods, root).end is End.STALLED
 
 
 @given(plant=stable_plants())

@@ -4,46 +4,65 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.claims.preliminaries import SLIP, WITH_U3, for_both, no_grid, of_example, on_motor, reordered_map
+from papers.mustafa.claims.preliminaries import (
+    SLIP,
+    WITH_U3,
+    for_both,
+    no_grid,
+    of_example,
+    on_motor,
+    printed_runs,
+    reordered_map,
+)
 from papers.mustafa.experiments.declared import CELLS
-from papers.mustafa.method import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method import CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results, SolverRecord
 from replication.verify.predicate import Predicate, term
 
 CONSTANT_CHANGE, ANY_CHANGE, BOUND_9 = "constant change", "any change", "bound (9)"
-CORRECTED_GRID, UNION, SET_MINUS = "grid by (9), corrected", "no set-minus", "set-minus"
+CORRECTED_GRID = "grid by (9), corrected"
+STEP_4 = {Step4.CUT: "no set-minus", Step4.SET_MINUS: "set-minus", Step4.UNCUT: "no set-minus, uncut"}
+"""The readings of its line."""
 ENOUGH, NECESSARY, CONCLUSION = "required as enough", "required as necessary", "(12) as a gain over sequences"
 ALGORITHM_1 = Part("Algorithm 1; condition (8) for the grids of Sec. VI")
 
 
 def ends_covered(e: int, results: Results) -> Evidence:
-    """Whether Algorithm 1 as corrected ends with a grid; as printed, with the text at hand and a set-minus restored."""
-    runs = results[f"grids.{e}"]["algorithm"]
-    run, literal, restored = (runs[form.name] for form in (CORRECT, AS_PRINTED, WITH_SET_MINUS))
+    """Whether Algorithm 1 as corrected ends with a grid; with the root that step 4 prints, by readings of its line."""
+    run, literal = results[f"grids.{e}"]["algorithm"][CORRECT.name], printed_runs(e, results)
+    ends = {step_4: any(one["end"] == "COVERED" for one in runs) for step_4, runs in literal.items()}
+    u3 = ("U3 as printed", "U3 corrected")
+    uncut = " and ".join(_added(*one) for one in zip(literal[Step4.UNCUT], u3, strict=True))
     return Evidence(
         method="Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4.",
         holds=run["end"] == "COVERED",
         as_printed=Evidence(
-            method="Algorithm 1 as the text at hand reads: U3 with mu(-A), sqrt(alpha) in step 4, no set-minus there, "
-            "the union cut to the range. The same with a set-minus, whose sign may have been lost on the way to the "
-            "text.",
-            holds="COVERED" in (literal["end"], restored["end"]),
-            outcomes=tuple(
-                Outcome(reading=reading, holds=tried["end"] == "COVERED")
-                for reading, tried in ((UNION, literal), (SET_MINUS, restored))
-            ),
+            method="Algorithm 1 with sqrt(alpha) in step 4, and U3 as printed or corrected. The text at hand has no "
+            "sign between the range and the union, perhaps a set-minus that was lost on the way; it is read with one, "
+            "as one more union, and, an assumption of ours, as that union cut to the range.",
+            holds=any(ends.values()),
+            outcomes=tuple(Outcome(reading=STEP_4[step_4], holds=covered) for step_4, covered in ends.items()),
         ),
         quantities={
             "elements": float(run["size"]),
             "passes": float(run["rounds"]),
-            "as printed, passes until it stalls": float(literal["rounds"]),
-            "as printed with a set-minus, passes until it stalls": float(restored["rounds"]),
+            **{
+                f"with the root, {STEP_4[step_4]}, {name}: periods added": float(one["size"] - 1)
+                for step_4, runs in literal.items()
+                for name, one in zip(u3, runs, strict=True)
+            },
         },
-        note="As printed, step 4 adds no new period here although step 3 fails, so the algorithm never ends; a "
-        f"set-minus does not change this. Without one the union is cut to the range. {WITH_U3}",
+        note="With the root of step 4, a set-minus or a cut union adds no new period here although step 3 fails, so "
+        f"the algorithm never ends. An uncut union adds {uncut}; the range stays uncovered. {WITH_U3}",
     )
+
+
+def _added(run: dict[str, Any], u3: str) -> str:
+    """How many periods a union that is not cut adds, and what ends that."""
+    stopped = ", until step 1 stops it without a filter" if run["end"] == "LIMIT" else ""
+    return f"{run['size'] - 1 or 'none'} with {u3}{stopped}"
 
 
 def _as_step_3_prints(found: Results) -> str:

@@ -159,12 +159,11 @@ NO_PRODUCT = "Size of F C, with F of the printed size, against n by n."
     place="Theorem 3",
     uses=BRACKETS,
     erratum="size-of-F",
-    pinned="reproduced after erratum",
     says=[STABLE[1], term("size of F", "printed-filter")],
 )
 @on_motor
 def stability_of_theorem_3(results: Results) -> Evidence:
-    """Theorem 3: the error system is robustly stable for all periods that the theorem names."""
+    """Theorem 3: under (2), the error system is robustly stable for all periods that it names."""
     (n, r), _ = sizes()
     return replace(
         stability_follows(results),
@@ -181,13 +180,14 @@ for part, name, place, statement in (
         THEOREM_1,
         "small-gain",
         "Sec. III, below (8)",
-        "The error system is robustly stable as long as α‖Δ‖ is at most one.",
+        "Under (2), the error system is robustly stable as long as α‖Δ‖ is at most one.",
     ),
 ):
     part.feasible(
         name,
         place=place,
-        statement=statement or f"{place}: the error system is robustly stable for all periods that the theorem names.",
+        statement=statement
+        or f"{place}: under (2), the error system is robustly stable for all periods that it names.",
         uses=BRACKETS,
         reading=NO_READING,
         says=STABLE[1],
@@ -222,7 +222,6 @@ def small_gain_is_required(results: Results) -> Evidence:
     place="Theorem 3",
     uses=("identities", "own-grid.1", "own-grid.2"),
     erratum="size-of-F",
-    pinned="reproduced after erratum",
     says=term("level of Theorem 3"),
 )
 def level_of_theorem_3(results: Results) -> Evidence:
@@ -244,7 +243,6 @@ def level_of_theorem_3(results: Results) -> Evidence:
     "theorem-3.sizes",
     place="Theorem 3",
     erratum="size-of-F",
-    pinned="reproduced after erratum",
     says=term("size of F", "printed-filter"),
 )
 def lmi_size_of_f(results: Results) -> Evidence:
@@ -263,7 +261,6 @@ def lmi_size_of_f(results: Results) -> Evidence:
     place="Eq. (11)",
     uses="identities",
     erratum="size-of-F",
-    pinned="reproduced after erratum",
     says=term("recovery (11)"),
 )
 def recovery(results: Results) -> Evidence:
@@ -285,7 +282,6 @@ def recovery(results: Results) -> Evidence:
     place="Theorem 3, proof",
     uses="identities",
     erratum="size-of-F",
-    pinned="reproduced after erratum",
     says=term("congruence (10)"),
 )
 def congruence(results: Results) -> Evidence:

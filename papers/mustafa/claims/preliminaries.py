@@ -10,7 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.method import AS_PRINTED, WITH_SET_MINUS
+from papers.mustafa.method import AS_PRINTED, Step4
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
@@ -46,17 +46,20 @@ def stable_room(e: int, results: Results) -> float:
     return float(min(-bracket["plant_abscissa"], 1 - bracket["filter_radius"]))
 
 
+def printed_runs(e: int, results: Results) -> dict[Step4, list[Any]]:
+    """The runs of Algorithm 1 with the root that step 4 prints, by what its line does: U3 as printed, and corrected."""
+    runs = results[f"grids.{e}"]["algorithm"]
+    return {step_4: [runs[form.name] for form in forms] for step_4, forms in AS_PRINTED.items()}
+
+
 def no_grid(e: int, results: Results) -> Evidence:
     """What Algorithm 1 as printed gives for what needs the grid that it ends with: the number of its elements."""
-    runs = [results[f"grids.{e}"]["algorithm"][form.name] for form in (AS_PRINTED, WITH_SET_MINUS)]
-    method = "Algorithm 1 as the text at hand reads, and with a set-minus in step 4."
+    method = "Algorithm 1 with the root that step 4 prints, its line read in each way of claim algorithm.1."
+    runs = [run for found in printed_runs(e, results).values() for run in found]
     ended = [run for run in runs if run["end"] == "COVERED"]
     if ended:
         return Evidence(method=method, value=float(ended[0]["size"]))
-    return Evidence(
-        method=method,
-        not_checkable="Here step 4 adds no new period, so the algorithm never ends; a set-minus does not change this.",
-    )
+    return Evidence(method=method, not_checkable="Under none of them does it end with a grid that covers the range.")
 
 
 def of_example(answer: Callable[[int, Results], Evidence], e: int) -> Callable[[Results], Evidence]:

@@ -17,7 +17,7 @@ from replication.audit.model import Experiment
 
 SEED, SEEDS, TRIALS, STEPS = 20100600, 400, 30, 500
 """Seed and number of draws of Figs. 2 and 3, random cases of the identities, samples of the figures."""
-LIMIT, CELLS, NODES, POINTS = 64, 16, 129, 121
+LIMIT, CELLS, NODES, POINTS = 32, 16, 129, 121
 """N_0 of Algorithm 1; cells of (13); nodes of the dense grid; points of the curves over h."""
 CENTRES, ANGLES, TRIED_LAWS = 401, 1501, 100
 """Other centres for (8); points of the circle for C_f; sequences under each law of the periods."""

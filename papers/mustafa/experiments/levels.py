@@ -110,8 +110,8 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
                 "upper": found.upper,
                 "covers": found.covers(span.h_l, span.h_u),
             }
-            for union in (False, True):
-                reading = method.Reading(upper, root, union)
+            for step_4 in method.Step4:
+                reading = method.Reading(upper, root, step_4)
                 grid = method.build_grid(system, span, reading, limit=limit)
                 runs[reading.name] = {
                     "end": grid.end.name,

@@ -103,9 +103,18 @@ def common_period(results: Results) -> Evidence:
     return Evidence(method="Least common multiple.", value=float(results["schedule.sec-4a"]["period"]))
 
 
+FORMULATION.cited(
+    "cited.16",
+    place="After eq. (15); blog",
+    statement="With S₀ = I and no other measurement, (15) is the dual-sampling-rate observer of reference [16].",
+    reason="It reports another paper, which is not at hand. The schedule: claim theory.dual-rate.",
+)
+
+
 @FORMULATION.feasible(
     "theory.dual-rate",
     place="After eq. (15)",
+    ours=True,
     uses="schedule.dual-rate",
     says=term("dual-rate schedule", **times(CASES["C"])),
 )
@@ -115,11 +124,11 @@ def dual_rate_is_special_case(results: Results) -> Evidence:
     return Evidence(
         method="Schedule with N₁ = N₂ = 6 and no offset.",
         holds=all(value == 1 for value in first) and not any(value for row in others for value in row),
-        note="Whether (15) is then the observer of the cited work cannot be checked from this text.",
+        note="Whether (15) is then the observer of reference [16] is claim cited.16.",
     )
 
 
-def identity(residual: str, what: str, results: Results) -> Evidence:
+def identity(residual: str, what: str, results: Results, note: str = "") -> Evidence:
     """One of the residuals of the identities on random data."""
     result = results["identities"]
     return below(
@@ -128,6 +137,7 @@ def identity(residual: str, what: str, results: Results) -> Evidence:
         IDENTITY_REASON,
         method=f"{what}, on {result['trials']} random problems of several sizes; largest relative residual.",
         quantities={"largest relative residual": result[residual]},
+        note=note,
     )
 
 
@@ -199,7 +209,14 @@ THEOREMS.feasible(
     statement="For plants of the size of the example, the Schur complement of (30) with Y = P L is the matrix (20).",
     uses="identities",
     says=term("Schur complement (32)", **SIZES),
-)(partial(identity, "schur", "Schur complement of (30) against (20)"))
+)(
+    partial(
+        identity,
+        "schur",
+        "Schur complement of (30) against (20)",
+        note="Our copy lacks the matrix of (32) between them.",
+    )
+)
 
 
 @THEOREMS.feasible(

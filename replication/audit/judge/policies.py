@@ -35,8 +35,9 @@ RULES: Mapping[Policy, str] = {
     Policy.ERRATUM: "A correction never improves a verdict: what agrees only once corrected says so, whether it is a "
     "number or a statement; a correction that is an inference makes it compatible. It must leave the step valid: what "
     "would fit the print and break a condition that the text asks for is told, and does not count.",
-    Policy.SCAN: "A slip that the conversion of the text may have made is corrected and named, and not charged to the "
-    "authors: the verdict is that of the corrected text, if the correction is certain.",
+    Policy.SCAN: "A slip of one symbol, digit or index, or a swap, at one place only, which nothing else in the text "
+    "repeats, may be of the conversion of the text: it is corrected and named, and not charged to the authors; the "
+    "verdict is that of the corrected text, if the correction is certain.",
     Policy.INPUTS: "Results that a text prints, and from which another is computed, were rounded for the print: what "
     "this rounding may explain is compatible. Parameters that it chooses are exact.",
     Policy.REMARK: "What we say beside the text, such as that a condition is tight, is judged as a claim is, and no "

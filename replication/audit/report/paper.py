@@ -15,7 +15,6 @@ from replication.audit.brief import Consequence, Explorer
 from replication.audit.inspect.headline import Tally, counts, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
-from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Kind, Reading, Verdict
 from replication.audit.parts import CELL, Table
 from replication.audit.report.claim import MEANING, ClaimView, views
@@ -51,16 +50,15 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    numbers: how many entries print one that is neither a run time nor a draw. drawn: how many print a draw. agree: how
-    many numbers agree to the last digit. counts: how many entries have each verdict, as their marks say. timed: how
-    many print a run time of another computer.
+    numbers: of the entries that print one, neither a run time nor a draw, how many have each verdict. drawn: how many
+    print a draw. counts: how many entries have each verdict, as their marks say. timed: how many print a run time of
+    another computer.
     """
 
     record: Table
     rows: tuple[tuple[CellView, ...], ...]
-    numbers: int
+    numbers: Mapping[Verdict, int]
     drawn: int
-    agree: int
     counts: Mapping[Verdict, int]
     timed: int
 
@@ -72,14 +70,11 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     printed = [view for view in shown if view.record.claim.printed and not view.record.timed]
     # Of a draw no digit can agree: it is only probable enough.
     judged = [view for view in printed if view.record.claim.kind is not Kind.STATISTICAL]
-    holding = [view for view in judged if view.record.verdict in AGREES]
-    exact = [view for view in holding if view.meant or (view.entries and all(entry.inside for entry in view.entries))]
     return TableView(
         record=table,
         rows=rows,
-        numbers=len(judged),
+        numbers={verdict: sum(view.record.verdict is verdict for view in judged) for verdict in Verdict},
         drawn=len(printed) - len(judged),
-        agree=len(exact),
         counts={verdict: sum(v.record.verdict is verdict and not v.record.timed for v in shown) for verdict in Verdict},
         timed=sum(view.record.timed for view in shown),
     )
@@ -138,25 +133,30 @@ class PaperView:
 
     @property
     def rounded(self) -> tuple[ClaimView, ...]:
-        """Claims whose print is off in its last digit only because a solver stops above the optimum."""
+        """Claims that print a level above the least one, by no more than the accuracy of the solver."""
         return tuple(view for view in self.claims if view.record.counted and view.rounded)
 
     @property
     def headings(self) -> dict[str, str]:
         """The heading of each part: its result, where it has one."""
-        numbers, agreeing, draws = (sum(getattr(t, of) for t in self.tables) for of in ("numbers", "agree", "drawn"))
+        draws = sum(table.drawn for table in self.tables)
+        numbers = {verdict: sum(table.numbers[verdict] for table in self.tables) for verdict in Verdict}
         certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
         number, slips = len(self.errata), sum(erratum.scan for erratum in self.errata)
         parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
         copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
         resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
-        off = f"; {last} number{'s' * (last > 1)} off in the last digit" if (last := len(self.rounded)) else ""
+        off = (
+            f"; {above} print{'s' * (above > 1)} above the least level, within the solver's accuracy"
+            if (above := len(self.rounded))
+            else ""
+        )
+        drawings = f"; {draws} {'are random draws' if draws > 1 else 'is a random draw'}" if draws else ""
         findings, drawn = self.record.findings, sum(figure.record.published for figure in self.figures)
         checked = sum(bool(item.claims) for item in self.record.scope)
         told = {
-            "tables": f"{agreeing or 'None'} of {numbers} table numbers agree{'s' * (agreeing < 2)} to the last digit"
-            f"{f'; {draws} are random draws' if draws else ''}"
-            if numbers
+            "tables": f"Of {shown} table number{'s' * (shown > 1)} {_by_verdict(numbers)}{drawings}"
+            if (shown := sum(numbers.values()))
             else "Tables as printed, and ours",
             "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
             "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}{off}",
@@ -212,6 +212,22 @@ class PaperView:
             ("scope", "Scope"): self.record.scope,
         }
         return tuple(part for part, content in present.items() if content)
+
+
+_SAID = {
+    ("agrees", "agree"): (Verdict.REPRODUCED, Verdict.CONSISTENT),
+    ("agrees once corrected", "agree once corrected"): (Verdict.REPRODUCED_AFTER_ERRATUM,),
+    ("is possible", "are possible"): (Verdict.COMPATIBLE,),
+    ("differs", "differ"): (Verdict.DIFFERS, Verdict.REFUTED),
+    ("is undetermined", "are undetermined"): (Verdict.UNDETERMINED,),
+    ("is in error", "are in error"): (Verdict.ERROR,),
+}
+"""What a heading says of one printed number and of several, by their verdicts."""
+
+
+def _by_verdict(numbers: Mapping[Verdict, int]) -> str:
+    found = {words: sum(numbers[verdict] for verdict in verdicts) for words, verdicts in _SAID.items()}
+    return ", ".join(f"{number} {words[number != 1]}" for words, number in found.items() if number)
 
 
 def _near(outside: int, shown: int) -> str:

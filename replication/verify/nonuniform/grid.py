@@ -273,12 +273,12 @@ def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
     says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
 )
 def stalls(plant: Plant, witness: Alpha) -> Found:
-    """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
-    with a set-minus as without (the union cut to the range): {how}.
+    """Algorithm 1 as printed does not reach a grid, if step 4 is read with a set-minus or with its union cut to the
+    range: step 3 fails at the first element and step 4 leaves all as it is, since {how}.
 
-    As printed: mu(-A) in the logarithm of U3, alpha in step 3, its root in step 4. Without a set-minus the union of the
-    range and the intervals, as far as sampling periods occur, is the range, and its middle is in the grid already. With
-    a set-minus: if the interval by the root is empty the gap is the whole range; if it covers the range there is none.
+    As printed: mu(-A) in the logarithm of U3, alpha in step 3, its root in step 4. The union of the range and the
+    intervals, cut to the range, is the range, and its middle is in the grid already. With a set-minus: if the interval
+    by the root is empty the gap is the whole range; if it covers the range there is none.
     """
     start, stop = seconds(plant.h_l), seconds(plant.h_u)
     h = (start + stop) / 2

@@ -71,12 +71,13 @@ class BarView:
 
 @dataclass(frozen=True, kw_only=True)
 class BarsView:
-    """Pairs of bars; printed, bound: what they are."""
+    """Pairs of bars; printed, bound: what they are; text: what else is said of them."""
 
     kind = "bars"
     pairs: tuple[BarView, ...]
     printed: str
     bound: str
+    text: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,7 +190,8 @@ def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | Entries
         made = [_pair(pair, paper, known) for pair in picture.pairs]
         longest = max((max(bar.widths) for bar in made), default=1.0) / 100
         shared = tuple(replace(bar, widths=(bar.widths[0] / longest, bar.widths[1] / longest)) for bar in made)
-        return BarsView(pairs=shared, printed=picture.printed, bound=picture.bound) if made else None
+        told = {name: getattr(picture, name) for name in ("printed", "bound", "text")}
+        return BarsView(pairs=shared, **told) if made else None
     if isinstance(picture, Entries):
         listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)

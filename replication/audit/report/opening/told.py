@@ -86,7 +86,7 @@ def briefs(results: ResultsFile) -> dict[str, BriefView]:
 
 
 def _targets(results: ResultsFile) -> dict[str, Target]:
-    """By id. A number that a solver or a correction explains does not hold as printed, however it is read."""
+    """By id. A number that needs a correction does not hold as printed; one within a solver's accuracy is no error."""
     found = {
         erratum.id: Target(
             link=anchor("erratum", erratum.id), says=OPEN if erratum.inference else FAILS, shaken=not erratum.holds
@@ -94,10 +94,8 @@ def _targets(results: ResultsFile) -> dict[str, Target]:
         for erratum in results.errata
     }
     for claim in results.claims:
-        explained = claim.verdict is Verdict.COMPATIBLE and {Policy.SOLVER, Policy.ERRATUM} & {
-            *claim.judgement.policies
-        }
-        says = _SAYS[claim.verdict] + (FAILS if explained else "")
+        corrected = claim.verdict is Verdict.COMPATIBLE and Policy.ERRATUM in claim.judgement.policies
+        says = _SAYS[claim.verdict] + (FAILS if corrected else "")
         found[claim.id] = Target(link=anchor("claim", claim.id), says=says, shaken=claim.unexpected, record=claim)
     return found
 
