@@ -101,8 +101,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{min(unstable)}, the largest {max(unstable)}.",
         "Nor does (18) suffice with our restarted predictor: the loop is stable at "
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
-        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in the steady state, "
-        f"and the table prints {table_1('DRC-APO')[0]} %.",
+        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in the steady "
+        f"state, and the table prints {table_1('DRC-APO')[0]} %.",
         "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
         "errs less throughout Table I.",
         "By integrated squared error against slow-observer DRC-PMI, the better transient depends on the unprinted "

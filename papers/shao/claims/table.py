@@ -25,7 +25,7 @@ from papers.shao.printed import (
     table_1,
 )
 from replication.audit.declare import Part
-from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.audit.model import Evidence, Outcome, Results
 from replication.estimation.dualrate.response import Points
 from replication.verify.predicate import Predicate, Term, term
 
@@ -199,8 +199,8 @@ def unbounded(index: int, results: Results) -> Evidence:
         },
         note=(
             "The dash is not explained; the text says that the loop is unstable and for that reason not plotted. The "
-            "same fact as in Sec. V. That the error of SRC is unbounded from each of three starts, with either observer, "
-            "certificates prove."
+            "same fact as in Sec. V. That the error of SRC is unbounded from each of three starts, with either "
+            "observer, certificates prove."
         ),
     )
 
