@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -49,7 +49,7 @@ def _in_processes(
     waiting: list[Future[Answer]] = []
     try:
         # What breaks before all is handed over is found below; what had been handed over keeps its place.
-        with suppress(BrokenProcessPool):
+        with suppress(BrokenProcessPool), _heard_later():
             for item in items:
                 waiting.append(pool.submit(check, item))
         for place in range(len(items)):
@@ -66,11 +66,22 @@ def _in_processes(
         pool.shutdown(cancel_futures=True)
 
 
+@contextmanager
+def _heard_later() -> Iterator[None]:
+    """Ctrl-C waits until the end, and in the processes begun meanwhile until they know how to leave."""
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+
+
 def _end_with_parent() -> None:
     """Leave at once on Ctrl-C, and when the process that waits for the answers has gone."""
     from multiprocessing import parent_process
 
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
     def follow() -> None:
         parent = parent_process()

@@ -436,6 +436,20 @@ def test_an_interrupt_ends_all_processes_in_few_words(count: str) -> None:
         os.killpg(running.pid, 0)
 
 
+def test_a_process_hears_an_interrupt_once_it_knows_how_to_leave() -> None:
+    """Before, it would tell what it was doing; afterwards it ends at once."""
+    program = (
+        "import os, signal\nfrom replication.verify import workers\nready = workers._end_with_parent\n"
+        "def deaf():\n    return str(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))\n"
+        "def begin():\n    os.environ['FIRST'] = deaf()\n    ready()\n"
+        "def check(item):\n    return os.environ['FIRST'], deaf()\n"
+        "workers._end_with_parent = begin\n"
+        "print(*workers.in_order(check, range(4), 2, str), deaf())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    assert done.stdout.replace("('True', 'False') ", "") == "False\n"
+
+
 @pytest.mark.parametrize("text", ["0", "-1", "two", "1.5", "9" * 12])
 def test_a_number_of_processes_is_a_number(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match="whole number of at least 1"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -86,7 +86,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
-        answer=answer([lane.standing for lane in lanes], tally(own), _false(lanes)),
+        answer=answer([lane.standing for lane in lanes], tally(own), _whose(lanes, True), _whose(lanes, False)),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -94,18 +94,19 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
 
 
-def _false(lanes: Sequence[Lane]) -> str:
-    """The papers of which a theorem fails, and which one if it is one."""
-    broken = [lane for lane in lanes if lane.standing.broken]
-    if len(broken) != 1 or broken[0].standing.broken > 1:
-        return f"{'each of ' * (len(broken) > 1)}{', '.join(lane.paper.record.named for lane in broken)}"
-    return f"{broken[0].paper.record.named} ({broken[0].failing[0][0]})"
+def _whose(lanes: Sequence[Lane], broken: bool) -> str:
+    """The papers of which a theorem fails, or only other results do, and what it is if it is one."""
+    chosen = [lane for lane in lanes if bool(lane.standing.broken) is broken and lane.failing]
+    if len(chosen) == 1 and (chosen[0].standing.broken if broken else chosen[0].standing.failing) == 1:
+        return f"{chosen[0].paper.record.named} ({chosen[0].failing[0][0]})"
+    return f"{'each of ' * (broken and len(chosen) > 1)}{', '.join(lane.paper.record.named for lane in chosen)}"
 
 
-def answer(papers: Sequence[Standing], found: Tally, false: str = "") -> str:
+def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str = "") -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-    Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails.
+    Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails; off: those
+    of which only other results do.
     """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
@@ -116,21 +117,22 @@ def answer(papers: Sequence[Standing], found: Tally, false: str = "") -> str:
     others = [paper for paper in judged if not paper.broken]
     whole = f"all {count(len(judged))} papers" if len(judged) > 2 else ("both papers", "the paper")[len(judged) == 1]
     if len(others) == len(judged):
-        return _of_others(others, whole)
+        return _of_others(others, whole, off)
     refuted = all(paper.refuted for paper in judged if paper.broken)
     first = f"A guarantee of {false} {'is false' if refuted else 'fails'}."
     rest = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
-    return f"{first} {_of_others(others, rest)}" if others else first
+    return f"{first} {_of_others(others, rest, off)}" if others else first
 
 
-def _of_others(papers: Sequence[Standing], whose: str) -> str:
+def _of_others(papers: Sequence[Standing], whose: str, off: str) -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
-    said = f"{'every' if sound else 'no'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
-    once = f"Once corrected, {said}" if any(paper.corrected for paper in papers) else said[0].upper() + said[1:]
-    off = f"; {count(failing)} result{' differs' if failing == 1 else 's differ'}" if failing else ""
-    return f"{once}{off}."
+    said = f"{'Every' if sound else 'No'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
+    corrected = ", though some need correction" if any(paper.corrected for paper in papers) else ""
+    of = f" of {off}" if off else ""
+    differ = f"; {count(failing)} result{'' if failing == 1 else 's'}{of} differ{'s' * (failing == 1)}"
+    return f"{said}{corrected}{differ * bool(failing)}."
 
 
 def count(number: int) -> str:
@@ -143,19 +145,26 @@ def _cell(paper: PaperView, kind: Consequence) -> Cell:
     own = [view for view in listed if view.record.counted]
     timed = [view for view in own if view.record.timed]
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
-    failing = Counter((_named(view), view.record.verdict) for view in marks if view.record.verdict in FAILS)
+    failing: dict[tuple[str, Verdict], list[ClaimView]] = defaultdict(list)
+    for view in marks:
+        if view.record.verdict in FAILS:
+            failing[_named(view), view.record.verdict].append(view)
     return Cell(
         consequence=kind,
         marks=tuple(marks),
         timed=tuple(timed),
-        failing=tuple((words, number, verdict) for (words, verdict), number in failing.items())[:MOST_PLACES],
+        failing=tuple(
+            (_named(found[0], alone=len(found) == 1), len(found), verdict) for (_, verdict), found in failing.items()
+        )[:MOST_PLACES],
         repeats=sum(bool(view.record.claim.repeats) for view in listed),
     )
 
 
-def _named(view: ClaimView) -> str:
-    """A failing claim in words: the table that it is an entry of, or else what its name says."""
+def _named(view: ClaimView, alone: bool = False) -> str:
+    """A failing claim in words: the table that it is an entry of, or else what its name says; its number if alone."""
     if view.consequence is Consequence.TABLE:
         return view.record.claim.place.partition(";")[0].partition(",")[0].strip()
-    name = _END.sub("", view.record.id.partition(".")[2]).rpartition(".")[2]
-    return name.replace("-", " ")
+    name = view.record.id.partition(".")[2]
+    numbered = _END.search(name) if alone else None
+    name = _END.sub("", name).rpartition(".")[2] + (numbered[0] if numbered else "")
+    return re.sub(r"[-.]", " ", name)

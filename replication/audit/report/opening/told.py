@@ -73,7 +73,6 @@ class Told:
 class BriefView:
     """A brief as the report shows it; lines: what holds, what to correct, what remains a guess."""
 
-    topic: str
     verdict: Told
     headline: Told
     card: Told
@@ -108,7 +107,6 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
         return _told(sentence, sign, paper.key, known)
 
     return BriefView(
-        topic=brief.topic,
         verdict=told(brief.verdict, ANYTHING),
         headline=told(brief.headline, ANYTHING),
         card=_joined(told(sentence) for sentence in sentences(brief.card)),
