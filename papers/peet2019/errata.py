@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import msgspec
 
-from papers.peet2019.claims.theory import UNMET, told_of_symmetry, unmet
+from papers.peet2019.claims.theory import GROUPS, UNMET, told_of_symmetry, unmet
 from papers.peet2019.printed import DATA, EXAMPLES
 from replication.audit.declare import contrast
 from replication.audit.model import Proof, Results
@@ -22,9 +22,9 @@ SMALL = 0.01
 """The same for Γ, which is drawn smaller than the other data, so that the operator is coercive."""
 
 
-def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof:
-    """The identity of Sec. VI fails with these terms as printed and holds with all of them corrected."""
-    found = results["identities"]
+def terms(erratum: str, results: Results, note: str = "") -> Proof:
+    """The identity of Sec. VI fails with the terms of an erratum as printed and holds with all of them corrected."""
+    found, misprints = results["identities"], GROUPS[erratum]
     theorem_3 = found["theorem_3"]
     return contrast(
         f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI agree to "
@@ -37,11 +37,7 @@ def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof
 
 def signs(results: Results) -> Proof:
     """The identity needs the corrected signs, and with the printed ones no ε > 0 is met."""
-    found = terms(
-        ("d-sign", "f-sign"),
-        results,
-        note=f" Theorem and proof print them alike. {UNMET}",
-    )
+    found = terms("theorem-3-signs", results, note=f" Theorem and proof print them alike. {UNMET}")
     return msgspec.structs.replace(found, holds=found.holds and not unmet(results).holds)
 
 
@@ -108,7 +104,7 @@ def caption(results: Results) -> Proof:
     return Proof(
         holds=abs(gains["2"] - level) < 0.005 < abs(gains["3"] - level),
         text="The text on Example 2, System (11), refers to Fig. 1. The level in its caption, with one delay of 1 s, "
-        "is its own; System (12) has two delays.",
+        f"is its own; System (12) has two delays. {CONVERSION}",
         quantities={
             f"least level of Theorem 3 found, degree 3, Example {example}": round(gain, DIGITS)
             for example, gain in gains.items()
@@ -170,8 +166,20 @@ def hats(results: Results) -> Proof:
     )
 
 
-def _groups(*misprints: str, note: str = "") -> Callable[[Results], Proof]:
-    return partial(terms, misprints, note=note)
+def coercivity(results: Results) -> Proof:
+    """⟨e, 𝒫e⟩ less that of P − εI and S_i − εI, against both right sides."""
+    found = results["identities"]["coercive"]
+    return contrast(
+        "By (8) and the inner product of Sec. IV the difference is ετ_K(|x|² + Σ∫|φ_i|²), which is ε‖e‖² where τ_K = 1 "
+        "alone. It has no consequence: it is at least ε·min(1, τ_K)·‖e‖², so that 𝒫 is coercive all the same.",
+        {"largest residual, corrected, ε = 1": found["corrected"]["largest"]},
+        {"median residual, as printed, ε = 1": found["printed"]["median"]},
+        wrong=WRONG,
+    )
+
+
+def _groups(erratum: str, note: str) -> Callable[[Results], Proof]:
+    return partial(terms, erratum, note=note)
 
 
 def _factor(misprint: str, wrong: float, note: str = "") -> Callable[[Results], Proof]:
@@ -182,15 +190,13 @@ PROOFS: dict[str, Callable[[Results], Proof]] = {
     "theorem-3-signs": signs,
     "theorem-1-self-adjoint": not_self_adjoint,
     "theorem-1-bounded": not_bounded,
-    "theorem-3-transposes": _groups(
-        "e-transposes", "d-transposes", note=" The proof (Δ_j, E_1i, E_2i, E_3i) prints them right."
-    ),
-    "eq-10-factor": _groups(
-        "eq10-factor", "g2-factor", note=f" Our copy shows no second row of (10). {CONVERSION}"
-    ),
-    "theorem-3-names": _groups("z0-name", note=f" Tried is Z_1 in T_00; the others are names alone. {CONVERSION}"),
+    "theorem-3-transposes": _groups("theorem-3-transposes", " The proof (E_1i, E_2i, E_3i) prints them right."),
+    "theorem-3-row": _groups("theorem-3-row", f" The proof (Δ_j) prints it right. {CONVERSION}"),
+    "theorem-3-coercive": coercivity,
+    "eq-10-factor": _groups("eq-10-factor", f" Our copy shows no second row of (10). {CONVERSION}"),
+    "theorem-3-names": _groups("theorem-3-names", f" (10) and D_2 have the right name. {CONVERSION}"),
     "proof-square": _groups(
-        "theorem-1-sign", note=" Tried is the square, for every v; that v ∈ R^p is a matter of dimensions."
+        "proof-square", " Tried is the square, for every v; that v ∈ R^p is a matter of dimensions."
     ),
     "theorem-4-factors": _factor("square alone", SMALL, CONVERSION),
     "theorem-4-square": _factor("factor alone", WRONG, CONVERSION),

@@ -249,7 +249,7 @@ def plot_cost(figure: FigureData) -> Any:
 def _plot_cloud(axis: Any, name: str, products: Sequence[float], costs: Sequence[float]) -> None:
     colour, dashes, marker = STYLES[name]
     axis.loglog(products, costs, marker, markersize=4, color=colour, markerfacecolor="none")
-    points = [(k, cost) for k, cost in zip(products, costs, strict=True) if k >= FROM_PRODUCT]
+    points = _fitted(products, costs)
     slope = exponent(points)
     at = math.exp(sum(math.log(cost / k**slope) for k, cost in points) / len(points))
     ends = [min(points)[0], max(points)[0]]
@@ -271,9 +271,14 @@ def _power(slope: float) -> str:
 
 
 def growth(figure: FigureData, x: str, y: str) -> float:
-    """Exponent with which one column grows with another, from the product on from which it is asked."""
-    pairs = zip(figure.columns[x], figure.columns[y], strict=True)
-    return exponent([pair for pair in pairs if pair[0] >= FROM_PRODUCT])
+    """Exponent with which one column grows with another, over the products of which it is asked."""
+    return exponent(_fitted(figure.columns[x], figure.columns[y]))
+
+
+def _fitted(products: Sequence[float], costs: Sequence[float]) -> list[tuple[float, float]]:
+    """Of a cloud, what lies between the least product that is fitted and the largest that the paper prints."""
+    largest = max(n * k for n, k, _ in published())
+    return [pair for pair in zip(products, costs, strict=True) if FROM_PRODUCT <= pair[0] <= largest]
 
 
 def _say_cost(figure: FigureData) -> str:
@@ -288,7 +293,8 @@ def _describe_cost(figure: FigureData) -> str:
         f"exponent {growth(figure, x, y):.2f} (near {growth(figure, x, y):.1f})"
         for name, x, y in CLOUDS
     ]
-    return f"All rise with nK (exponents from nK = {FROM_PRODUCT}): {'; '.join(parts)}."
+    largest = max(c["published_product"])
+    return f"All rise with nK (exponents from nK = {FROM_PRODUCT} to {largest:g}): {'; '.join(parts)}."
 
 
 FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {

@@ -89,18 +89,16 @@ def output_rate(results: Results) -> Proof:
 
 @ERRATA.misprint("prediction-error-term", "eq. (14)", "‖K L‖ e_p(t_k)", "‖K L‖ |e_p(t_k)| (t − t_k)", "bounds")
 def prediction_error_term(results: Results) -> Proof:
-    """(14) with a negative e_p, with its modulus over a long period, and with modulus and t − t_k."""
+    """(14) with |e_p| alone over a long period, and with t − t_k too."""
     worst, slow = results["bounds"]["worst"], results["bounds"]["slow"]
     return Proof(
-        holds=worst["excess"] > 0 and slow["modulus"] > 1 >= max(worst["14"], slow["14"]),
+        holds=slow["modulus"] > 1 >= max(worst["14"], slow["14"]),
         text=(
-            "e_p = y_p − y has a sign. Where it is negative, just after t_k, the right side of (14) is negative and "
-            "the left side is not. With |e_p| alone (14) fails for a slow loop and a period of two seconds. The "
-            "integral of K ζ' has the term K L e_p (t − t_k); with ‖K L‖ |e_p| (t − t_k) the bound holds for every "
-            "loop and period."
+            "The factor t − t_k is missing: the integral of K ζ' has the term K L e_p (t − t_k). The bars of |e_p| may "
+            "have been lost by our copy. With |e_p| alone (14) fails for a slow loop at two seconds; with "
+            "‖K L‖ |e_p| (t − t_k) it holds for every loop and period. (16) repeats the want of the factor."
         ),
         quantities={
-            "as printed: largest left minus right, over the moduli on the right": worst["excess"],
             "slow loop, with |e_p|: left over right": slow["modulus"],
             "slow loop, with |e_p| and t − t_k: left over right": slow["14"],
             "with |e_p| and t − t_k: largest left over right": worst["14"],
@@ -116,7 +114,7 @@ def prediction_rate(results: Results) -> Proof:
     gap = results["theorem"]["increment_rate_gap"]
     return contrast(
         "Between two fast instants (6) follows the model, whose state is ζ_p; ζ follows (3), which is corrected by the "
-        "measurement. The next sentence of the text then has C A (x − ζ_p) for C A ξ.",
+        "measurement. It does not mend the proof: the next sentence then has C A (x − ζ_p), and not C A ξ.",
         {"largest departure over T with ζ_p, 1/s": gap["estimate, by the model"]},
         {"largest departure over T with ζ, 1/s": gap["estimate"]},
         zero=ROUND_OFF,

@@ -25,6 +25,7 @@ from papers.shao.printed import (
     FREQUENCIES,
     PMI,
     SRC,
+    SRC_SINGLE,
     START,
     table_1,
 )
@@ -100,15 +101,16 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{min(unstable)}, the largest {max(unstable)}.",
         "Nor does (18) suffice with our restarted predictor: the loop is stable at "
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
-        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in our simulation, "
-        f"and the table prints {table_1('DRC-APO')[0]} %.",
+        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in the steady "
+        f"state, and the table prints {table_1('DRC-APO')[0]} %.",
         "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
         "errs less throughout Table I.",
-        f"Which transient is better depends on the unprinted start: against slow-observer DRC-PMI, DRC-APO "
-        f"{_starts(results)}.",
+        "By integrated squared error against slow-observer DRC-PMI, the better transient depends on the unprinted "
+        f"start: DRC-APO {_starts(results)}.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
         "with T.",
-        "In (14) the prediction error lacks its modulus and the factor t − t_k; with both, (14) holds.",
+        "In (14) the factor t − t_k is missing, and perhaps the bars of |e_p|, which our copy may have lost; with both "
+        "(14) holds.",
         "The printed example does not meet (18), which the text does not claim: its left side is "
         f"{short(theorem['motor']['condition'], 2)}.",
         f"If DRC-PMI knew the state at each measurement, it would err by {exact[0]:.2f} to {exact[-1]:.2f} %: the rest "
@@ -132,8 +134,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "Sampling folds the fast mode of the motor: DRC-APO is stable for T in at least "
         f"{sum(stable for stable, _ in groupby(row[0] < 1.0 for row in results['eigenvalues']['moduli'][APO]))} "
         "separate ranges.",
-        f"SRC is unstable, as the text says: its dominant mode grows {table['radius'][SRC]:.2f}-fold in each slow "
-        "period.",
+        f"SRC is unstable, as the text says: its dominant mode grows {table['radius'][SRC]:.2f}-fold with observer (2) "
+        f"held over M T, {table['radius'][SRC_SINGLE]:.2f}-fold with one correction.",
     )
 
 

@@ -47,6 +47,8 @@ READINGS = ReadingSpace(MOTOR, DESIGN, tuple(START.tolist()), FREQUENCIES)
 
 SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
 """The literal readings of SRC, DRC-PMI (observer (2) at M T, the model alone between) and DRC-APO."""
+SRC_SINGLE = "single_rate_correction"
+"""Another reading of SRC: (7) corrected once in M T."""
 COLUMNS = {"pmi": PMI, "apo": APO}
 """The columns of Table I that hold numbers, under the names that claims and figures give them."""
 HELD, SINGLE, SLOW_INPUT = "held_measurement", "single_correction", "slow_input_interpolation"
@@ -58,7 +60,8 @@ APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 
 LABELS = {
-    SRC: "SRC",
+    SRC: "SRC, slow observer",
+    SRC_SINGLE: "SRC, one correction and model",
     PMI: "DRC-PMI, slow observer and model",
     HELD: "DRC-PMI, y held",
     SINGLE: "DRC-PMI, one correction and model",
@@ -98,6 +101,8 @@ INTERPOLATIONS: Mapping[str, str] = {
     "pmi-slow-input": SLOW_INPUT,
 }
 """Observers that may be meant by DRC-PMI, by reading."""
+SINGLE_RATES: Mapping[str, str] = {LITERAL: SRC, "src-one-correction": SRC_SINGLE}
+"""Observers that may be meant by SRC, by reading."""
 STARTS: Mapping[str, Start] = {
     "start-zero": Start.ZERO,
     "start-output": Start.OUTPUT,

@@ -37,8 +37,8 @@ WIDTH = "1/1000000"
 """Largest relative distance of the bounds of an exact gain that is asked of a certificate."""
 LEVEL_BITS = 40
 CARRIED_OUT = (
-    "single_rate", "model_interpolation", "held_measurement", "single_correction", "slow_input_interpolation",
-    "alternating_predictive", "running_prediction", "fast_sensor",
+    "single_rate", "single_rate_correction", "model_interpolation", "held_measurement", "single_correction",
+    "slow_input_interpolation", "alternating_predictive", "running_prediction", "fast_sensor",
 )  # fmt: skip
 """The observers of dual-rate loops that the verifier carries out."""
 

@@ -28,7 +28,7 @@ from replication.audit.judge.numerals import BEYOND, CROWDED
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import parse
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
-from replication.audit.model import Evidence, How, Kind, OverInputs, Verdict
+from replication.audit.model import Evidence, How, Kind, OverInputs, Policy, Verdict
 from replication.audit.parts import Table
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import anchor, targets, views
@@ -362,6 +362,23 @@ def test_words_of_a_paper_stand_where_they_are_told(made: ResultsFile) -> None:
     assert "What would settle it:</strong> reference [7]." in page
     assert ", assuming <bdi>few words, " in page
     assert "1 perhaps a slip of our copy)" in page and ", perhaps a slip of " in page
+
+
+def test_a_claim_that_agrees_under_some_readings_says_under_how_many(made: ResultsFile) -> None:
+    """And what would settle it; one that agrees under all, chosen with the print in view, names the choice."""
+    record = next(claim for claim in made.claims if claim.claim.printed and len(claim.evidence.outcomes) > 1)
+
+    def said(readings: tuple[int, int], *policies: Policy, settled_by: str = "") -> str:
+        judgement = replace(record.judgement, verdict=Verdict.COMPATIBLE, readings=readings, policies=policies)
+        changed = replace(record, judgement=judgement, evidence=replace(record.evidence, settled_by=settled_by))
+        claims = tuple(changed if claim is record else claim for claim in made.claims)
+        page = render(replace(made, claims=claims, figures=()), Path())
+        return text_of(html5lib.parse(evidence(page)[anchor("claim", record.id)]))
+
+    told = said((2, 3), Policy.SOME, settled_by="the first part")
+    assert "It agrees under 2 of 3 readings of the text. What would settle it: the first part." in told
+    assert "It agrees under 2 of 3 readings of the text once corrected." in said((2, 3), Policy.ERRATUM)
+    assert "under 3 of 3" not in said((3, 3)) and "under a choice that the paper does not make." in said((3, 3))
 
 
 def test_a_claim_shows_its_reading_and_the_outcome_under_each(

@@ -15,7 +15,7 @@ from faults import Fault, Results, all_of, full, put, times, verdict
 
 from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
-from papers.peet2019.claims.gains import POSITIVE, UNSHARP, conservative, outcomes
+from papers.peet2019.claims.gains import POSITIVE, UNSHARP, conservative, missed, outcomes
 from papers.peet2019.claims.theory import LOOPS
 from papers.peet2019.experiments.declared import OFF_THE_PRINT, degrees_of
 from papers.peet2019.experiments.identities import MISPRINTS
@@ -38,7 +38,12 @@ def agreeing() -> Results:
     """Results with which every claim that can be checked agrees with the text, degree 1 of Examples 2 and 3 too."""
     found: Results = {
         "lmi-3": {"trials": 3, "largest": 0.9, "smallest": 0.8, "storage": 0.1, "form": 1e-15, "reversed": 2},
-        "identities": {"trials": 3, "delays": [1, 2], "theorem_3": dict.fromkeys(MISPRINTS, WRONG) | {"none": ROUNDED}},
+        "identities": {
+            "trials": 3,
+            "delays": [1, 2],
+            "theorem_3": dict.fromkeys(MISPRINTS, WRONG) | {"none": ROUNDED},
+            "coercive": {"corrected": ROUNDED, "printed": WRONG},
+        },
         "inversion": {
             "trials": 3,
             "points": 9,
@@ -139,7 +144,7 @@ def alterations() -> list[tuple[str, Fault]]:
         ("theory.no-gains", put("no-gains/gap", 1e-6)),
         ("ex1.no-lower-bound", put("reference.ex1/chebyshev", by(0.999))),
         *(("examples.one-disturbance", put(f"small.ex{name}/level", 0.0011)) for name in EXAMPLES),
-        ("observer.lumped-states", put("lumped.ex2/relative/0", -0.02)),
+        ("observer.lumped-states", put("lumped.ex2/alone/0", 0.02)),
         ("fig1.below-level", put("fig1/scan/0/gain", 2.34)),
         ("fig1.below-level", put("sos.ex2.d3/tensor/gamma", 2.34)),
         ("scaling.desktop", put("measured/cells/0/gamma", None)),
@@ -299,6 +304,23 @@ def test_a_bound_is_conservative_under_the_rules_whose_level_misses_the_digits_o
     assert any("; 2 other rules miss printed digits" in finding for finding in PAPER.findings(full(PAPER, results)))
 
 
+def test_the_rules_that_miss_prints_from_degree_two_on_are_named() -> None:
+    results = copy.deepcopy(agreeing())
+    assert missed(results) == ()
+    results["rules"]["z2-inner"]["2"][str(DATA["text-2-degree"])] *= 1.01
+    assert missed(results) == ("z2-inner",)
+    results["rules"]["z2-outer"]["3"]["2"] *= 1.001
+    assert any("only under z2-outer and z2-inner;" in finding for finding in PAPER.findings(full(PAPER, results)))
+
+
+def test_the_accuracy_of_the_observer_alone_decides_on_lumped_states() -> None:
+    """The text lumps the observer: a plant that is lumped too is told, and does not count."""
+    claim, results = CLAIMS["observer.lumped-states"], copy.deepcopy(agreeing())
+    put("lumped.ex2/relative/0", -0.5)(results)
+    assert verdict_on(claim, results) is Verdict.CONSISTENT
+    assert [one.holds for one in claim.answer(full(PAPER, results)).outcomes] == [True, False, False]
+
+
 def not_an_inverse(results: Results) -> None:
     """No formula of Theorem 4 or Lemma 5 gives the inverse or the gains."""
     found = results["inversion"]
@@ -306,7 +328,10 @@ def not_an_inverse(results: Results) -> None:
 
 
 REFUTING: dict[str, tuple[Fault, ...]] = {
-    "identities": (put("identities/theorem_3", dict.fromkeys(MISPRINTS, ROUNDED)),),
+    "identities": (
+        put("identities/theorem_3", dict.fromkeys(MISPRINTS, ROUNDED)),
+        put("identities/coercive/printed", ROUNDED),
+    ),
     "printed-signs": (put("printed-signs/0.001/refuted", False),),
     "inversion": (not_an_inverse,),
     "hats": (put("hats/norm", 0.9),),

@@ -39,7 +39,7 @@ from papers.shao.printed import (
     READINGS,
     RESTARTED,
     SINGLE,
-    SRC,
+    SINGLE_RATES,
     START,
     STARTS,
     STATE,
@@ -80,9 +80,11 @@ def table(simulated_periods: int) -> dict[str, Any]:
     ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
     innovation: the model alone, corrected at each measurement by a gain on y − C ζ, for L and for half of it.
-    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY.
+    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
+    radius where the state itself is fed back at the slow instants.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
+    slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[STATE](model), slow_command=True))
     stable = [name for name in OBSERVERS if radii[name] < 1]
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
     return {
@@ -97,6 +99,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
         "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
         "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
         "radius": radii,
+        "slow_feedback": stability_radius(slow_feedback),
         "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
@@ -139,8 +142,8 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
     """Responses of Figs. 2 and 3 from the printed x(0) and each reading of ζ(0), and time constants −M T/ln(radius), s.
 
     energy: integral of the square of what the tracking error is apart from its steady state, rad² s; energy_error: the
-    largest bound of its error. excited: for each reference of Table I, the share of SRC's unstable mode in the offset
-    at t = 0.
+    largest bound of its error. excited: for each observer of SRC and each reference of Table I, the share of the
+    unstable mode in the offset at t = 0.
     """
     sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
     energies = {
@@ -166,7 +169,10 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
             missed for of in energies.values() for found in of.values() for _, missed in found.values()
         ),
         "time_constants": {name: _time_constant(literal_loop(name, 1.0)) for name in COMPARED},
-        "excited": {choice: [_excitation(literal_loop(SRC, f), choice) for f in FREQUENCIES] for choice in STARTS},
+        "excited": {
+            name: {choice: [_excitation(literal_loop(name, f), choice) for f in FREQUENCIES] for choice in STARTS}
+            for name in SINGLE_RATES.values()
+        },
     }
 
 

@@ -208,6 +208,11 @@ def single_rate(model: SampledModel) -> Observer:
     return replace(_phases(_holding, model), slow_command=True)
 
 
+def single_rate_correction(model: SampledModel) -> Observer:
+    """`single_correction` whose controller, too, acts at phase 0 only."""
+    return replace(single_correction(model), slow_command=True)
+
+
 def model_interpolation(model: SampledModel) -> Observer:
     """`held_measurement` read at phase 0 only, the model carrying the estimate between. State (ζ, y held, x̂)."""
     return _phases(_interpolating, model)
@@ -246,6 +251,7 @@ OBSERVERS: Mapping[str, Builder] = {
     builder.__name__: builder
     for builder in (
         single_rate,
+        single_rate_correction,
         held_measurement,
         model_interpolation,
         single_correction,

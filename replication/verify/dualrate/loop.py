@@ -29,6 +29,7 @@ class Observer(StrEnum):
     """What estimates the state between two measurements."""
 
     SRC = "single_rate"
+    SRC_SINGLE = "single_rate_correction"
     PMI = "model_interpolation"
     HELD = "held_measurement"
     SINGLE = "single_correction"
@@ -42,6 +43,7 @@ class Observer(StrEnum):
         """The loop with it, in a sentence."""
         return {
             Observer.SRC: "the single-rate loop",
+            Observer.SRC_SINGLE: "the single-rate loop with one correction in a slow period",
             Observer.PMI: "the loop with model interpolation",
             Observer.HELD: "the loop with the measurement held over the slow period",
             Observer.SINGLE: "the loop with one correction in a slow period",
@@ -58,16 +60,20 @@ OBSERVER = sized(one_of, Observer)
 
 def held_over(*observers: Observer) -> str:
     """For how long a command is held in loops with these observers."""
-    single = Observer.SRC in observers
-    return "T" if not single else "M T" if set(observers) == {Observer.SRC} else "T, over M T in the single-rate loop"
+    single = [observer in SINGLE_RATE for observer in observers]
+    return "M T" if all(single) else "T, over M T in the single-rate loop" if any(single) else "T"
 
 
+SINGLE_RATE = (Observer.SRC, Observer.SRC_SINGLE)
+"""Those whose controller, too, acts at the slow instants only."""
 INTERPOLATED = {
     Observer.HELD: "pmi-held",
     Observer.SINGLE: "pmi-one-correction",
     Observer.SLOW_INPUT: "pmi-slow-input",
 }
 """Readings of the manuscript under which an observer is that of DRC-PMI; it is PMI under the others."""
+ALTERNATIVES = {Observer.SRC_SINGLE: "src-one-correction", **INTERPOLATED}
+"""The same of SRC and DRC-PMI; the observer of SRC is SRC under the others."""
 
 
 Command = Callable[[int], acb]
@@ -164,7 +170,7 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
         inputs.append(u)
         predicted, carried = A * zeta + B * u, A * used + B * u
         step = C * (predicted - zeta)
-        alone = observer is Observer.SINGLE and phase > 0
+        alone = observer in (Observer.SINGLE, Observer.SRC_SINGLE) and phase > 0
         known = first if observer is Observer.SLOW_INPUT else u
         x, zeta = A * x + B * u, predicted if alone else F * zeta + G * known + H * measured
         if observer is Observer.APO:  # (6)
@@ -174,7 +180,7 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
         elif observer is Observer.FAST:
             measured = C * x
         used = carried if observer in (Observer.PMI, Observer.SLOW_INPUT) else zeta
-        if observer is not Observer.SRC:
+        if observer not in SINGLE_RATE:
             u = K * used + _row(command(phase + 1), x.ncols())
     return Passage(states=states, used=estimates, inputs=inputs, state=x, estimate=zeta)
 

@@ -10,7 +10,7 @@ from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import below, complex_of, root_near, without_root
 from replication.verify.dualrate.loop import (
-    INTERPOLATED,
+    ALTERNATIVES,
     OBSERVER,
     Loop,
     Observer,
@@ -43,7 +43,7 @@ RADIUS = "spectral radius over a slow period"
 def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """Readings of the manuscript under which it speaks of this loop, or compares it with others by that number."""
     observer = parameters["observer"]
-    return (INTERPOLATED[observer],) if observer in INTERPOLATED else (NO_READING, "literal", "slowest-mode")
+    return (ALTERNATIVES[observer],) if observer in ALTERNATIVES else (NO_READING, "literal", "slowest-mode")
 
 
 STARTS: Mapping[str, Callable[[Loop], list[fmpq]]] = {

@@ -25,6 +25,7 @@ SPOKEN = (
 )
 WORDS = {
     "single_rate": "the single-rate loop",
+    "single_rate_correction": "the single-rate loop with one correction in a slow period",
     "model_interpolation": "model interpolation",
     "held_measurement": "the measurement held over the slow period",
     "single_correction": "one correction in a slow period",
@@ -67,7 +68,7 @@ class Loop:
             model = Phi @ zeta + Gamma @ u
             running = Phi @ used + Gamma @ u
             following = self.F @ zeta + self.G @ (first if observer == "slow_input_interpolation" else u) + self.H @ y
-            if observer == "single_correction" and k > 0:
+            if observer in ("single_correction", "single_rate_correction") and k > 0:
                 following = model
             virtual = self.C @ model
             if observer == "running_prediction":  # a step on from the last measurement, true or virtual
@@ -79,7 +80,7 @@ class Loop:
                 y = self.C @ x
             interpolated = observer in ("model_interpolation", "slow_input_interpolation")
             used = running if interpolated else zeta
-            if observer != "single_rate":
+            if observer not in ("single_rate", "single_rate_correction"):
                 u = self.K @ used + command(k + 1)
         return np.vstack([x, zeta]), seen
 
