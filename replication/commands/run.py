@@ -65,7 +65,8 @@ def audit(chosen: argparse.Namespace) -> int:
     target = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
     drawings = chosen.figures or root / "figures"
     directory = project.cache
-    last = Last(root, [drawings, target / "results.json", target / "index.html"], wanted, directory)
+    written = [drawings, *(target / name for name in ("results.json", "index.html", "articles"))]
+    last = Last(root, written, wanted, directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
         say(said.lines)
         say_tutorials(said.tutorials)
