@@ -75,8 +75,7 @@ def _read(html: str) -> list[str]:
 
 def numbers_of(source: Any) -> set[float | Fraction]:
     """All numbers inside dataclasses, structs, mappings and sequences, at any depth; texts and flags hold none."""
-    found, met = set[float | Fraction](), set[int]()
-    waiting = [source]
+    found, met, waiting = set[float | Fraction](), set[int](), [source]
     while waiting:
         part = waiting.pop()
         if isinstance(part, bool | str | bytes) or part is None or id(part) in met:

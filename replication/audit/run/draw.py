@@ -88,10 +88,9 @@ class Drawings:
     def __init__(self, papers: Sequence[Paper], directory: Path, *, cache: Cache, root: Path) -> None:
         self._directory, self._cache, self._root = directory, cache, root
         self._tree, self._environment = SourceTree(default_packages(root)), read_environment(root)
-        self._figures = _figures(papers)
-        self._records: dict[str, FigureRecord] = {}
-        self.traced: dict[str, str] = {}
-        self.untraced: set[str] = set()
+        self._figures = [(paper, figure) for paper in papers for figure in paper.figures]
+        self._records = dict[str, FigureRecord]()
+        self.traced, self.untraced = dict[str, str](), set[str]()
 
     @property
     def records(self) -> tuple[FigureRecord, ...]:
@@ -130,13 +129,9 @@ def kept_figures(
     papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path, environment: Environment
 ) -> dict[str, Kept | None]:
     """By name of the figure what is kept of it, None if it is out of date; environment: `read_environment(root)`."""
-    tree = SourceTree(default_packages(root))
-    asked = _asked(_figures(papers), results, cache, root, tree, environment)
+    figures = [(paper, figure) for paper in papers for figure in paper.figures]
+    asked = _asked(figures, results, cache, root, SourceTree(default_packages(root)), environment)
     return {figure.name: kept for _, figure, _, kept in asked}
-
-
-def _figures(papers: Sequence[Paper]) -> list[tuple[Paper, Figure]]:
-    return [(paper, figure) for paper in papers for figure in paper.figures]
 
 
 def _asked(
@@ -147,7 +142,7 @@ def _asked(
     tree: SourceTree,
     environment: Environment,
 ) -> Iterator[tuple[Paper, Figure, Dependencies, Kept | None]]:
-    """One depends on the files of its paper and of the drawing, its texts, and the results that it uses.
+    """A figure depends on the files of its paper and of the drawing, its texts, and the results that it uses.
 
     Its functions may hold values of the module that made them, so all files of the paper count.
     """

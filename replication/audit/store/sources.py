@@ -310,8 +310,7 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
     texts = tuple(match[2].decode() for match in _FILE.finditer(content))
     sha256 = hashlib.sha256(content).hexdigest()
-    holds = path.name == "__init__.py" or path.with_suffix("").is_dir()
-    bound = frozenset(_bound(tree) if holds else ())
+    bound = frozenset(_bound(tree) if path.name == "__init__.py" or path.with_suffix("").is_dir() else ())
     return _Module(sha256=sha256, imports=imports, texts=texts, bound=bound, dynamic=bool(_DYNAMIC.search(content)))
 
 
