@@ -100,6 +100,30 @@ def test_figures_are_drawn_again_only_if_they_must_be(ran: Lab) -> None:
     assert drawing.read_bytes() != whole
 
 
+def test_figures_are_drawn_while_other_experiments_still_run(lab: Lab) -> None:
+    """Seen where a later experiment is interrupted; the next run leaves what is drawn."""
+    stop = "import os\n    if os.environ.get('STOP'):\n        raise KeyboardInterrupt\n    "
+    lab.edit("toy2020/lengthy.py", "time.sleep(", f"{stop}time.sleep(")
+    drawing = lab.root / "figures" / "toy2020-fig1.svg"
+    assert lab.cli("run", STOP="1").returncode == 130
+    before = drawing.stat().st_mtime_ns
+    assert not (lab.root / "report" / "results.json").exists()
+    assert "experiments: 2 computed, 3 reused, 0 failed" in lab.cli("run").stdout
+    assert drawing.stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize("width", ["os.environ['WIDTH']", "subprocess.check_output(['printenv', 'WIDTH'])"])
+def test_what_a_figure_reads_is_looked_at_by_the_next_run(ran: Lab, width: str) -> None:
+    """What a program reads cannot be followed: then the figure is drawn by every run."""
+    ran.edit("toy2020/claims.py", '["square"])\n    return', f'["square"], linewidth=float({width}))\n    return')
+    ran.edit("toy2020/claims.py", "    drawing = Drawing()", "    import os, subprocess\n\n    drawing = Drawing()")
+    drawing = ran.root / "figures" / "toy2020-fig1.svg"
+    assert ran.cli("run", WIDTH="1").returncode == 0
+    before = drawing.read_bytes()
+    assert ran.cli("run", WIDTH="2").returncode == 0
+    assert drawing.read_bytes() != before
+
+
 def test_report_alone_computes_nothing(ran: Lab) -> None:
     page = ran.root / "report" / "index.html"
     before = page.read_bytes()

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,7 +57,7 @@ depend on are unchanged. The report goes to report/; a run of some papers only g
 def audit(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
     from replication.audit.run.last import Last, Said
-    from replication.audit.run.tracing import labels, traced, untraced
+    from replication.audit.run.tracing import traced
 
     executor = _executor(chosen)
     project = here()
@@ -64,7 +65,8 @@ def audit(chosen: argparse.Namespace) -> int:
     target = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
     drawings = chosen.figures or root / "figures"
     directory = project.cache
-    last = Last(root, [drawings, target / "results.json", target / "index.html"], wanted, directory)
+    written = [drawings, *(target / name for name in ("results.json", "index.html", "articles"))]
+    last = Last(root, written, wanted, directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
         say(said.lines)
         say_tutorials(said.tutorials)
@@ -74,10 +76,9 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.audit.declare import unlisted
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.draw import draw_figures
+    from replication.audit.run.draw import Drawings
     from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
-    from replication.audit.store.sources import SourceTree, default_packages
     from replication.files import require_writable
 
     with traced(root) as loading:
@@ -89,27 +90,24 @@ def audit(chosen: argparse.Namespace) -> int:
     require_writable(drawings, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     limit = chosen.timeout or TIMEOUT
-    outcome = run(papers, cache=cache, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
-    with traced(root) as drawing:
-        drawn = draw_figures(papers, outcome.results_by_experiment, drawings, cache=cache, root=root)
-    results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), target / "results.json")
+    figures = Drawings(papers, drawings, cache=cache, root=root)
+    audited = partial(run, papers, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
+    outcome = audited(cache=cache, ended=figures.draw)
+    results = _dated(msgspec.structs.replace(outcome.results, figures=figures.records), target / "results.json")
     remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, drawings, project.folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
     say_report(results, drawings, target / "index.html")
     code = _code(results, outcome.failures)
-    tree = SourceTree(default_packages(root))
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
     if cache.write and code != FAILED and whole:
         # What a run says that finds all of this done.
         log = [replace(step, action=Action.REUSED) for step in outcome.log]
         lines = (*run_lines(results, log, ()), *remarks, f"report: {target / 'index.html'}")
         said = Said(lines=lines, tutorials=tutorials(results), code=code)
-        loose = [*outcome.untraced, *untraced(drawing, tree, ())]
-        last.keep(said, loading, [*outcome.traced, *labels(drawing, tree, ())], loose)
+        last.keep(said, loading, [*outcome.traced, *figures.traced], [*outcome.untraced, *figures.untraced])
     if not chosen.twice:
         return code
-    unread = replace(cache, read=False, write=False)
-    again = run(papers, cache=unread, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
+    again = audited(cache=replace(cache, read=False, write=False))
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)

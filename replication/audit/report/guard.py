@@ -52,7 +52,7 @@ def require_sourced(page: Mapping[str, str], *sources: Any) -> None:
     sources: what the page was made from, first of all the results; dataclasses, structs, mappings and sequences are
     looked through for numbers, and the texts of the first one for numbers in words.
     """
-    known = sorted({abs(Fraction(number)) for source in sources for number in numbers_of(source)})
+    known = sorted({abs(Fraction(number)) for number in numbers_of(sources)})
     words = {number.group() for text in _texts(sources[0]) for number in _numbers(text)}
     for name, html in page.items():
         for text in _read(html):
@@ -73,15 +73,19 @@ def _read(html: str) -> list[str]:
     return reader.texts
 
 
-def numbers_of(source: Any) -> Iterator[float | Fraction]:
+def numbers_of(source: Any) -> set[float | Fraction]:
     """All numbers inside dataclasses, structs, mappings and sequences, at any depth; texts and flags hold none."""
-    if isinstance(source, bool | str | bytes) or source is None:
-        return
-    if isinstance(source, int | float | Fraction):
-        yield source
-    else:
-        for part in _parts(source):
-            yield from numbers_of(part)
+    found, met, waiting = set[float | Fraction](), set[int](), [source]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, bool | str | bytes) or part is None or id(part) in met:
+            continue
+        if isinstance(part, int | float | Fraction):
+            found.add(part)
+        else:
+            met.add(id(part))  # a record is part of many views
+            waiting.extend(_parts(part))
+    return found
 
 
 def _texts(source: Any) -> Iterator[str]:

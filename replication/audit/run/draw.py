@@ -23,6 +23,7 @@ from replication.audit.judge.typed import require_found
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
 from replication.audit.run.chance import copied
+from replication.audit.run.pool import Step
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry, encode
@@ -74,63 +75,87 @@ def _read(path: Path) -> Mapping[str, tuple[float, ...]]:
         return {}
 
 
-Kept = tuple[FigureRecord, list[str]]
-"""The record of a figure, and the checksums with which its files were left."""
+Kept = tuple[FigureRecord, list[str], Mapping[str, str]]
+"""The record of a figure, the checksums with which its files were left, and the state of what it read."""
 
 
-def draw_figures(
-    papers: Sequence[Paper], results: Mapping[str, Any], directory: Path, *, cache: Cache, root: Path
-) -> tuple[FigureRecord, ...]:
-    """The records of all figures, whose files it writes into `directory`, drawing what is out of date."""
-    records, tree = [], SourceTree(default_packages(root))
-    for paper, figure, dependencies, kept in _asked(papers, results, cache, root, tree, read_environment(root)):
+class Drawings:
+    """The figures of `papers`, each drawn into `directory` as soon as the experiments that it uses have ended.
+
+    traced: the state of all that they read. untraced: what they did that cannot be followed.
+    """
+
+    def __init__(self, papers: Sequence[Paper], directory: Path, *, cache: Cache, root: Path) -> None:
+        self._directory, self._cache, self._root = directory, cache, root
+        self._tree, self._environment = SourceTree(default_packages(root)), read_environment(root)
+        self._figures = [(paper, figure) for paper in papers for figure in paper.figures]
+        self._records = dict[str, FigureRecord]()
+        self.traced, self.untraced = dict[str, str](), set[str]()
+
+    @property
+    def records(self) -> tuple[FigureRecord, ...]:
+        """Of the figures that are done, in the order of the papers."""
+        return tuple(self._records[figure.name] for _, figure in self._figures if figure.name in self._records)
+
+    def draw(self, steps: Mapping[str, Step]) -> None:
+        """Draw those that wait for no other experiments than these, which have ended, where they are out of date."""
+        waiting = [asked for asked in self._figures if asked[1].name not in self._records]
+        ready = [asked for asked in waiting if steps.keys() >= {*asked[1].uses}]
+        results = {name: step.entry.result for name, step in steps.items() if step.entry is not None}
+        for asked in _asked(ready, results, self._cache, self._root, self._tree, self._environment):
+            self._records[asked[1].name] = self._drawn(results, *asked)
+
+    def _drawn(
+        self, results: Mapping[str, Any], paper: Paper, figure: Figure, dependencies: Dependencies, kept: Kept | None
+    ) -> FigureRecord:
+        directory, tree = self._directory, self._tree
         if kept is not None and kept[1] == checksums(directory, figure.name):
-            records.append(kept[0])
-            continue
-        with traced(root) as trace:
+            self.traced |= kept[2]
+            return kept[0]
+        with traced(self._root) as trace:
             trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
             record = write_figure(figure, paper.key, results, directory, tree)
-        if not (record.error or untraced(trace, tree, dependencies.sources)):
+        data, loose = labels(trace, tree, dependencies.sources), untraced(trace, tree, dependencies.sources)
+        self.traced |= data
+        self.untraced |= {*loose}
+        if not (record.error or loose):
             result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
-            data = labels(trace, tree, dependencies.sources)
             made = Entry(dependencies=dependencies, data=data, seconds=0.0, solvers=(), result=result)
-            cache.store(_entry(figure), made)
-        records.append(record)
-    return tuple(records)
+            self._cache.store(_entry(figure), made)
+        return record
 
 
 def kept_figures(
     papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path, environment: Environment
 ) -> dict[str, Kept | None]:
     """By name of the figure what is kept of it, None if it is out of date; environment: `read_environment(root)`."""
-    tree = SourceTree(default_packages(root))
-    return {figure.name: kept for _, figure, _, kept in _asked(papers, results, cache, root, tree, environment)}
+    figures = [(paper, figure) for paper in papers for figure in paper.figures]
+    asked = _asked(figures, results, cache, root, SourceTree(default_packages(root)), environment)
+    return {figure.name: kept for _, figure, _, kept in asked}
 
 
 def _asked(
-    papers: Sequence[Paper],
+    figures: Sequence[tuple[Paper, Figure]],
     results: Mapping[str, Any],
     cache: Cache,
     root: Path,
     tree: SourceTree,
     environment: Environment,
 ) -> Iterator[tuple[Paper, Figure, Dependencies, Kept | None]]:
-    """All figures. One depends on the files of its paper and of the drawing, its texts, and the results that it uses.
+    """A figure depends on the files of its paper and of the drawing, its texts, and the results that it uses.
 
     Its functions may hold values of the module that made them, so all files of the paper count.
     """
     checksum = functools.cache(lambda name: _sha256(encode(name, results[name]).encode()))
-    drawing = tree.files_of(__name__)
-    for paper in papers:
+    for paper, figure in figures:
         module = f"{read_settings(root).papers}.{paper.key}"
-        files, packages = {**tree.files_of(module), **drawing}, loaded(tree.installed_of(module))
-        for figure in paper.figures:
-            inputs = encode(figure.name, {name: checksum(name) for name in figure.uses if name in results}, sort=True)
-            needed = Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs, loaded=packages)
-            entry = cache.lookup(_entry(figure), needed, partial(state, tree=tree)).entry
-            found = entry.result if entry is not None else {}
-            kept = (msgspec.convert(found["record"], FigureRecord), found["files"]) if found else None
-            yield paper, figure, needed, kept
+        files, packages = tree.files_of(module) | tree.files_of(__name__), loaded(tree.installed_of(module))
+        inputs = encode(figure.name, {name: checksum(name) for name in figure.uses if name in results}, sort=True)
+        needed = Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs, loaded=packages)
+        kept = None
+        if (entry := cache.lookup(_entry(figure), needed, partial(state, tree=tree)).entry) is not None:
+            kept = msgspec.convert(entry.result["record"], FigureRecord), entry.result["files"], entry.data
+        yield paper, figure, needed, kept
 
 
 def _entry(figure: Figure) -> str:

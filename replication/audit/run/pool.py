@@ -28,6 +28,8 @@ KILLED = (
     "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
     "or compiled code crashed, or the code ended it"
 )
+AHEAD = 4
+"""Tasks that wait beside the processes, which thus compute on while their parent stores a result or draws a figure."""
 
 
 class Executor(Protocol):
@@ -42,7 +44,7 @@ class Processes:
     """Processes of this machine, `jobs` of them, one per core if that is None; raises AuditError if it is below one.
 
     None of them is this one, which thus outlives all that a task may do. If a process ends, the tasks that were under
-    way are repeated one by one, so that the one to blame is found and no other one suffers.
+    way or next are repeated one by one, so that the one to blame is found and no other one suffers.
     """
 
     jobs: int | None = None
@@ -60,13 +62,13 @@ class Processes:
 
 
 def _computed(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
-    """The answers of so many processes, none with a task in advance; those under way when one ends are tried alone."""
+    """The answers of so many processes; tasks that are under way or next when one ends are tried alone."""
     waiting = list(tasks)
     while waiting:
         executor, running = _executor(min(jobs, len(waiting))), dict[Future[Answer], Task]()
         try:
             while waiting or running:
-                while waiting and len(running) < jobs:
+                while waiting and len(running) < (jobs + AHEAD if jobs > 1 else 1):
                     with _deaf_children():
                         running[executor.submit(compute, waiting[0])] = waiting[0]
                     del waiting[0]

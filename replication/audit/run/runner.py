@@ -68,6 +68,7 @@ def run(
     root: Path,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda line: None,
+    ended: Callable[[Mapping[str, Step]], None] = lambda done: None,
     packages: Mapping[str, Path] | None = None,
     timeout: float = TIMEOUT,
 ) -> Outcome:
@@ -77,7 +78,8 @@ def run(
     stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
     fails is an error in the records of what uses it and leaves the rest alone.
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
-    progress: told a line about each experiment that is computed. timeout: seconds of one that names none.
+    progress: told a line about each experiment that is computed. ended: told again and again of all that have ended,
+    while others still run. timeout: seconds of one that names none.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
     packages = packages or default_packages(root)
@@ -108,6 +110,8 @@ def run(
         for number, answer in enumerate(answers, 1):
             done[answer.name] = _finish(answer, plans[answer.name], cache, sources)
             progress(f"[{number}/{len(tasks)}] {done[answer.name]}")
+            ended(done)
+    ended(done)
     declared = set(map(canonical, environment.packages))
     versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
     imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}

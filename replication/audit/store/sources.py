@@ -37,7 +37,7 @@ class _Module:
     sha256: str
     imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
     texts: tuple[str, ...]  # that may name a file
-    bound: frozenset[str]  # the names that the module binds itself, at any depth
+    bound: frozenset[str]  # the names that it binds itself, at any depth; none if no module lies in it
     dynamic: bool  # whether it imports by a computed name
 
 
@@ -310,7 +310,7 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
     texts = tuple(match[2].decode() for match in _FILE.finditer(content))
     sha256 = hashlib.sha256(content).hexdigest()
-    bound = frozenset(_bound(tree))
+    bound = frozenset(_bound(tree) if path.name == "__init__.py" or path.with_suffix("").is_dir() else ())
     return _Module(sha256=sha256, imports=imports, texts=texts, bound=bound, dynamic=bool(_DYNAMIC.search(content)))
 
 
