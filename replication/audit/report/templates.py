@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -124,8 +124,13 @@ def style_sheet() -> str:
 def environment() -> Environment:
     """Templates in which a value that is forgotten or None is an error, and every string is text."""
     source("template.html.j2")
+    return _environment(SOURCES)
+
+
+@cache
+def _environment(folder: Path) -> Environment:
     made = Environment(
-        loader=FileSystemLoader(SOURCES),
+        loader=FileSystemLoader(folder),
         undefined=StrictUndefined,
         autoescape=True,
         trim_blocks=True,
