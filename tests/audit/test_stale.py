@@ -249,7 +249,6 @@ def test_a_run_that_finds_one_thing_changed_is_not_taken_for_the_last(tmp_path: 
     put(lab, {"requirements.lock": f"{PACKAGE}==0.9\n"}, 0)
     first = run(lab)
     assert "1 computed, 0 reused" in first and f"note: not as locked: {named(PACKAGE, 0)} 1.0 (locked 0.9), " in first
-    assert "0 computed, 1 reused" in run(lab)
     assert "1 computed, 0 reused" in run(lab, MODEL0="2")
     put(lab, {"requirements.lock": "numpy==0\n"}, 0)
     assert "1 computed, 0 reused" in run(lab, MODEL0="2")
