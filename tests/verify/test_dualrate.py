@@ -345,6 +345,10 @@ def test_an_own_plant_is_not_said_to_be_printed() -> None:
     assert check(own("lyapunov")).sentence.startswith("For this plant ")
 
 
+def test_a_ratio_of_2000_is_allowed() -> None:
+    assert read_loop({**committed("stable-apo")["plant"], "M": "2000"}).M == 2000
+
+
 def test_derivatives_of_order_20_are_allowed() -> None:
     assert check(own("feedforward", parameters__orders=[20, 1, 2])).holds is False
 
