@@ -39,7 +39,7 @@ def coq(tmp_path_factory: pytest.TempPathFactory) -> Coq:
 
 @needs_coq
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["optimum-2-1", "gains-38"])
+@pytest.mark.parametrize("name", ["optimum-1-1", "gains-38"])
 def test_a_certificate_is_proved(coq: Coq, name: str) -> None:
     assert checked(coq, ENTRIES[name], certificate(name)).line() == f"proved {PAPER}/{name}"
 
