@@ -6,13 +6,9 @@ ACHIEVED = 1e-7
 """Exact norm of returned gains over the optimum, relative."""
 BRACKET = 1.1e-8
 """Width of the bracket of an optimum, relative: the margin at which it is designed, and that of the norm."""
-NORM_BRACKET = 1.1e-9
-"""Width of the bracket of a norm whose peak is neither sharp nor flat, relative."""
 ROUNDING = 1e-10
 """The same quantity by two formulas in double precision, relative; small well-scaled matrices."""
 ILL_CONDITIONED = 1e-6
 """The same, for generated plants with defective modes or states in units apart by eight powers of ten."""
 GRID = 1e-6
 """Shortfall of a maximum over a fine grid of frequencies, relative."""
-SEEDED = 0.05
-"""Sample variance of a seeded simulation of the length used here, relative: about five of its standard deviations."""

@@ -37,7 +37,13 @@ def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: in
 def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLevel, ...]:
     """The rows of the report."""
     return tuple(
-        CommonLevel(sensor=IRREGULAR, multiple=m, lower=low, upper=high, measure="l2 gain to the position's error")
+        CommonLevel(
+            sensor=IRREGULAR,
+            multiple=m,
+            lower=low,
+            upper=high,
+            measure="l2 gain from force and noise to the position's error",
+        )
         for m, (low, high) in zip(multiples, brackets, strict=True)
     )
 

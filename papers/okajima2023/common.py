@@ -13,7 +13,7 @@ from replication.estimation.multirate.problem import MultirateProblem, SensingSc
 from replication.estimation.nonuniform.plant import SampledPlant
 
 SLOW = "slow: one measurement every m steps"
-LATE = "late, in discrete time: each measurement arrives m − 1 steps late, by states of ours"
+LATE = "late, in discrete time: each measurement arrives m − 1 steps late, modelled by added states"
 
 
 def levels(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:
@@ -28,7 +28,13 @@ def levels(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:
 def common(result: dict[str, Any], multiples: list[int]) -> tuple[CommonLevel, ...]:
     """The rows of the report."""
     return tuple(
-        CommonLevel(sensor=sensor, multiple=m, lower=low, upper=high, measure="l2 gain to the position's error")
+        CommonLevel(
+            sensor=sensor,
+            multiple=m,
+            lower=low,
+            upper=high,
+            measure="l2 gain from force and noise to the position's error",
+        )
         for sensor, name in ((SLOW, "slow"), (LATE, "late"))
         for m, (low, high) in zip(multiples, result[name], strict=True)
     )

@@ -14,7 +14,7 @@ from papers.peet2019.method import riccati_gain, without_noise
 from replication.audit.parts import CommonLevel
 from replication.estimation.delay.plant import delay_system
 
-LATE = "late, in continuous time: by m − 1 base periods, the delayed output a state of ours"
+LATE = "late, in continuous time: by m − 1 base periods, modelled by an added state"
 LAG = 0.25
 """Time constant of the sensor in base periods."""
 
@@ -45,6 +45,12 @@ def levels(plant: dict[str, Any], multiples: list[int], degree: int) -> list[lis
 def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLevel, ...]:
     """The rows of the report."""
     return tuple(
-        CommonLevel(sensor=LATE, multiple=m, lower=low, upper=high, measure="L2 gain to the position's error")
+        CommonLevel(
+            sensor=LATE,
+            multiple=m,
+            lower=low,
+            upper=high,
+            measure="L2 gain from force and noise to the position's error",
+        )
         for m, (low, high) in zip(multiples, brackets, strict=True)
     )

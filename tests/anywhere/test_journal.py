@@ -130,19 +130,22 @@ def test_a_paper_of_another_field_has_its_verdicts_and_report(project: Stranger)
 
 
 @pytest.mark.parametrize(
-    ("print_", "said"),
+    ("growth", "doubling", "said"),
     [
-        ("1,85", ""),
-        ("1.85(2)", ""),
-        ("1.85 ± 0.02", ""),
-        ("1.58", "changed verdict: epidemic.doubling is differs"),
-        ("185 %", "epidemic.doubling: the computed number is 10^-2 times the print; another unit"),
+        ("0,375", "1.85(2)", ""),
+        ("0.375 ± 0.002", "1.58", "changed verdict: epidemic.doubling is differs"),
+        ("0.375", "185 %", "epidemic.doubling: the computed number is 10^-2 times the print; another unit"),
     ],
 )
-def test_a_print_as_other_fields_write_it(project: Stranger, print_: str, said: str) -> None:
-    with edited(project, "printed.toml", '"1.85"', f'"{print_}"'):
+def test_a_print_as_other_fields_write_it(project: Stranger, growth: str, doubling: str, said: str) -> None:
+    with (
+        edited(project, "printed.toml", '"0.375"', f'"{growth}"'),
+        edited(project, "printed.toml", '"1.85"', f'"{doubling}"'),
+    ):
         done = project.run("replication", "run", "--output", "../other")
     assert done.returncode == (1 if said else 0) and said in done.stdout, done.stdout + done.stderr
+    told = json.loads((project.home.parent / "other" / "results.json").read_bytes())["claims"]
+    assert [one["judgement"]["verdict"] for one in told if one["claim"]["id"] == "epidemic.growth"] == ["reproduced"]
 
 
 def test_reasons_ask_for_no_certificate_and_a_theorem_is_verified_without_its_extra(project: Stranger) -> None:
@@ -182,26 +185,39 @@ def test_no_output_speaks_of_another_project(project: Stranger, unpacked: Path) 
     assert not found
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code"),
-    [
-        *(((name, "--help"), 0) for name in ("new", "run", "export", "artifact", "guide", "coverage", "check")),
-        (("--help",), 0),
-        (("new", "Upper"), 2),
-        (("show", "odd"), 2),
-        (("guide", "odd"), 2),
-        (("check",), 0),
-        (("list",), 0),
-        (("coverage",), 0),
-    ],
-)
-def test_no_help_and_no_error_speaks_of_another_project(
-    project: Stranger, arguments: tuple[str, ...], code: int
-) -> None:
-    done = project.run("replication", *arguments)
-    assert done.returncode == code, done.stderr
-    text = (done.stdout + done.stderr).replace("replication design multirate cart.toml", "")
-    assert not [line for line in text.splitlines() if OURS.search(line) and not line.lstrip().startswith("design ")]
+SAYS = """
+import contextlib, io, json, sys
+from replication.cli import main
+told = []
+for words in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(out):
+        try:
+            code = main(words)
+        except SystemExit as end:
+            code = end.code
+    told.append([code, out.getvalue()])
+print(json.dumps(told))
+"""
+COMMANDS = [
+    *(([name, "--help"], 0) for name in ("new", "run", "export", "artifact", "guide", "coverage", "check")),
+    (["--help"], 0),
+    (["new", "Upper"], 2),
+    (["show", "odd"], 2),
+    (["guide", "odd"], 2),
+    (["check"], 0),
+    (["list"], 0),
+    (["coverage"], 0),
+]
+
+
+def test_no_help_and_no_error_speaks_of_another_project(project: Stranger) -> None:
+    done = project.run("python", "-c", SAYS, json.dumps([words for words, _ in COMMANDS]))
+    assert done.returncode == 0, done.stderr
+    for (words, code), (found, text) in zip(COMMANDS, json.loads(done.stdout), strict=True):
+        assert found == code, (words, text)
+        text = text.replace("replication design multirate cart.toml", "")
+        lines = [line for line in text.splitlines() if OURS.search(line) and not line.lstrip().startswith("design ")]
+        assert (words, lines) == (words, [])
 
 
 @pytest.mark.parametrize(

@@ -35,14 +35,14 @@ TOY = Path(__file__).parent / "toy"
 AUDIT = """
 import json, sys
 from pathlib import Path
-import papers
 from lab import told
+from replication.audit.project import find_project
 from replication.audit.store.cache import Cache
 from replication.audit.run.pool import Processes
 from replication.audit.run.runner import run
 options = json.loads(sys.argv[1])
 root = Path.cwd()
-outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / ".cache", read=options["read"]),
+outcome = run(find_project(root).load(options["papers"]), cache=Cache(root / ".cache", read=options["read"]),
               root=root, executor=Processes(options["jobs"]), progress=lambda line: print(line, file=sys.stderr))
 print(json.dumps(told(outcome)))
 """

@@ -95,7 +95,6 @@ def test_a_list_of_another_text_is_told(lab: Lab) -> None:
         assert (told in lab.cli("run", "other2021").stdout) is said
 
 
-LAST = "value=computed(results)[-1]"
 PRINT = 'value = "1024"'
 MISPRINT = "\nfrom replication.audit.declare import Errata, Proof\nE = Errata()\n"
 CSV = "name,mean\na,0.5\nb,nan\nc,75%\n"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fPIC"]
 LEVELS = ("-O0", "-O2", "-O3", "-Os")
 """Compilers see more at each, and warn of more; at -O1 the library is compiled, where a warning is an error too."""
 COMPILERS = ("gcc", "clang", "cc")
@@ -29,7 +29,8 @@ def library_of(observer: Any, folder: Path, more: str = "") -> ctypes.CDLL:
         pytest.skip("no C compiler: apt-get install gcc libc6-dev")
     source, library = folder / "observer.c", folder / "observer.so"
     source.write_text(observer.to_c("own", "An observer */ of the tests.") + more, encoding="utf-8")
-    subprocess.run(["cc", "-O1", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
+    command = ["cc", "-O1", *FLAGS, *SANITIZER, "-shared", source, "-o", library, "-lm"]
+    subprocess.run(command, check=True, capture_output=True)
     return ctypes.CDLL(str(library))
 
 
@@ -42,7 +43,7 @@ def warnings_of(source: str, folder: Path) -> list[str]:
     path.write_text(source, encoding="utf-8")
     for compiler in there:
         for level in LEVELS:
-            command = [compiler, level, *FLAGS, str(path), "-o", str(folder / "observer.so"), "-lm"]
+            command = [compiler, level, *FLAGS, "-c", str(path), "-o", str(folder / "observer.o")]
             done = subprocess.run(command, capture_output=True, text=True)
             said += [f"{compiler} {level}: {done.stderr}"] if done.returncode else []
     return said

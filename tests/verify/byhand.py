@@ -18,8 +18,6 @@ def own(statement: str, **groups: Any) -> Certificate:
 
 A, B, NOISE = Fraction(21, 20), Fraction(1, 5), Fraction(1, 10)
 GAIN = Fraction(3, 4)
-WALK = ((0, 0), (0, 1), (1, 0))
-"""At each instant a sample, of which no two in a row are lost: the sample comes, is lost, comes after a loss."""
 
 
 def lossy(level: str, stored: Sequence[str], gains: Sequence[Fraction] = (GAIN, GAIN, GAIN)) -> Certificate:

@@ -36,8 +36,8 @@ from replication.verify.statement import Statement
 ROOM = ("replication.verify",)
 SECONDS = 20
 """Of the processor, after which a child counts as noticed: it runs for ever."""
-LONGER = 3
-"""How many times as long as all its checks together without any mutant: so long a mutant runs for ever."""
+LEAST, LONGER = 2, 3
+"""So many seconds, and so many times as long as a check without any mutant: in it a mutant runs for ever."""
 ARITHMETIC = tuple(f"{ROOM[0]}.stdlib{part}" for part in (".balls", ".exact", ".matrices", ""))
 """The second arithmetic: classes made of each other, so that all that comes after a changed module is made anew."""
 STRANGER = 8
@@ -143,8 +143,8 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
             range(len(runs)), key=lambda i: runs[i].calls / found[i] * (1 if runs[i].entered[module] else STRANGER)
         )
         reached = [i for i in order if runs[i].reaches(mutant)]
-        limit = 1 + LONGER * sum(runs[i].seconds for i in reached)
-        noticed = told_by_a_child(functools.partial(_first_failure, mutant, tests, reached), limit)
+        limits = {i: LEAST + LONGER * runs[i].seconds for i in reached}
+        noticed = told_by_a_child(functools.partial(_first_failure, mutant, tests, limits))
         if noticed is None:
             left.append(mutant)
         elif noticed >= 0:
@@ -292,21 +292,29 @@ def told_by_a_child(first: Callable[[], int | str], seconds: float = SECONDS) ->
 def _die_alone(seconds: float) -> None:
     """End this process after its share of the processor, and say nothing of it, nor of an abort."""
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
+    _end_after(seconds)
     faulthandler.disable()
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
 
 
-def _first_failure(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | str:
-    """The number of the check that a mutant fails, tried in this order, or "none"; -1 if it cannot be imported."""
+def _end_after(seconds: float) -> None:
+    """Let this process have so much of the processor from now on."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def _first_failure(mutant: Mutant, tests: Sequence[str], limits: Mapping[int, float]) -> int | str:
+    """The number of the check that a mutant fails, tried in this order, each with its limit, or "none"; -1 if it cannot
+    be imported.
+    """
     try:
         _take_the_place(mutant)
     except Exception:  # noqa: BLE001 - whatever a mutant does to an import, it is noticed
         return -1
     checks = [check for name in tests for check in checks_of(sys.modules[name])]
-    for index in order:
+    for index, limit in limits.items():
+        _end_after(limit)
         try:
             checks[index]()
         except BaseException:  # noqa: BLE001 - a failed test, in whatever way

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from itertools import pairwise
 from pathlib import Path
@@ -134,6 +135,13 @@ def test_one_slow_sensor_is_what_scipy_and_the_exact_analysis_give() -> None:
     )
 
 
+@functools.cache
+def quiet() -> Any:
+    """Of the noise of the sensor alone."""
+    alone = {"process_noise": np.zeros((2, 2)), "input_weight": [[1e-4]]}
+    return dualrate.design(BALL, ratio=200, goal="hinf", **alone, **FAST)
+
+
 @pytest.mark.parametrize("sensor", [1e-3, 1.0, 1e3])
 def test_no_worse_than_the_kalman_gain_at_the_slow_rate_with_the_same_feedback(sensor: float) -> None:
     K, L = kalman_gains(200, sensor)
@@ -143,9 +151,7 @@ def test_no_worse_than_the_kalman_gain_at_the_slow_rate_with_the_same_feedback(s
     same = dualrate.design(BALL, ratio=200, sensor_noise=[[sensor]], **FAST)
     assert same.fact("root mean square").value <= root_mean_square(same.problem, of_gains(same.problem, rival.loop))
     assert same.value <= l2_gain(of_gains(same.problem, rival.loop)).upper * 1.01
-    quiet = {"process_noise": np.zeros((2, 2)), "input_weight": [[1e-4]]}
-    least = dualrate.design(BALL, ratio=200, goal="hinf", **quiet, **FAST)
-    assert least.fact("gain from sensor noise to output").value <= rival.value
+    assert quiet().fact("gain from sensor noise to output").value <= rival.value
 
 
 def test_where_continuous_gains_fail_there_is_a_stable_loop_with_its_exact_gain() -> None:

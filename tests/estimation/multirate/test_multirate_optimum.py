@@ -78,14 +78,14 @@ def test_states_that_nearly_cancel_are_bracketed(seed: int) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(problems(max_n=8, max_period=9))
 def test_many_generated_problems_with_long_periods_are_bracketed(generated: MultirateProblem) -> None:
     check_bracket(generated, ILL_CONDITIONED)
 
 
 @pytest.mark.slow
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(problems(max_n=3, max_period=3))
 def test_the_inequality_finds_no_better_observer(generated: MultirateProblem) -> None:
     """Theorem 2 as printed on generated plants: what it returns achieves no less than the optimum, and no more."""

@@ -82,7 +82,7 @@ def test_knowing_the_period_is_worth_what_it_should(plant, periods, share):
 
 
 @given(plant=stable_plants())
-@settings(max_examples=10)
+@settings(max_examples=6)
 def test_the_level_is_never_above_the_robust_one_and_holds_for_sequences(plant):
     periods, rng = PeriodRange(0.1, 0.7), np.random.default_rng(1)
     found = stamped_design(plant, periods)
