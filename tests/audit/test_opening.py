@@ -114,7 +114,7 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
         (
             [FALSE, replaced(SOUND, failing=2), replaced(SOUND, corrected=True), replaced(SOUND, failing=1)],
             "A guarantee of Doe is false. No theorem of the other three papers is refuted, though some need "
-            "correction; three results of Roe differ.",
+            "correction.",
         ),
         ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "A guarantee of Doe is false."),
         (
@@ -125,7 +125,8 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
     ],
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
-    assert answer(papers, tally([]), "Doe", "Roe") == sentence
+    off = "Roe" * any(paper.failing for paper in papers)
+    assert answer(papers, tally([]), "Doe", off) == sentence
 
 
 def paper_of(records: Any) -> Any:

@@ -105,8 +105,8 @@ def _whose(lanes: Sequence[Lane], broken: bool) -> str:
 def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str = "") -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-    Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails; off: those
-    of which only other results do.
+    Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails; off: where
+    there is none, those of which other results do.
     """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
@@ -121,18 +121,17 @@ def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str =
     refuted = all(paper.refuted for paper in judged if paper.broken)
     first = f"A guarantee of {false} {'is false' if refuted else 'fails'}."
     rest = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
-    return f"{first} {_of_others(others, rest, off)}" if others else first
+    return f"{first} {_of_others(others, rest)}" if others else first
 
 
-def _of_others(papers: Sequence[Standing], whose: str, off: str) -> str:
+def _of_others(papers: Sequence[Standing], whose: str, off: str = "") -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
     said = f"{'Every' if sound else 'No'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
     corrected = ", though some need correction" if any(paper.corrected for paper in papers) else ""
-    of = f" of {off}" if off else ""
-    differ = f"; {count(failing)} result{'' if failing == 1 else 's'}{of} differ{'s' * (failing == 1)}"
-    return f"{said}{corrected}{differ * bool(failing)}."
+    differ = f"; {count(failing)} result{'' if failing == 1 else 's'} of {off} differ{'s' * (failing == 1)}"
+    return f"{said}{corrected}{differ * bool(off)}."
 
 
 def count(number: int) -> str:
