@@ -277,7 +277,7 @@ def _compare(case: Case) -> Judgement:
 
 
 def _require_fitting(case: Case) -> None:
-    """Raise AuditError for a number that a claim of this kind would leave unseen, and for a threshold without reason."""
+    """Raise AuditError for a number that a claim of this kind would leave unseen, or a threshold without reason."""
     kind, evidence = case.claim.kind, case.evidence
     if kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None):
         raise AuditError(

@@ -45,8 +45,9 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
     check = results.project.codecheck
     claims = [claim for claim in results.claims if claim.paper == paper.key]
     published = " ".join(text for text in (paper.venue, str(paper.year or "")) if text)
+    figures = [record for record in results.figures if record.paper == paper.key and not record.error]
     given = {"results": results, "software": software, "check": check, "claims": claims, "published": published}
-    return filled("codecheck", paper=paper, **given)
+    return filled("codecheck", paper=paper, figures=figures, **given)
 
 
 def unmet(content: Json) -> Iterator[str]:

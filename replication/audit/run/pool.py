@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 from replication.audit.run.chance import kept_environment
 from replication.audit.run.tracing import FIXED
-from replication.audit.run.worker import GRACE, Answer, Late, Task, compute, ring
+from replication.audit.run.worker import GRACE, Answer, Task, compute
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.provenance import THREADS
 from replication.errors import AuditError
@@ -56,29 +56,31 @@ class Processes:
 
     def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
         """Yield the answer of each task, in the order in which they finish."""
-        waiting, running = list(tasks), dict[Connection, tuple[Any, Task]]()
+        waiting, running = list(tasks), dict[Any, tuple[Any, Task]]()
         copies = _copies(tasks)
         try:
             while waiting or running:
                 while waiting and len(running) < (self.jobs or os.cpu_count() or 1):
                     ours, theirs = copies.Pipe(duplex=False)
-                    process = copies.Process(target=_answer, args=(theirs, waiting[0], Path.cwd(), dict(os.environ)))
+                    process = copies.Process(target=_answer, args=(theirs, waiting[0], dict(os.environ)))
                     with _deaf_children(), theirs:
                         process.start()
                         running[ours] = process, waiting.pop(0)
-                for ours in wait(running):
-                    process, task = running[ours]
+                answered: list[Any] = wait(running)
+                for told in answered:
+                    process, task = running[told]
                     try:
-                        answer = ours.recv()
+                        answer: Answer = told.recv()
                     except EOFError:
                         answer = Answer(task.name, None, 0.0, KILLED)
                     process.join()
-                    del running[ours]
+                    del running[told]
                     yield answer
         finally:
             # Without waiting for a computation that an interruption has made useless.
             for process, _ in running.values():
-                process.terminate()
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(process.pid, signal.SIGALRM)  # as at the end of its time, so that it ends what it began
                 process.join(GRACE)
                 process.kill()
 
@@ -95,15 +97,14 @@ def _copies(tasks: Sequence[Task]) -> Any:
     return copies
 
 
-def _answer(told: Connection, task: Task, folder: Path, environment: Mapping[str, str]) -> None:
-    """Compute a task in a process that has just begun; folder, environment: those of the run now."""
+def _answer(told: Connection, task: Task, environment: Mapping[str, str]) -> None:
+    """Compute a task in a process that has just begun; environment: that of the run now."""
     run = multiprocessing.parent_process()
     assert run is not None
     end_when(run.join)
-    os.chdir(folder)
+    multiprocessing.set_start_method(None, force=True)  # an experiment that begins some has Python's usual ones
     os.environ.update({**environment, **OF_PROCESSES})
-    with contextlib.suppress(BrokenPipeError, Late):  # nobody waits any more
-        signal.signal(signal.SIGTERM, ring)
+    with contextlib.suppress(BrokenPipeError):  # nobody waits any more
         told.send(compute(task))
 
 

@@ -114,17 +114,15 @@ def compute(task: Task) -> Answer:
     return Answer(task.name, text, time.perf_counter() - begin, error, data, unseen, files)
 
 
-def ring(number: int, frame: object) -> None:
-    """Hear a signal that ends the experiment."""
-    raise Late
-
-
 @contextlib.contextmanager
 def limited(seconds: float | None) -> Iterator[None]:
     """Raise `Late` after so many seconds; what does not listen, such as a loop in C, ends with its process after."""
     if seconds is None or threading.current_thread() is not threading.main_thread():
         yield
         return
+
+    def ring(number: int, frame: object) -> None:
+        raise Late
 
     last = threading.Timer(seconds + GRACE, os._exit, [1])
     last.daemon = True
