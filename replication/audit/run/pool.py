@@ -73,7 +73,8 @@ class Processes:
                         answer: Answer = told.recv()
                     except EOFError:
                         answer = Answer(task.name, None, 0.0, KILLED)
-                    process.join()
+                    process.join(GRACE)
+                    process.kill()  # where a thread of the experiment goes on
                     del running[told]
                     yield answer
         finally:
