@@ -110,7 +110,7 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     found = differences(results, again, drawn)
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: of other results; `python -m replication.audit.publish.readme` writes it")
+        problems.append("README.md: stale: of other results; `make readme` writes it")
     note = unfounded(results, again)
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
