@@ -12,8 +12,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from benchmarks.examples import Ran, run_example
 from replication.audit.project import find_project
-from replication.audit.publish.notebooks import Ran, run_example
 from replication.audit.publish.readme import badges, replace_block, results_block
 from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError

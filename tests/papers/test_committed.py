@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from tables import read_csv
 
+from benchmarks.examples import run_example
 from benchmarks.readme import (
     COMMIT,
     DRAWN,
@@ -23,7 +24,6 @@ from benchmarks.readme import (
 )
 from papers import KEYS
 from replication.audit.judge.numerals import MORE
-from replication.audit.publish.notebooks import run_example
 from replication.audit.publish.readme import BEGIN, END, badges, replace_block, results_block
 from replication.audit.report.claim import targets, views
 from replication.audit.run.draw import write_figure
