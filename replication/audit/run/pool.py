@@ -9,10 +9,12 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from enum import StrEnum
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection, wait
+from functools import partial
+from multiprocessing import forkserver, resource_tracker
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -55,47 +57,69 @@ class Processes:
             raise AuditError(f"the number of jobs must be at least 1, got {self.jobs}; leave it out for one per core")
 
     def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        """Yield the answer of each task, in the order in which they finish."""
-        waiting, running = list(tasks), dict[Any, tuple[Any, Task]]()
-        copies = _copies(tasks)
-        try:
-            while waiting or running:
-                while waiting and len(running) < (self.jobs or os.cpu_count() or 1):
-                    ours, theirs = copies.Pipe(duplex=False)
-                    process = copies.Process(target=_answer, args=(theirs, waiting[0], dict(os.environ)))
-                    with _deaf_children(), theirs:
-                        process.start()
-                        running[ours] = process, waiting.pop(0)
-                answered: list[Any] = wait(running)
-                for told in answered:
-                    process, task = running[told]
-                    try:
-                        answer: Answer = told.recv()
-                    except EOFError:
-                        answer = Answer(task.name, None, 0.0, KILLED)
+        """Yield the answer of each task, in the order in which they finish, whatever is done with them meanwhile."""
+        running, over = set[Any](), threading.Event()
+        ask = partial(_answered, _copies(tasks), running, over)
+        with ThreadPoolExecutor(self.jobs or os.cpu_count() or 1) as threads:
+            try:
+                for future in as_completed([threads.submit(ask, task) for task in tasks]):
+                    yield future.result()
+            finally:
+                # Without waiting for a computation that an interruption has made useless.
+                with _starting:
+                    over.set()
+                for process in list(running):
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(process.pid, signal.SIGALRM)  # as at the end of its time, so that it ends what it began
                     process.join(GRACE)
-                    process.kill()  # where a thread of the experiment goes on
-                    del running[told]
-                    yield answer
-        finally:
-            # Without waiting for a computation that an interruption has made useless.
-            for process, _ in running.values():
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(process.pid, signal.SIGALRM)  # as at the end of its time, so that it ends what it began
-                process.join(GRACE)
-                process.kill()
+                    process.kill()
+
+
+_starting = threading.Lock()
+
+
+def _answered(copies: Any, running: set[Any], over: threading.Event, task: Task) -> Answer:
+    """The answer of a task from a process of its own; running: those there are, until it is over."""
+    ours, theirs = copies.Pipe(duplex=False)
+    killed = Answer(task.name, None, 0.0, KILLED)
+    with _starting, _without_script(), theirs:
+        if over.is_set():
+            return killed
+        process = copies.Process(target=_answer, args=(theirs, task, dict(os.environ)))
+        process.start()
+        running.add(process)
+    try:
+        answer: Answer = ours.recv()
+    except EOFError:
+        answer = killed
+    process.join(GRACE)
+    process.kill()  # where a thread of the experiment goes on
+    running.discard(process)
+    return answer
 
 
 def _copies(tasks: Sequence[Task]) -> Any:
     """What begins processes, as copies of one that has loaded what tasks import of this program, and no paper."""
-    # Begun here: Python 3.11 lets all processes hear Ctrl-C again where it begins this with the first of them.
-    resource_tracker.ensure_running()
     labels = sorted({label for task in tasks for label in task.dependencies.sources})
     own = [Path(label).with_suffix("") for label in labels if label.startswith("replication/")]
     modules = [".".join(path.parts) for path in own if path.name != "__init__"]
     copies = multiprocessing.get_context("forkserver")
     copies.set_forkserver_preload(["scipy.linalg", "scipy.optimize", "threadpoolctl", __name__, *modules])
+    # Begun here: Python 3.11 lets all processes hear Ctrl-C again where it begins this with the first of them.
+    resource_tracker.ensure_running()
+    with _deaf_children():
+        forkserver.ensure_running()
     return copies
+
+
+@contextlib.contextmanager
+def _without_script() -> Iterator[None]:
+    """Processes begun meanwhile do not run the main script again."""
+    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def _answer(told: Connection, task: Task, environment: Mapping[str, str]) -> None:
@@ -115,16 +139,14 @@ def _deaf_children() -> Iterator[None]:
 
     Here it waits until the end at most; it would be lost if it were ignored. They have the language and the time zone
     of every experiment, and no handler that prints the stacks of all threads when one crashes, of which their parent
-    says a line. None imports the main script again.
+    says a line.
     """
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
     try:
         with kept_environment():
             os.environ.update(OF_PROCESSES)
             yield
     finally:
-        sys.modules["__main__"] = main
         signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
 
