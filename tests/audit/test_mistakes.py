@@ -221,6 +221,30 @@ def test_outcomes_of_another_form_are_told_with_an_example(outcomes: Any) -> Non
     assert record.judgement.reason.endswith("where no number is printed [papers/doe1999/claims.py:42]")
 
 
+def test_what_an_experiment_leaves_behind_is_told_and_reaches_no_other(lab: Lab) -> None:
+    made = "import decimal, numpy, os\nLEFT, SEEN, COUNT = [], numpy.zeros(1), 0\n"
+    leaves = """    global COUNT
+    COUNT, SEEN[0], decimal.getcontext().prec, os.environ["LEFT"] = 1, 1, 3, "1"
+    LEFT.append(1)
+    os.chdir("/")
+    solver = """
+    finds = (
+        "len(squares.LEFT) + squares.SEEN[0] + squares.COUNT + float(1 / decimal.Decimal(3)) + ('LEFT' in os.environ)"
+    )
+    lab.edit("toy2020/squares.py", "\n\ndef square", f"\n{made}\n\ndef square")
+    lab.edit("toy2020/squares.py", "    solver = ", leaves)
+    lab.edit("other2021.py", "\n\ndef half", "\nimport decimal, os\nfrom .toy2020 import squares\n\ndef half")
+    lab.edit("other2021.py", "value / 2", f"value / 2 + {finds} + (os.getcwd() == '/')")
+    lab.edit("other2021.py", "other2021", "z2021")
+    lab.path("other2021.py").rename(lab.path("z2021.py"))
+    told = lab.audit("toy2020", "z2021")
+    assert told["values"]["z2021.half"] == 1.5 + 1 / 3
+    untraced = {one["name"]: one["untraced"] for one in told["file"]["experiments"] if one["untraced"]}
+    assert untraced == {
+        "toy2020.square": [f"changes {name} of papers.toy2020.squares" for name in ("COUNT", "LEFT", "SEEN")]
+    }
+
+
 def test_what_a_claim_does_to_a_result_reaches_no_other(lab: Lab) -> None:
     lab.edit(
         CLAIMS, 'value=results["toy2020.square"]["squares"][1]', 'value=results["toy2020.square"]["squares"].pop(1)'

@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -148,35 +149,6 @@ def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
     assert done(apart.audit(jobs=jobs), "failed") == {"toy2020.square"}
 
 
-def test_what_an_experiment_leaves_behind_reaches_no_other(apart: Lab) -> None:
-    """Nor does what a module sets that only the first one imports, in a package that both use."""
-    made = "import decimal, numpy, os\nLEFT, SEEN, COUNT = [], numpy.zeros(1), 0\nnumpy.seterr(divide='raise')\n"
-    leaves = """    global COUNT
-    COUNT, SEEN[0], decimal.getcontext().prec, os.environ["LEFT"] = 1, 1, 3, "1"
-    LEFT.append(1)
-    numpy.LEFT = 1
-    os.chdir("/")
-    solver = """
-    finds = (
-        "float(1 / decimal.Decimal(3)) + ('LEFT' in os.environ) + hasattr(numpy, 'LEFT') + (os.getcwd() == '/')"
-        " + (numpy.geterr()['divide'] == 'raise')"
-    )
-    shared = (
-        "\n    from papers.toy2020 import squares\n    value += len(squares.LEFT) + squares.SEEN[0] + squares.COUNT"
-    )
-    apart.edit("toy2020/squares.py", "\n\ndef square", f"\n{made}\n\ndef square")
-    apart.edit("toy2020/squares.py", "    solver = ", leaves)
-    apart.edit("other2021.py", "\n\ndef half", "\nimport decimal, os, numpy\n\ndef half")
-    apart.edit(
-        "other2021.py", "    return value / 2", f"    value /= 2\n    value += {finds}{shared}\n    return value"
-    )
-    apart.edit("other2021.py", "other2021", "z2021")
-    apart.path("other2021.py").rename(apart.path("z2021.py"))
-    told = apart.audit("toy2020", "z2021")
-    assert told["values"]["z2021.half"] == 1.5 + 1 / 3
-    assert not any(one["untraced"] for one in told["file"]["experiments"])
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(0)"])
 def test_a_killed_process_is_an_error_of_its_experiment_alone(apart: Lab, jobs: int, end: str) -> None:
@@ -320,11 +292,28 @@ def test_ctrl_c_while_processes_begin_is_not_lost() -> None:
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
-def test_no_process_of_a_run_hears_ctrl_c(apart: Lab) -> None:
-    """Nor is the main script run again in them, or an experiment told of a variable that was set before the first."""
-    apart.edit("other2021.py", "value / 2", "signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())")
-    apart.edit("other2021.py", "\n\ndef half", "\nimport signal\n\ndef half")
-    (apart.root / "main.py").write_text(f"import sys\nprint('main', file=sys.stderr)\n{AUDIT}", encoding="utf-8")
-    done = apart.python("main.py", json.dumps({"papers": [], "jobs": 2, "read": True}))
-    assert json.loads(done.stdout)["values"]["other2021.half"] is True
-    assert done.stderr.splitlines().count("main") == 1
+def test_no_process_of_a_run_hears_ctrl_c() -> None:
+    """Also the first ones, with which a process of another kind begins; the one that runs them hears it again."""
+    program = (
+        "import os, signal\nfrom replication.audit.run import pool\nasked = signal.SIG_BLOCK, ()\n"
+        "executor, answers = pool._executor(2), []\nfor _ in range(4):\n    with pool._deaf_children():\n"
+        "        answers.append(executor.submit(signal.pthread_sigmask, *asked))\n"
+        "blocked = [*(answer.result() for answer in answers), signal.pthread_sigmask(*asked)]\n"
+        "print([signal.SIGINT in signals for signals in blocked])\n"
+        "pool._end(executor)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.stdout, done.stderr) == ("[True, True, True, True, False]\n", "")
+
+
+def test_processes_end_where_nothing_lists_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small containers have no `pgrep`; joblib would then wait for minutes."""
+    from replication.audit.run import pool
+
+    monkeypatch.setattr(pool.shutil, "which", lambda name: None)
+    monkeypatch.setattr(pool.importlib.util, "find_spec", lambda name: None)
+    executor = pool._executor(1)
+    executor.submit(time.sleep, 2 * PATIENCE)
+    (process,) = executor._processes.values()
+    pool._end(executor)
+    assert process.exitcode == -signal.SIGKILL

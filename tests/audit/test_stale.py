@@ -159,6 +159,7 @@ WAYS = [
         named="writes /tmp/replication-roe"),
     Way("process of its own", "from multiprocessing import Pool\ndef make():\n    with Pool(1) as pool:\n        return pool.map(abs, [-1])",
         named="processes that it begins"),
+    Way("dictionary of a module", "SEEN = {}\ndef make():\n    SEEN['a'] = 1\n    return SEEN", named="changes SEEN of papers.roe.experiments"),
     Way("machine", "import socket\ndef make(): return socket.gethostname()", named="the name of the machine"),
     Way("a file that is written", READS + "(ROOT / 'out.csv').write_text('1')", named="writes out.csv"),
     Way("a seed of the shared generator", "import random\ndef make():\n    random.seed(1)\n    return random.random()"),

@@ -1,4 +1,4 @@
-"""What makes a result another one each time: random numbers without a seed, the clock, processes begun.
+"""What makes a result another one each time: random numbers without a seed, the clock, what other experiments left.
 
 None of these is read from a file, so they are noted where Python asks for them. Generators with a seed of their own are
 let alone; those that all modules share count as without one unless the computation itself seeds them.
@@ -7,6 +7,7 @@ let alone; those that all modules share count as without one unless the computat
 from __future__ import annotations
 
 import contextlib
+import decimal
 import functools
 import importlib
 import inspect
@@ -16,6 +17,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
 
@@ -96,10 +98,7 @@ def _shared() -> random.Random:
 
 @contextlib.contextmanager
 def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
-    """Tell if what runs meanwhile draws from the generators that all modules share, without seeding them.
-
-    Told are processes that it begins, too: what they read is not followed.
-    """
+    """Tell if what runs meanwhile draws from the generators that all modules share, without seeding them."""
     global _seeded
     numpy = importlib.import_module("numpy.random") if "numpy" in sys.modules else None
     own: Any = numpy.seed if numpy is not None else None
@@ -109,7 +108,7 @@ def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
         _seeded = True
         own(*arguments)
 
-    _seeded, before, begun = False, _states(numpy), _processes()
+    _seeded, before = False, _states(numpy)
     if numpy is not None:
         numpy.seed = seeded  # type: ignore[attr-defined]
     try:
@@ -119,13 +118,55 @@ def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
             numpy.seed = own  # type: ignore[attr-defined]
         if not _seeded and _states(numpy) != before:
             told(SEEDLESS)
-        if _processes() != begun:
-            told("processes that it begins")
 
 
 def _states(numpy: Any) -> tuple[Any, ...]:
     shared = numpy.get_state() if numpy is not None else ()
     return (random.getstate(), *(part.tobytes() if hasattr(part, "tobytes") else part for part in shared))
+
+
+@contextlib.contextmanager
+def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> Iterator[None]:
+    """Tell of lists, dictionaries, sets, arrays and numbers of modules that change meanwhile, and put them back.
+
+    So are working folder, environment and decimal context. Another experiment in this process then finds all as in a
+    fresh one. Told are processes begun meanwhile, too. ours: whether the module of a file counts.
+    """
+    folder, begun = Path.cwd(), _processes()
+    kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
+    modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
+    found = [(module, name, value) for module in modules for name, value in vars(module).items()]
+    before = [(*one, _kept(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
+    try:
+        with decimal.localcontext(), kept_environment():
+            yield
+    finally:
+        os.chdir(folder)
+        if _processes() != begun:
+            told("processes that it begins")
+        for module, name, value, old in before:
+            if old is None or _same(old, vars(module).get(name)):
+                continue
+            told(f"changes {name} of {module.__name__}")
+            if isinstance(value, dict | set):
+                value.clear()
+                value.update(old)
+            elif not isinstance(value, int | float):
+                value[... if hasattr(value, "shape") else slice(None)] = old
+            setattr(module, name, value)
+
+
+def _kept(value: Any) -> Any:
+    """A copy of an array or of plain data; None of what holds something else."""
+    with contextlib.suppress(TypeError):
+        return value.copy() if hasattr(value, "shape") else copied(value)
+    return None
+
+
+def _same(old: Any, now: Any) -> bool:
+    with contextlib.suppress(AttributeError, ValueError):
+        return bool(old.tobytes() == now.tobytes() if hasattr(old, "shape") else old == now)
+    return False
 
 
 def copied(value: Any) -> Any:
@@ -153,7 +194,7 @@ def kept_environment() -> Iterator[None]:
 
 
 def _processes() -> str:
-    """How many processes Python has begun by `multiprocessing`."""
+    """How many processes Python has begun by `multiprocessing`; what they read is not followed."""
     return repr(multiprocessing.process._process_counter)  # type: ignore[attr-defined]
 
 

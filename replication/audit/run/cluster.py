@@ -12,7 +12,6 @@ import os
 import platform
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.run.pool import KILLED, end_when
+from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.tracing import FIXED
 from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.cache import Dependencies
@@ -145,13 +144,7 @@ def _answer(name: str, future: Any) -> Answer:
 
 def _main() -> None:
     """Read a task on standard input, write the answer; what the computation prints goes to standard error."""
-    parent = int(sys.argv[1])
-
-    def gone() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-
-    end_when(gone)
+    end_with(int(sys.argv[1]))
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     answer = fulfil(msgspec.json.decode(sys.stdin.buffer.read(), type=Task))

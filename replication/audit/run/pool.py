@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
+import importlib.util
 import os
+import shutil
 import signal
-import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import partial
-from multiprocessing import forkserver, resource_tracker
-from multiprocessing.connection import Connection
-from pathlib import Path
-from types import ModuleType
+from multiprocessing import resource_tracker
 from typing import Any, Protocol
 
 from replication.audit.run.chance import kept_environment
 from replication.audit.run.tracing import FIXED
-from replication.audit.run.worker import GRACE, Answer, Task, compute
+from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.provenance import THREADS
 from replication.errors import AuditError
@@ -30,9 +28,6 @@ KILLED = (
     "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
     "or compiled code crashed, or the code ended it"
 )
-_THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
-OF_PROCESSES = {**FIXED, **_THREADS, "PYTHONFAULTHANDLER": ""}
-"""Variables of the environment of every process that computes."""
 
 
 class Executor(Protocol):
@@ -46,8 +41,8 @@ class Executor(Protocol):
 class Processes:
     """Processes of this machine, `jobs` of them, one per core if that is None; raises AuditError if it is below one.
 
-    None of them is this one, which thus outlives all that a task may do. Each task has a process of its own, a copy of
-    one that never ran any: so nothing that a task leaves behind, such as a setting of a package, reaches another one.
+    None of them is this one, which thus outlives all that a task may do. If a process ends, the tasks that were under
+    way are repeated one by one, so that the one to blame is found and no other one suffers.
     """
 
     jobs: int | None = None
@@ -57,80 +52,54 @@ class Processes:
             raise AuditError(f"the number of jobs must be at least 1, got {self.jobs}; leave it out for one per core")
 
     def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        """Yield the answer of each task, in the order in which they finish, whatever is done with them meanwhile."""
-        running, over = set[Any](), threading.Event()
-        ask = partial(_answered, _copies(tasks), running, over)
-        with ThreadPoolExecutor(self.jobs or os.cpu_count() or 1) as threads:
-            try:
-                for future in as_completed([threads.submit(ask, task) for task in tasks]):
-                    yield future.result()
-            finally:
-                # Without waiting for a computation that an interruption has made useless.
-                with _starting:
-                    over.set()
-                for process in list(running):
-                    with contextlib.suppress(ProcessLookupError):
-                        os.kill(process.pid, signal.SIGALRM)  # as at the end of its time, so that it ends what it began
-                    process.join(GRACE)
-                    process.kill()
+        """Yield the answer of each task, in the order in which they finish."""
+        for task in tasks:
+            if task.alone:
+                yield from _computed([task], 1)
+        yield from _computed([task for task in tasks if not task.alone], self.jobs or os.cpu_count() or 1)
 
 
-_starting = threading.Lock()
+def _computed(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
+    """The answers of so many processes, none with a task in advance; those under way when one ends are tried alone."""
+    waiting = list(tasks)
+    while waiting:
+        executor, running = _executor(min(jobs, len(waiting))), dict[Future[Answer], Task]()
+        try:
+            while waiting or running:
+                while waiting and len(running) < jobs:
+                    with _deaf_children():
+                        running[executor.submit(compute, waiting[0])] = waiting[0]
+                    del waiting[0]
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    answer = future.result()
+                    del running[future]
+                    yield answer
+        except BrokenProcessPool:
+            alone = jobs == 1
+            yield from (Answer(task.name, None, 0.0, KILLED) for task in running.values() if alone)
+            yield from _computed([task for task in running.values() if not alone], 1)
+        finally:
+            # Without waiting for a computation that an interruption has made useless.
+            _end(executor)
 
 
-def _answered(copies: Any, running: set[Any], over: threading.Event, task: Task) -> Answer:
-    """The answer of a task from a process of its own; running: those there are, until it is over."""
-    ours, theirs = copies.Pipe(duplex=False)
-    killed = Answer(task.name, None, 0.0, KILLED)
-    with _starting, _without_script(), theirs:
-        if over.is_set():
-            return killed
-        process = copies.Process(target=_answer, args=(theirs, task, dict(os.environ)))
-        process.start()
-        running.add(process)
-    try:
-        answer: Answer = ours.recv()
-    except EOFError:
-        answer = killed
-    process.join(GRACE)
-    process.kill()  # where a thread of the experiment goes on
-    running.discard(process)
-    return answer
+def _end(executor: Any) -> None:
+    """End its processes. joblib does so by psutil or `pgrep`, and would wait minutes where there is neither."""
+    found = shutil.which("pgrep") or importlib.util.find_spec("psutil")
+    for process in () if found else list((executor._processes or {}).values()):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGKILL)
+    executor.shutdown(wait=True, kill_workers=bool(found))
 
 
-def _copies(tasks: Sequence[Task]) -> Any:
-    """What begins processes, as copies of one that has loaded what tasks import of this program, and no paper."""
-    labels = sorted({label for task in tasks for label in task.dependencies.sources})
-    own = [Path(label).with_suffix("") for label in labels if label.startswith("replication/")]
-    modules = [".".join(path.parts) for path in own if path.name != "__init__"]
-    copies = multiprocessing.get_context("forkserver")
-    copies.set_forkserver_preload(["scipy.linalg", "scipy.optimize", "threadpoolctl", __name__, *modules])
+def _executor(jobs: int) -> Any:
+    """An executor whose processes do not import the main script again; each computes with one thread."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
     # Begun here: Python 3.11 lets all processes hear Ctrl-C again where it begins this with the first of them.
     resource_tracker.ensure_running()
-    with _deaf_children():
-        forkserver.ensure_running()
-    return copies
-
-
-@contextlib.contextmanager
-def _without_script() -> Iterator[None]:
-    """Processes begun meanwhile do not run the main script again."""
-    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
-
-
-def _answer(told: Connection, task: Task, environment: Mapping[str, str]) -> None:
-    """Compute a task in a process that has just begun; environment: that of the run now."""
-    run = multiprocessing.parent_process()
-    assert run is not None
-    end_when(run.join)
-    multiprocessing.set_start_method(None, force=True)  # an experiment that begins some has Python's usual ones
-    os.environ.update({**environment, **OF_PROCESSES})
-    with contextlib.suppress(BrokenPipeError):  # nobody waits any more
-        told.send(compute(task))
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
+    return ProcessPoolExecutor(jobs, initializer=end_with, initargs=(os.getpid(),), env=threads)
 
 
 @contextlib.contextmanager
@@ -144,17 +113,18 @@ def _deaf_children() -> Iterator[None]:
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with kept_environment():
-            os.environ.update(OF_PROCESSES)
+            os.environ.update({**FIXED, "PYTHONFAULTHANDLER": ""})
             yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
 
-def end_when(gone: Callable[[], object]) -> None:
-    """End this process as soon as `gone` returns: nobody waits for the answer of an orphan."""
+def end_with(parent: int) -> None:
+    """End this process soon after its parent: nobody would wait for the answer of an orphan."""
 
     def watch() -> None:
-        gone()
+        while os.getppid() == parent:
+            time.sleep(0.5)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
-from replication.audit.run.chance import CLOCK, dates, shared_generators
+from replication.audit.run.chance import CLOCK, dates, shared_generators, shared_state
 from replication.audit.run.tracing import labels, loose, others, ours, traced, untraced
 from replication.audit.store.cache import Dependencies, encode
 from replication.audit.store.provenance import THREADS
@@ -36,7 +36,7 @@ class Task(msgspec.Struct, frozen=True):
 
     dependencies: all that it depends on, as it is where the run is. arguments: JSON text of what its function is given,
     which may hold places on this disk. packages: those of the project, with their folders.
-    dynamic: whether it imports by computed names, which its process then shows.
+    alone: whether it needs a process of its own, which shows what it imports by computed names.
     timeout: seconds after which it is ended.
     """
 
@@ -44,7 +44,7 @@ class Task(msgspec.Struct, frozen=True):
     dependencies: Dependencies
     arguments: str
     packages: dict[str, str]
-    dynamic: bool = False
+    alone: bool = False
     timeout: float | None = None
 
 
@@ -95,7 +95,12 @@ def compute(task: Task) -> Answer:
             function = _find(task.dependencies.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-            with threadpoolctl.threadpool_limits(THREADS), limited(task.timeout), shared_generators(loose):
+            with (
+                shared_state(loose, ours),
+                threadpoolctl.threadpool_limits(THREADS),
+                limited(task.timeout),
+                shared_generators(loose),
+            ):
                 text = encode(f"the result of {task.name}", function(**json.loads(task.arguments)))
             if len(text) > LARGEST:
                 raise AuditError(
@@ -105,7 +110,7 @@ def compute(task: Task) -> Answer:
             if dates(function, ours):
                 loose(CLOCK)
         files = trace.files
-        more = others(tree, sources, task.dependencies.packages) if task.dynamic else set()
+        more = others(tree, sources, task.dependencies.packages) if task.alone else set()
         data, unseen = labels(trace, tree, sources, more), untraced(trace, tree, {*sources, *more})
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
