@@ -27,10 +27,10 @@ tutorials: report $(TUTORIALS) ## the tutorials to which the report links, execu
 figures: report ## the same: figures/ is written with the report
 
 readme: report ## write the results of the run and an example into README.md, with badges
-	$(BIN)/python -m replication.audit.publish.readme
+	$(BIN)/python -m benchmarks.readme
 
 picture: report $(ALL) ## take the picture of the README from the report (needs Chromium, and sources that are committed)
-	$(BIN)/python -m replication.audit.publish.readme picture
+	$(BIN)/python -m benchmarks.readme picture
 
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile --no-loadscope-reorder

@@ -19,7 +19,7 @@ from pathlib import Path
 import msgspec
 from selenium import webdriver
 
-from replication.audit.publish.readme import started
+from benchmarks.readme import started
 from replication.audit.report.page import render
 from replication.audit.store.records import ClaimRecord, ResultsFile, read_results
 

@@ -76,7 +76,7 @@ def browser() -> Iterator[Any]:
         if os.environ.get("CI"):
             pytest.fail("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
         pytest.skip("Chromium or its driver is missing; pages are tried where they are installed")
-    from replication.audit.publish.readme import started
+    from benchmarks.readme import started
 
     opened = started()
     yield opened

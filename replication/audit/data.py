@@ -110,6 +110,12 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
 
 
+def words(table: str) -> dict[str, str]:
+    """A table of `words.toml`: what names of verdicts, policies and the like mean."""
+    found: dict[str, str] = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))[table]
+    return found
+
+
 def line_of(path: Path, table: str, number: int = 1) -> int:
     """The line of a TOML file at which a table begins, or table so and so of a list of that name."""
     parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in table.split("."))

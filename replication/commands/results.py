@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,11 +39,7 @@ def list_claims(chosen: argparse.Namespace) -> int:
     output("where results.json is"),
 )
 def show(chosen: argparse.Namespace) -> int:
-    """Print what the results say about the claim, as a table on a terminal and as lines elsewhere."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
+    """Print what the results say about the claim."""
     from replication.audit.publish.terminal import claim_rows
     from replication.audit.store.records import read_results
     from replication.errors import one_of
@@ -57,13 +52,7 @@ def show(chosen: argparse.Namespace) -> int:
         *claim_rows(claim, results.readings.get(claim.paper, ())),
         *((f"reply of {reply.by or 'the authors'}", " ".join([reply.date, reply.text]).strip()) for reply in replies),
     ]
-    if not sys.stdout.isatty():
-        say(f"{label}: {text}" for label, text in rows)
-        return FINE
-    table = Table.grid(padding=(0, 2))
-    for label, text in rows:
-        table.add_row(Text(label, style="bold"), Text(text))
-    Console().print(table)
+    say(f"{label}: {text}" for label, text in rows)
     return FINE
 
 
@@ -110,7 +99,7 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     found = differences(results, again, drawn)
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: of other results; `python -m replication.audit.publish.readme` writes it")
+        problems.append("README.md: stale: of other results; `make readme` writes it")
     note = unfounded(results, again)
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]

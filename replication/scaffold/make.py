@@ -8,10 +8,9 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.project import CONFIGURATION, read_settings
+from replication.audit.publish.rebuild import plain_templates
 from replication.errors import InvalidInputError
 from replication.files import write_atomically
 
@@ -49,14 +48,11 @@ def scaffold(key: str, root: Path, *, tables: bool = False) -> tuple[Path, ...]:
     for path in (package, test, package.with_suffix(".py"), *(root / "tests").rglob(test.name)):
         if path.exists():
             raise InvalidInputError(f"{path} exists; choose another key, or remove it first")
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-
+    templates = plain_templates(Path(__file__).parent)
     excuses = {"numeral_excuses": ", ".join({**FACTS, **ASIDE}), "item_excuses": ", ".join(ITEMS)}
 
     def rendered(template: str) -> str:
-        return environment.get_template(f"{template}.j2").render(key=key, folder=folder, tables=tables, **excuses)
+        return templates.get_template(f"{template}.j2").render(key=key, folder=folder, tables=tables, **excuses)
 
     files = TABLES if tables else FILES
     texts = {name: rendered(template) for name, template in files.items()}

@@ -124,8 +124,10 @@ def test_a_title_is_short(made: ResultsFile, folder: Path) -> None:
 
 def test_ticks_are_round_and_in_the_range(made: ResultsFile, folder: Path) -> None:
     picture = shown(made, folder)[0]
-    assert 2 <= len(picture.x_ticks) <= 6 and all(0 <= at <= 1000 for _, at in (*picture.x_ticks, *picture.y_ticks))
-    low, high = (end for end, _ in (picture.x_ticks[0], picture.x_ticks[-1]))
+    assert 2 <= len(picture.axes.x_ticks) <= 6 and all(
+        0 <= at <= 1000 for _, at in (*picture.axes.x_ticks, *picture.axes.y_ticks)
+    )
+    low, high = (end for end, _ in (picture.axes.x_ticks[0], picture.axes.x_ticks[-1]))
     assert low >= 0 and high <= 60
 
 

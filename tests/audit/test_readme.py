@@ -12,8 +12,9 @@ from cases import recorded, results_file
 from msgspec.structs import replace
 from sample import paper_record
 
+from benchmarks.readme import notes, verdicts
 from replication.audit.model import Evidence
-from replication.audit.publish.readme import is_stale, notes, replace_block, results_block, verdicts
+from replication.audit.publish.readme import is_stale, replace_block, results_block
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,13 +13,24 @@ import pytest
 from lab import Lab, make_lab
 from sample import results
 
-from replication.audit.inspect.check import TAKEN
 from replication.audit.publish.readme import BEGIN, END
 from replication.audit.report import sections, templates
 from replication.audit.report.guard import numbers_of, require_sourced
 from replication.audit.report.page import build_report
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
+
+TAKEN = {
+    "run.date": "the time of the run",
+    "run.commit": "the sources have this state or not whatever a commit is called; the keys hold their checksums",
+    "run.dirty": "as the commit",
+    "run.cpu": "a fact of the machine; what it changes, the kernel, is in the keys",
+    "run.platform": "a fact of the machine",
+    "run.python": "its last place, which is not in the keys",
+    "run.blas": "versions of libraries, which those of the packages imply; the kernel must stand in it",
+    "experiments.seconds": "measured; another number makes a note, for then the kept result is of another run",
+}
+"""Fields of a file that a change by hand leaves without a problem, with the reason; all others are derived."""
 
 TAMPER = """
 import copy, itertools, json, sys

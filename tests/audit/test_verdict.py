@@ -145,13 +145,14 @@ def test_a_misprinted_result_is_compared_with_what_is_meant(value: float, proof:
 
 @pytest.mark.parametrize("kind", [Kind.VALUE, Kind.ORDER])
 def test_an_erratum_that_is_an_inference_makes_the_claim_compatible(kind: Kind) -> None:
-    before = Evidence(method="m", value=2.0, holds=False)
-    after = Evidence(method="m", value=1.33, holds=True, as_printed=before)
+    numbers = (2.0, 1.33) if kind is Kind.VALUE else (None, None)
+    before = Evidence(method="m", value=numbers[0], holds=False)
+    after = Evidence(method="m", value=numbers[1], holds=True, as_printed=before)
     tried = case(kind, after, printed="1.33", erratum="toy.e1", proof_holds=True)
     assert judge(tried).verdict is Verdict.REPRODUCED_AFTER_ERRATUM
     judgement = judge(tried, inferred=True)
     assert judgement.verdict is Verdict.COMPATIBLE and "is an inference" in judgement.reason
-    agreeing = replace(after, as_printed=replace(before, value=1.33, holds=True))
+    agreeing = replace(after, as_printed=replace(before, value=numbers[1], holds=True))
     assert judge(case(kind, agreeing, printed="1.33", erratum="toy.e1", proof_holds=True), inferred=True).verdict in (
         Verdict.REPRODUCED,
         Verdict.CONSISTENT,
@@ -341,10 +342,19 @@ def test_a_threshold_is_told_with_the_residual(holds: bool, margin: float, words
             "needs holds and margin",
         ),
         (Kind.VALUE, Evidence(method="m", value=1.33, threshold=0.2, threshold_reason="why"), "has no threshold"),
+        (
+            Kind.ORDER,
+            Evidence(method="m", holds=True, probability=0.001),
+            "order has no probability, got 0.001",
+        ),
+        (Kind.FEASIBLE, Evidence(method="m", holds=True, draws=100), "of kind feasible has no probability"),
+        (Kind.VALUE, Evidence(method="m", value=1.33, probability=0.5), "of kind value has no probability"),
+        (Kind.ORDER, Evidence(method="m", holds=True, value=0.97), "'1.33' is printed and 0.97 computed; make it one"),
     ],
 )
-def test_a_threshold_needs_a_reason_and_something_to_compare(kind: Kind, evidence: Evidence, words: str) -> None:
-    good = Evidence(method="m", holds=True, margin=0.1, value=1.33, as_printed=evidence)
+def test_evidence_has_what_its_kind_compares_and_reasons(kind: Kind, evidence: Evidence, words: str) -> None:
+    value = 1.33 if kind is Kind.VALUE else None
+    good = Evidence(method="m", holds=True, margin=0.1, value=value, as_printed=evidence)
     for tried in (
         case(kind, evidence, printed="1.33"),
         case(kind, good, printed="1.33", erratum="toy.e1", proof_holds=True),

@@ -9,26 +9,22 @@ from pathlib import Path
 import pytest
 from tables import read_csv
 
-from papers import KEYS
-from replication.audit.judge.numerals import MORE
-from replication.audit.publish.notebooks import run_example
-from replication.audit.publish.readme import (
-    BEGIN,
+from benchmarks.examples import run_example
+from benchmarks.readme import (
     COMMIT,
     DRAWN,
-    END,
     EXAMPLE,
     EXAMPLE_BEGIN,
     EXAMPLE_END,
     PICTURE,
     VERDICTS,
-    badges,
     example_block,
     noted,
-    replace_block,
-    results_block,
     verdicts,
 )
+from papers import KEYS
+from replication.audit.judge.numerals import MORE
+from replication.audit.publish.readme import BEGIN, END, badges, replace_block, results_block
 from replication.audit.report.claim import targets, views
 from replication.audit.run.draw import write_figure
 from replication.audit.run.runner import Outcome

@@ -42,7 +42,7 @@ from replication.audit.store.provenance import kernel
 print(kernel())
 """
 PAPERS = () if WHOLE else ("okajima2023", "shao")
-FOLDERS = ("replication", "papers", "figures", "certificates", "docs")
+FOLDERS = ("replication", "papers", "figures", "certificates", "docs", "benchmarks")
 WRITTEN = ("figures", "docs", "README.md", "papers")
 
 
@@ -136,7 +136,7 @@ def test_a_run_on_another_processor_leaves_the_sources_as_they_are(
         leave_out(project, kind, share()[1])
     before = contents(project)
     environment = {**os.environ, "OPENBLAS_CORETYPE": kind, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    commands = [["replication", "run", *PAPERS], *([["replication.audit.publish.readme"]] if WHOLE else [])]
+    commands = [["replication", "run", *PAPERS], *([["benchmarks.readme"]] if WHOLE else [])]
     for command in commands:
         words = [sys.executable, "-m", *command]
         ran = subprocess.run(words, cwd=project, env=environment, capture_output=True, text=True, timeout=PATIENCE)

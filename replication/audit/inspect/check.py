@@ -233,18 +233,6 @@ PARTS = {
 }
 """The sorts of records that belong to a paper: the part of the file that holds them, and what names one."""
 
-TAKEN = {
-    "run.date": "the time of the run",
-    "run.commit": "the sources have this state or not whatever a commit is called; the keys hold their checksums",
-    "run.dirty": "as the commit",
-    "run.cpu": "a fact of the machine; what it changes, the kernel, is in the keys",
-    "run.platform": "a fact of the machine",
-    "run.python": "its last place, which is not in the keys",
-    "run.blas": "versions of libraries, which those of the packages imply; the kernel must stand in it",
-    "experiments.seconds": "measured; another number makes a note, for then the kept result is of another run",
-}
-"""Fields of a file that a change by hand leaves without a problem, with the reason; all others are derived."""
-
 
 @dataclass(frozen=True)
 class Kept:

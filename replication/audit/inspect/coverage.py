@@ -25,40 +25,12 @@ from typing import Annotated, Any
 
 import msgspec
 
-from replication.audit.data import PrintedValue, read_printed
+from replication.audit.data import PrintedValue, read_printed, words
 from replication.audit.parts import Coverage, Paper
 from replication.errors import AuditError, one_of
 
-FACTS = {
-    "definition": "definition or convention, or how many blocks the formula beside it shows: nothing to recompute",
-    "elsewhere": "stated of another work, whose text is not at hand, or of a machine",
-}
-"""Why a number that states a fact of the text is bound to nothing."""
-
-ASIDE = {
-    "symbol": "index, exponent, argument, order or range of a symbol",
-    "sign": "zero or one of a condition that says positive, definite, nonzero or stable",
-    "name": "digit in a name: of a norm, a product, a device",
-    "label": "number of a section, equation, theorem, figure, table, step, case or example",
-    "citation": "number of a reference in the text",
-    "bibliography": "list of references and of related works",
-    "furniture": "heading, page, volume, date, identifier, address or grant",
-    "person": "from the life of an author",
-    "drawing": "at the axes of a drawing, or made of a drawing or of a repeated line by a scan",
-}
-"""Why a number is none that states a fact: the text's own numbering, notation and furniture. It is listed, not counted.
-
-Counted are all others: parameters, entries and coefficients of matrices and formulas, bounds, sizes, instants, counts
-and results.
-"""
-
-ITEMS = {
-    "problem": "defines the problem or a symbol; it states nothing that could be checked",
-    "derived": "a step of a proof whose outcome is checked",
-    "diagram": "a drawing without data",
-}
-"""Why a numbered item is bound to nothing."""
-
+FACTS, ASIDE, ITEMS = map(words, ("facts", "aside", "items"))
+"""Why a number that states a fact, one that states none, and a numbered item are bound to nothing."""
 REASONS = {**FACTS, **ASIDE, **ITEMS}
 NUMERAL = re.compile(r"[0-9]+(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+")
 _SIGNED = re.compile(rf"(?:(?<![\w)}}])[-−])?(?:{NUMERAL.pattern})")

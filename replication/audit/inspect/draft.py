@@ -12,11 +12,14 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
+from replication import scaffold
 from replication.audit.inspect.coverage import NUMERAL
 from replication.audit.judge.printed import parse
+from replication.audit.publish.rebuild import plain_templates
 from replication.errors import AuditError, InvalidInputError
 from replication.files import read_text, write_atomically
 
@@ -106,7 +109,7 @@ def draft(text: str, *, tex: bool) -> tuple[str, str]:
         if tex and re.search(r"\\end\{(?:table|figure|equation|align)\*?\}", line):
             found.header = ()
             found.enter(found.section, number + 1)
-    return _printed(found), _coverage(found, len(NUMERAL.findall(text)))
+    return _texts(found, len(NUMERAL.findall(text)))
 
 
 def _plain(found: _Draft, line: str, number: int) -> None:
@@ -229,44 +232,19 @@ def _slug(text: str) -> str:
     return "-".join(re.findall("[a-z0-9]+", words.lower()))
 
 
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _printed(found: _Draft) -> str:
-    lines = ["# A draft: read each entry against the text, name it, and move what holds into printed.toml."]
-    groups: dict[str, list[tuple[str, str, str]]] = {}
-    for name, (place, text) in found.values.items():
+def _texts(found: _Draft, runs: int) -> tuple[str, str]:
+    groups: dict[str, dict[str, tuple[str, str]]] = {}
+    for name, value in found.values.items():
         group, _, rest = name.partition(".")
-        groups.setdefault(group, []).append((rest, place, text))
-    for group, values in groups.items():
-        place = values[0][1] if not values[0][0] else f"{values[0][1].partition(',')[0]}, {{key}}"
-        lines += ["", f"[{group}]", f"place = {_quoted(place)}"]
-        if not values[0][0]:
-            lines.append(f"value = {_quoted(values[0][2])}")
-            continue
-        lines.append(f"[{group}.value]")
-        lines += [f"{rest} = {_quoted(text)}" for rest, _, text in values]
-    return "\n".join(lines) + "\n"
-
-
-def _coverage(found: _Draft, runs: int) -> str:
+        groups.setdefault(group, {})[rest] = value
     numbers: dict[str, list[str]] = {}
-    for unit in found.units:
-        for item in unit.items:
-            numbers.setdefault(item.split()[0], []).append(item.split()[1])
-    numbered = ", ".join(f"{kind} = {_quoted(', '.join(given))}" for kind, given in numbers.items())
-    lines = ["# A draft: bind what is open, and look at each guess; `replication coverage` says what does not fit."]
-    lines += ["", "[paper]", f"runs = {runs}", *([f"numbered = {{{numbered}}}"] if numbered else [])]
-    for unit in found.units:
-        if not (unit.rows or unit.items):
-            continue
-        lines += ["", "[[paper.places]]", f"place = {_quoted(f'{unit.place}, lines {unit.first}-{unit.last}')}"]
-        if unit.rows:
-            lines += ["numerals = [", *(f"  [{_quoted(a)}, {_quoted(b)}]," for a, b in unit.rows), "]"]
-        if unit.items:
-            lines += ["items = [", *(f'  [{_quoted(item)}, "open: what is claimed?"],' for item in unit.items), "]"]
-    return "\n".join(lines) + "\n"
+    for kind, number in (item.split()[:2] for unit in found.units for item in unit.items):
+        numbers.setdefault(kind, []).append(number)
+    templates = plain_templates(Path(scaffold.__file__).parent)
+    templates.filters["quoted"] = partial(json.dumps, ensure_ascii=False)
+    given = {"groups": groups, "numbers": numbers, "units": found.units, "runs": runs}
+    printed, coverage = (templates.get_template(f"{name}.j2").render(given) + "\n" for name in FILES)
+    return printed, coverage
 
 
 def write_draft(path: Path, folder: Path) -> list[Path]:

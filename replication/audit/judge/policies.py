@@ -11,38 +11,14 @@ from fractions import Fraction
 
 import msgspec
 
+from replication.audit.data import words
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
 from replication.audit.judge.numerals import exact, short
 from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, StatedClaim, Verdict
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
-RULES: Mapping[Policy, str] = {
-    Policy.SOLVER: "A text that obtains a least level with a numerical solver prints where the solver stopped. A print "
-    "above the optimum by no more than the solver's accuracy is compatible; the reason says what the optimum rounds "
-    "to, and by how much the print exceeds it at least.",
-    Policy.SOME: "A printed number that some readings of the text give and others do not is compatible: digits are "
-    "seldom met by chance. A statement without a number that holds under some readings only is undetermined. One that "
-    "says the same as a number shares its verdict.",
-    Policy.CONSTANT: "A constant that the text leaves open, such as a small positive one of a theorem or the start of "
-    "the time over which a maximum is taken, is a reading: its limit is one. A "
-    "value fitted to the print alone tests nothing and is no agreement: a print that only such a value meets is "
-    "undetermined, and one that none meets differs.",
-    Policy.RULED_OUT: "A reading that the text rules out is none: its outcome is told and does not count.",
-    Policy.FACT: "Claims of a paper with the same predicates are one fact: it has one verdict and is counted once.",
-    Policy.OWN: "What rests on a plant, a filter or draws of ours is never reproduced: a statement is consistent at "
-    "best, and a number, or what needs a correction too, compatible.",
-    Policy.ERRATUM: "A correction never improves a verdict: what agrees only once corrected says so, whether it is a "
-    "number or a statement; a correction that is an inference makes it compatible. It must leave the step valid: what "
-    "would fit the print and break a condition that the text asks for is told, and does not count.",
-    Policy.SCAN: "A slip of one symbol, digit or index, or a swap, at one place only, which nothing else in the text "
-    "repeats, may be of the conversion of the text: it is corrected and named, and not charged to the authors; the "
-    "verdict is that of the corrected text, if the correction is certain.",
-    Policy.INPUTS: "Results that a text prints, and from which another is computed, were rounded for the print: what "
-    "this rounding may explain is compatible. Parameters that it chooses are exact.",
-    Policy.REMARK: "What we say beside the text, such as that a condition is tight, is judged as a claim is, and no "
-    "total counts it.",
-}
+RULES: Mapping[Policy, str] = {Policy(name): text for name, text in words("policies").items()}
 OF_READINGS = (Policy.SOLVER, Policy.CONSTANT, Policy.RULED_OUT, Policy.OWN)
 """Policies that a reading brings with it."""
 

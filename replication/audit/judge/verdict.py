@@ -203,7 +203,7 @@ def _family(case: Case) -> Judgement:
     readings = [case.reading(outcome.reading) for outcome in evidence.outcomes]
     if len({reading.name for reading in readings}) != len(readings):
         raise AuditError(f"the evidence has two outcomes for one reading: {[reading.name for reading in readings]}")
-    _require_reasoned_threshold(case)
+    _require_fitting(case)
     if evidence.over_inputs is not None:
         raise AuditError("the evidence has outcomes under several readings and over_inputs; a range needs one reading")
     found = {
@@ -256,7 +256,7 @@ def _compare(case: Case) -> Judgement:
         raise AuditError(f"a claim of kind {claim.kind} has no tolerance, got {claim.tolerance}; leave it out")
     if claim.uncertainty and claim.kind not in (Kind.VALUE, Kind.MATRIX):
         raise AuditError(f"a claim of kind {claim.kind} has no uncertainty, got {claim.uncertainty!r}; leave it out")
-    _require_reasoned_threshold(case)
+    _require_fitting(case)
     if claim.kind not in NUMERIC:
         if claim.optimum or case.evidence.over_inputs is not None:
             raise AuditError(f"a claim of kind {claim.kind} compares no number: neither optimum nor over_inputs")
@@ -277,7 +277,19 @@ def _compare(case: Case) -> Judgement:
     return with_inputs(claim, case.target, case.evidence, judgement)
 
 
-def _require_reasoned_threshold(case: Case) -> None:
+def _require_fitting(case: Case) -> None:
+    """Raise AuditError for a number that a claim of this kind would leave unseen, or a threshold without reason."""
+    kind, evidence = case.claim.kind, case.evidence
+    if kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None):
+        raise AuditError(
+            f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind "
+            "statistical, or say by holds and margin whether the probability is what the text says of it"
+        )
+    if kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None:
+        raise AuditError(
+            f"a claim of kind {kind} compares no number, but {case.claim.printed!r} is printed and {evidence.value!r} "
+            "computed; make it one of kind value or bound, or leave one of the two out"
+        )
     threshold, reason = case.evidence.threshold, case.evidence.threshold_reason
     if threshold is None and not reason:
         return

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import ast
-import contextlib
 import hashlib
 import importlib
-import io
 import json
 import re
-import runpy
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +18,6 @@ from markupsafe import Markup
 from replication.audit.project import read_settings
 from replication.audit.report.templates import environment, set_inline, source
 from replication.audit.store.provenance import LOCK
-from replication.drawing.panels import as_svg
 from replication.errors import AuditError, one_of
 from replication.files import made_from, write_atomically, write_page
 
@@ -168,40 +163,3 @@ def _sources(root: Path) -> bytes:
     for path in files:
         digest.update(path.read_bytes() if path.is_file() else b"")
     return digest.digest()
-
-
-FIGURE = "figure"
-"""The variable in which an example leaves its picture, if it has one."""
-
-
-@dataclass(frozen=True)
-class Ran:
-    """An example that was run.
-
-    caption: first line of its docstring. code: without the docstring. drawing: stand-alone SVG, or nothing.
-    """
-
-    name: str
-    caption: str
-    code: str
-    output: str
-    drawing: str
-
-
-def run_example(path: Path) -> Ran:
-    """Run the script at `path`; raises AuditError that names it if it fails or says nothing of itself."""
-    text = path.read_text(encoding="utf-8")
-    tree = ast.parse(text)
-    said = ast.get_docstring(tree)
-    if not said:
-        raise AuditError(f"{path} has no docstring; its first line is the caption of what it draws")
-    printed = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(printed):
-            names = runpy.run_path(str(path))
-    except Exception as error:  # whatever an example raises
-        raise AuditError(f"{path}: {type(error).__name__}: {error}; run it by itself and correct it") from error
-    code = "\n".join(text.splitlines()[tree.body[0].end_lineno :]).strip()
-    figure = names.get(FIGURE)
-    drawing = "" if figure is None else as_svg(figure, path.stem)
-    return Ran(path.stem, said.splitlines()[0], code, printed.getvalue().rstrip(), drawing)

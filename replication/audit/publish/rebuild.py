@@ -123,11 +123,14 @@ def _hashed(pins: str) -> tuple[str, str]:
     return (done.stdout, "") if done.returncode == 0 else ("", f"{Path(program).stem}: {said[:200]}")
 
 
+def plain_templates(folder: Path) -> Environment:
+    """The templates of a folder for texts that are no HTML."""
+    return Environment(loader=FileSystemLoader(folder), undefined=StrictUndefined, keep_trailing_newline=True)
+
+
 def rebuild_texts() -> dict[str, str]:
     """The page for readers, the workflow and the container, by name."""
-    templates = Environment(
-        loader=FileSystemLoader(Path(scaffold.__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
-    )
+    templates = plain_templates(Path(scaffold.__file__).parent)
     given = {
         "install": INSTALL,
         "steps": (*INSTALL, *RUN),

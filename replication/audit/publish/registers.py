@@ -7,21 +7,18 @@ says what is still to be filled in (https://codecheck.org.uk/spec/config/2.0/). 
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
 
-from replication.audit.inspect.headline import sentence
 from replication.audit.people import PLACEHOLDER
-from replication.audit.publish.linked_data import Json, Software, without_empty
+from replication.audit.publish.linked_data import Json, Software, filled
 from replication.audit.store.records import PaperRecord, ResultsFile
 from replication.errors import one_of
 from replication.files import write_atomically
 
 CODECHECK, ZENODO = "codecheck.yml", ".zenodo.json"
-VERSION = "https://codecheck.org.uk/spec/config/2.0/"
 MARK = "# Written by `replication export`, from replication.toml, paper.toml, CITATION.cff and the results of the run."
 """A file without this line belongs to a person, and is left as it is."""
 
@@ -48,31 +45,9 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
     check = results.project.codecheck
     claims = [claim for claim in results.claims if claim.paper == paper.key]
     published = " ".join(text for text in (paper.venue, str(paper.year or "")) if text)
-    return without_empty(
-        {
-            "version": VERSION,
-            "paper": {
-                "title": paper.title,
-                "authors": [{"name": name, "ORCID": paper.orcids.get(name, "")} for name in paper.authors],
-                "reference": f"https://doi.org/{paper.doi}" if paper.doi else published,
-            },
-            "manifest": [
-                {"file": "report/results.json", "comment": "every claim with its evidence and verdict"},
-                *(
-                    {"file": f"figures/{record.name}.{suffix}", "comment": f"{record.place}: {record.title}"}
-                    for record in results.figures
-                    if record.paper == paper.key and not record.error
-                    for suffix in ("svg", "csv")
-                ),
-            ],
-            "codechecker": [{"name": person.name, "ORCID": person.orcid} for person in check.codechecker],
-            "summary": check.summary or f"{sentence(claims)} Made by `replication run` of {software.title}.",
-            "repository": software.repository_code or results.project.repository,
-            "check_time": check.check_time,
-            "certificate": check.certificate,
-            "report": check.report,
-        }
-    )
+    figures = [record for record in results.figures if record.paper == paper.key and not record.error]
+    given = {"results": results, "software": software, "check": check, "claims": claims, "published": published}
+    return filled("codecheck", paper=paper, figures=figures, **given)
 
 
 def unmet(content: Json) -> Iterator[str]:
@@ -99,23 +74,7 @@ def unmet(content: Json) -> Iterator[str]:
 
 def zenodo(results: ResultsFile, software: Software) -> Json:
     """The fields of a deposition of this audit: an upload of software that reviews the papers with a DOI."""
-    return without_empty(
-        {
-            "title": software.title,
-            "description": html.escape(software.abstract, quote=False),
-            "creators": [{"name": person.sorted_name, "orcid": person.plain_orcid} for person in software.authors],
-            "version": software.version,
-            "upload_type": "software",
-            "access_right": "open",
-            "license": software.license,
-            "keywords": list(software.keywords),
-            "related_identifiers": [
-                {"identifier": paper.doi, "relation": "reviews", "scheme": "doi"}
-                for paper in results.papers
-                if paper.doi
-            ],
-        }
-    )
+    return filled("zenodo", results=results, software=software)
 
 
 def write_registers(results: ResultsFile, software: Software, root: Path) -> Iterator[str]:

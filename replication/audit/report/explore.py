@@ -103,28 +103,25 @@ class CurveView:
     name, spread so that names do not meet. values, heights: at all positions of the slider, as the script reads them.
     """
 
-    label: str
-    quiet: bool
-    band: bool
+    curve: Curve
     path: str
     value: tuple[float, ...]
     at: float | None
     height: float
     values: str
     heights: str
-    refuted: bool = False
+    refuted: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class PictureView:
-    """A picture ready to be drawn. ticks: numbers on the axes with their places. share: of the claim's level in the
+    """A picture ready to be drawn. share: of the claim's level in the
     largest one among the pictures, in per cent. marks: the instants of each sensor, as a path.
     """
 
     picture: Picture
     curves: tuple[CurveView, ...]
-    x_ticks: tuple[tuple[float, float], ...]
-    y_ticks: tuple[tuple[float, float], ...]
+    axes: Axes
     begin: int
     places: str
     names: str
@@ -211,14 +208,10 @@ def _view(
     return PictureView(
         picture=picture,
         curves=tuple(
-            replace(
-                _curve(curve, lines, across, drawn_on, begin, height),
-                refuted=bool(refuted & set(curve.columns)),
-            )
+            _curve(curve, lines, across, drawn_on, begin, height, refuted)
             for (curve, lines), height in zip(pairs, heights, strict=True)
         ),
-        x_ticks=drawn_on.x_ticks,
-        y_ticks=drawn_on.y_ticks,
+        axes=drawn_on,
         begin=begin,
         places=" ".join(f"{drawn_on.x(x):.0f}" for x in across),
         names=" ".join(numerals.short(x, 3) for x in across),
@@ -240,7 +233,13 @@ def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture, count:
 
 
 def _curve(
-    curve: Curve, lines: tuple[Values, ...], across: Sequence[float], axes: Axes, begin: int, height: float
+    curve: Curve,
+    lines: tuple[Values, ...],
+    across: Sequence[float],
+    axes: Axes,
+    begin: int,
+    height: float,
+    refuted: set[str],
 ) -> CurveView:
     def at(i: int) -> float | None:
         ends = [line[i] for line in lines]
@@ -251,9 +250,8 @@ def _curve(
     path = axes.path(whole, [*lines[0], *(y for line in lines[1:] for y in reversed(line))])
     places = range(len(across))
     return CurveView(
-        label=curve.label,
-        quiet=curve.quiet,
-        band=len(lines) > 1,
+        curve=curve,
+        refuted=bool(refuted & set(curve.columns)),
         path=f"{path}Z" if len(lines) > 1 else path,
         at=at(begin),
         height=height,

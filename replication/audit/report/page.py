@@ -29,7 +29,7 @@ from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
-from replication.audit.report.templates import SOURCES, environment, source, style_sheet
+from replication.audit.report.templates import environment, source, style_sheet
 from replication.audit.report.words import terms
 from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
@@ -61,11 +61,11 @@ def build_report(results: ResultsFile, figures: Path, output: Path, root: Path |
 
 def _key(results: ResultsFile, figures: Path, depth: int, proofs: Mapping[str, Any]) -> str:
     """The checksum of all that a page is made from; versions of packages stand in the results."""
-    code = sorted(Path(replication.__file__).parent.rglob("*.py"))
-    words = (path for path in sorted(SOURCES.iterdir()) if path.suffix in {".j2", ".css", ".js"})
+    sources = sorted(Path(replication.__file__).parent.rglob("*.*"))
+    code = (path for path in sources if path.suffix in {".py", ".toml", ".j2", ".css", ".js"})
     drawn = (figures / f"{figure.name}{kind}" for figure in results.figures for kind in (".svg", ".csv"))
     digest = hashlib.sha256(to_json(results) + str(depth).encode() + json.dumps(proofs).encode())
-    for path in (*code, *words, *drawn):
+    for path in (*code, *drawn):
         digest.update(hashlib.sha256(path.read_bytes() if path.is_file() else b"").digest())
     return digest.hexdigest()
 

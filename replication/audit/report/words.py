@@ -10,39 +10,13 @@ from collections.abc import Iterable, Mapping
 
 from markupsafe import Markup
 
+from replication.audit.data import words
 from replication.audit.model import Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.store.records import PaperRecord
 
-VERDICTS = {
-    Verdict.REPRODUCED: "our number rounds to the printed one, or lies within the stated tolerance, and the text "
-    "leaves no choice. Where we know only bounds, both do.",
-    Verdict.REPRODUCED_AFTER_ERRATUM: "it holds once a misprint is corrected, and the text or the mathematics alone "
-    "dictates the correction.",
-    Verdict.COMPATIBLE: "possible, not confirmed: it holds under a reading or correction that we chose with the print "
-    "in view, under some readings of several, or as one random draw.",
-    Verdict.CONSISTENT: "the statement holds; it has no digits to compare. The evidence gives the margin or the "
-    "probability.",
-    Verdict.DIFFERS: "we compute another number, under the reading that is named or under every reading that we "
-    "tried. The evidence says by how much.",
-    Verdict.REFUTED: "the statement is false, by a counter-example or a proof.",
-    Verdict.UNDETERMINED: "the text does not settle it: the number is cited, is a run time, depends on a choice that "
-    "the text leaves open, or our bounds are too wide.",
-    Verdict.ERROR: "nothing to compare: a computation failed or did not answer the question.",
-}
-
-TERMS = {
-    "hold, possible, fail, undetermined": "how cards and badges count claims: reproduced, consistent or corrected with "
-    "certainty; compatible; differs or refuted; the rest, run times apart.",
-    "reading": "what we assume where the text leaves a choice.",
-    "our copy": "the text of a paper as a machine converted it; printed means what it shows. A slip of the copy is "
-    "none of the authors.",
-    "run time": "seconds of another computer, which no other machine can confirm; they are counted apart.",
-    "box": "all values that round to the printed number; the line is ours.",
-    "bracket": "a lower and an upper bound on the true value.",
-    "certificate": "a file with the numbers that prove a theorem; a second program checks it.",
-    "inference": "a correction or reading that we chose because it fits the printed number.",
-}
+VERDICTS = {Verdict(name): text for name, text in words("verdicts").items()}
+TERMS = words("terms")
 _FORMS = {"hold, possible, fail, undetermined": "possible|undetermined"}
 """How a term is met in a text, where it is not itself or its plural."""
 _MARKED = re.compile(r"(<[^>]*>)")

@@ -12,12 +12,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from replication.audit.brief import Bars, Entries, Pair, Traces
+from replication.audit.brief import Bars, Curve, Entries, Pair, Traces
 from replication.audit.judge import numerals
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView, Standing, anchor
 from replication.audit.report.entries import EntryView
-from replication.audit.report.explore import axes, table
+from replication.audit.report.explore import Axes, axes, table
 from replication.audit.report.opening.field import Lane
 from replication.audit.report.opening.told import BriefView, Told
 from replication.audit.report.paper import PaperView, TableView
@@ -34,8 +34,7 @@ GAP = 4.0
 class Trace:
     """One curve: path in the frame, the height of its name, its first and its last value."""
 
-    label: str
-    quiet: bool
+    curve: Curve
     path: str
     height: float
     first: float
@@ -44,17 +43,14 @@ class Trace:
 
 @dataclass(frozen=True, kw_only=True)
 class TracesView:
-    """Curves with axes; ticks: numbers with their places."""
+    """Curves with axes, up to an end on the abscissa, with its unit."""
 
     kind = "traces"
-    x: str
-    y: str
-    text: str
+    picture: Traces
     end: float
     unit: str
     curves: tuple[Trace, ...]
-    x_ticks: tuple[tuple[float, float], ...]
-    y_ticks: tuple[tuple[float, float], ...]
+    axes: Axes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,13 +67,11 @@ class BarView:
 
 @dataclass(frozen=True, kw_only=True)
 class BarsView:
-    """Pairs of bars; printed, bound: what they are; text: what else is said of them."""
+    """Pairs of bars."""
 
     kind = "bars"
+    picture: Bars
     pairs: tuple[BarView, ...]
-    printed: str
-    bound: str
-    text: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,8 +184,7 @@ def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | Entries
         made = [_pair(pair, paper, known) for pair in picture.pairs]
         longest = max((max(bar.widths) for bar in made), default=1.0) / 100
         shared = tuple(replace(bar, widths=(bar.widths[0] / longest, bar.widths[1] / longest)) for bar in made)
-        told = {name: getattr(picture, name) for name in ("printed", "bound", "text")}
-        return BarsView(pairs=shared, **told) if made else None
+        return BarsView(picture=picture, pairs=shared) if made else None
     if isinstance(picture, Entries):
         listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
@@ -264,14 +257,6 @@ def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> Traces
     for curve, line in zip(picture.curves, values, strict=True):
         last = [number for number in line if math.isfinite(number)][-1]
         path, height = frame.path(across, line), round(frame.y(last), 1)
-        curves.append(Trace(curve.label, curve.quiet, path, height, first=line[0], last=line[-1]))
-    return TracesView(
-        x=picture.x,
-        y=picture.y,
-        text=picture.text,
-        end=across[-1],
-        unit="".join(f"\N{NO-BREAK SPACE}{unit}" for unit in re.findall(r"\((\w+)\)", picture.x)[:1]),
-        curves=tuple(curves),
-        x_ticks=frame.x_ticks,
-        y_ticks=frame.y_ticks,
-    )
+        curves.append(Trace(curve, path, height, first=line[0], last=line[-1]))
+    unit = "".join(f"\N{NO-BREAK SPACE}{unit}" for unit in re.findall(r"\((\w+)\)", picture.x)[:1])
+    return TracesView(picture=picture, end=across[-1], unit=unit, curves=tuple(curves), axes=frame)

@@ -1,0 +1,144 @@
+"""What the README of this project shows beside its results: an example, and a picture of the answer.
+
+`python -m benchmarks.readme` writes the results of the run and the example into it, with `picture` the picture.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmarks.examples import Ran, run_example
+from replication.audit.project import find_project
+from replication.audit.publish.readme import badges, replace_block, results_block
+from replication.audit.store.records import ResultsFile, read_results
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+if TYPE_CHECKING:
+    from selenium import webdriver
+
+EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
+EXAMPLE = "docs/examples/multirate_cart.py"
+DRAWN = "docs/pictures/multirate_cart.py"
+"""What draws the picture beside the example."""
+PICTURE = "docs/example.svg"
+SHOWN_WIDTH = 300
+
+
+def example_block(ran: Ran, drawn: Ran) -> str:
+    """Markdown: code and output of an example, and a picture, which leads to what drew it."""
+    picture = f'<img align="right" src="{PICTURE}" width="{SHOWN_WIDTH}" alt="{drawn.caption}">'
+    picture = f'<a href="{DRAWN}">{picture}</a>'
+    lines = ["```python", ran.code, "```", "", picture, "", "```text", ran.output, "```"]
+    return "\n".join([EXAMPLE_BEGIN, "", *lines, "", EXAMPLE_END])
+
+
+def update(root: Path, results: ResultsFile, ran: Ran, drawn: Ran) -> None:
+    """Write the results of a run and an example with its picture into the README of the project at `root`."""
+    readme = root / "README.md"
+    text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
+    text = replace_block(text, example_block(ran, drawn), EXAMPLE_BEGIN, EXAMPLE_END)
+    written = {**badges(results), PICTURE: drawn.drawing, "README.md": text}
+    for name, content in written.items():
+        write_atomically(root / name, content.encode())
+
+
+# The picture of the README: the answer as the report draws it, of a run whose sources were committed.
+#
+# `make picture` takes it; Chromium and its driver must be on the path. The picture notes which commit and which
+# verdicts it shows, so that one that is out of date can be told.
+
+
+WIDTH, HEIGHT = 1240, 1600
+PART = "#rows"
+"""The part of the report that is shown."""
+STILL = """#rows { padding: .5rem 1.5rem; border: 0 }
+.row a { text-decoration: none !important }
+.traces .frame { height: 7rem !important }
+.row :is(.foot, .proof, .boxes + .hint), .row > :first-child > p:not(.who) { display: none }"""
+"""Without what a picture cannot do; the sentences stand in the README."""
+COMMIT, VERDICTS = "Commit", "Verdicts"
+"""What the picture notes, as texts of the PNG."""
+COLOURS = 192
+
+
+def verdicts(results: ResultsFile) -> str:
+    """A checksum of all claims with their verdicts."""
+    lines = sorted(f"{claim.id} {claim.verdict}" for claim in results.claims)
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def notes(results: ResultsFile) -> dict[str, str]:
+    """What the picture is to note; raises AuditError for results of edited sources or with a changed verdict."""
+    if results.run.dirty or not results.run.commit:
+        raise AuditError("the results come from sources that are not committed; commit, then `make picture`")
+    moved = [claim.id for claim in results.claims if claim.unexpected]
+    if moved:
+        raise AuditError(f"{len(moved)} verdicts are unexpected ({moved[0]}); settle them, then `make picture`")
+    return {COMMIT: results.run.commit, VERDICTS: verdicts(results)}
+
+
+def noted(picture: Path) -> dict[str, str]:
+    """What a picture notes."""
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        return {name: str(image.info.get(name, "")) for name in (COMMIT, VERDICTS)}
+
+
+def take(report: Path, results: ResultsFile, picture: Path) -> None:
+    """Write the part of the report that shows the answer, in light colours, to `picture`."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    texts = PngInfo()
+    for name, text in notes(results).items():
+        texts.add_text(name, text)
+    stream = io.BytesIO()
+    with Image.open(io.BytesIO(_screenshot(report))) as image:
+        image.convert("RGB").quantize(COLOURS).save(stream, "PNG", optimize=True, pnginfo=texts)
+    write_atomically(picture, stream.getvalue())
+
+
+def started() -> webdriver.Chrome:
+    """Chromium without a window; raises AuditError if it or its driver is missing."""
+    from selenium import webdriver
+
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        raise AuditError("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"):
+        options.add_argument(argument)
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+
+
+def _screenshot(report: Path) -> bytes:
+    browser = started()
+    try:
+        size = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1, "mobile": False}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        scheme = [{"name": "prefers-color-scheme", "value": "light"}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme})
+        browser.get(report.resolve().as_uri())
+        style = "document.head.append(Object.assign(document.createElement('style'), {textContent: arguments[0]}))"
+        browser.execute_script(style, STILL)
+        shown: bytes = browser.find_element("css selector", PART).screenshot_as_png
+        return shown
+    finally:
+        browser.quit()
+
+
+if __name__ == "__main__":
+    root = find_project(Path.cwd()).root
+    now = read_results(root / "report" / "results.json")
+    if sys.argv[1:] == ["picture"]:
+        take(root / "report" / "index.html", now, root / "docs" / "answer.png")
+    else:
+        update(root, now, run_example(root / EXAMPLE), run_example(root / DRAWN))
