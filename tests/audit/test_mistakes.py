@@ -226,13 +226,16 @@ def test_what_an_experiment_leaves_behind_is_told_and_reaches_no_other(lab: Lab)
     COUNT, SEEN[0], decimal.getcontext().prec, os.environ["LEFT"] = 1, 1, 3, "1"
     LEFT.append(1)
     os.chdir("/")
+    numpy.seterr(all="raise")
+    numpy.set_printoptions(precision=3)
     solver = """
     finds = (
-        "len(squares.LEFT) + squares.SEEN[0] + squares.COUNT + float(1 / decimal.Decimal(3)) + ('LEFT' in os.environ)"
+        "len(squares.LEFT) + squares.SEEN[0] + squares.COUNT + float(1 / decimal.Decimal(3)) + ('LEFT' in os.environ) "
+        "+ (numpy.geterr()['over'] == 'raise') + (numpy.get_printoptions()['precision'] == 3)"
     )
     lab.edit("toy2020/squares.py", "\n\ndef square", f"\n{made}\n\ndef square")
     lab.edit("toy2020/squares.py", "    solver = ", leaves)
-    lab.edit("other2021.py", "\n\ndef half", "\nimport decimal, os\nfrom .toy2020 import squares\n\ndef half")
+    lab.edit("other2021.py", "\n\ndef half", "\nimport decimal, numpy, os\nfrom .toy2020 import squares\n\ndef half")
     lab.edit("other2021.py", "value / 2", f"value / 2 + {finds} + (os.getcwd() == '/')")
     lab.edit("other2021.py", "other2021", "z2021")
     lab.path("other2021.py").rename(lab.path("z2021.py"))

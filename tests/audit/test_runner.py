@@ -1,11 +1,13 @@
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -290,6 +292,22 @@ def test_ctrl_c_while_processes_begin_is_not_lost() -> None:
         signal.signal(signal.SIGINT, before)
     assert (child.stdout, lost) == ("True\n", [])
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_the_precision_of_mpmath_is_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package is none of this project's, so a stand-in has what is used of it."""
+    from replication.audit.run import chance
+
+    @contextlib.contextmanager
+    def workprec(bits: int) -> Iterator[None]:
+        yield
+        package.mp.prec = bits
+
+    package = SimpleNamespace(mp=SimpleNamespace(prec=53), workprec=workprec)
+    monkeypatch.setitem(sys.modules, "mpmath", package)
+    with chance._settings():
+        package.mp.prec = 200
+    assert package.mp.prec == 53
 
 
 def test_no_process_of_a_run_hears_ctrl_c() -> None:

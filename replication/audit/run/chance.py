@@ -16,6 +16,7 @@ import os
 import random
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import CodeType, FrameType, ModuleType
@@ -129,8 +130,9 @@ def _states(numpy: Any) -> tuple[Any, ...]:
 def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> Iterator[None]:
     """Tell of lists, dictionaries, sets, arrays and numbers of modules that change meanwhile, and put them back.
 
-    So are working folder, environment and decimal context. Another experiment in this process then finds all as in a
-    fresh one. Told are processes begun meanwhile, too. ours: whether the module of a file counts.
+    So are working folder, environment, what warns, and settings of decimal, NumPy and mpmath. Another experiment in
+    this process then finds all as in a fresh one. Told are processes begun meanwhile, too. ours: whether the module of
+    a file counts.
     """
     folder, begun = Path.cwd(), _processes()
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
@@ -138,7 +140,7 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
     found = [(module, name, value) for module in modules for name, value in vars(module).items()]
     before = [(*one, _kept(one[2])) for one in found if isinstance(one[2], kinds) and not one[1].startswith("__")]
     try:
-        with decimal.localcontext(), kept_environment():
+        with decimal.localcontext(), warnings.catch_warnings(), kept_environment(), _settings():
             yield
     finally:
         os.chdir(folder)
@@ -154,6 +156,18 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
             elif not isinstance(value, int | float):
                 value[... if hasattr(value, "shape") else slice(None)] = old
             setattr(module, name, value)
+
+
+@contextlib.contextmanager
+def _settings() -> Iterator[None]:
+    """Put back how NumPy answers errors and prints, and the precision of mpmath, where they are loaded."""
+    with contextlib.ExitStack() as kept:
+        if numpy := sys.modules.get("numpy"):
+            kept.enter_context(numpy.errstate())
+            kept.enter_context(numpy.printoptions())
+        if mpmath := sys.modules.get("mpmath"):
+            kept.enter_context(mpmath.workprec(mpmath.mp.prec))
+        yield
 
 
 def _kept(value: Any) -> Any:
