@@ -30,7 +30,7 @@ from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
 Json = dict[str, Any]
 
 CHEBYSHEV_ORDER = 12
-LOOSE = SdpaOptions(tolerance=1e-8, gap=1e-2, residual=1e-5)
+LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
 EPSILONS = (1e-5, 1e-3)
 
 
