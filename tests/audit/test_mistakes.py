@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from sample import claim
 from replication.audit.inspect.headline import factor
 from replication.audit.judge.verdict import plain
 from replication.audit.model import Evidence, Kind, Verdict
+from replication.audit.run.chance import shared_state
 from replication.errors import AuditError
 from replication.scaffold.make import scaffold
 
@@ -245,6 +248,19 @@ def test_what_an_experiment_leaves_behind_is_told_and_reaches_no_other(lab: Lab)
     assert untraced == {
         "toy2020.square": [f"changes {name} of papers.toy2020.squares" for name in ("COUNT", "LEFT", "SEEN")]
     }
+
+
+def test_what_is_left_behind_again_is_told_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = ModuleType("left_behind")
+    module.__file__, deep = "left_behind.py", {"a": [[1]]}
+    monkeypatch.setattr(module, "DEEP", deep, raising=False)
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    for _ in range(3):
+        told: list[str] = []
+        with shared_state(told.append, lambda file: file == module.__file__):
+            deep["a"][0].append(2)
+        assert told == ["changes DEEP of left_behind"]
+        assert deep == {"a": [[1]]}
 
 
 def test_what_a_claim_does_to_a_result_reaches_no_other(lab: Lab) -> None:

@@ -193,9 +193,9 @@ def _trace_misfit(A: Array, gains: Array, heads: Array, rows: Array, target: _Ta
     reach = np.full(stack.shape[2:], target.reach[0])
     for k, sensor in np.argwhere(measured).tolist():
         # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
-        gradient = _product(stack[sensor : sensor + 1], _product(before[k], after[N - 1 - k]))
+        gradient = _product(_product(stack[sensor : sensor + 1], before[k]), after[N - 1 - k])
         reach += HALF_UNIT_GAIN * np.abs(gradient).sum(axis=(0, 1))
-    trace = np.trace(_product(factors[-1], before[-1]))
+    trace = np.sum(factors[-1] * before[-1].swapaxes(0, 1), axis=(0, 1))
     return np.asarray(np.abs(-trace - target.coefficients[0]) / reach)
 
 

@@ -25,6 +25,8 @@ ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
 """For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
 CERTIFY = SdpaOptions(tolerance=1e-10, gap_asked=1.0, scale=1e4, gap=1.0, residual=1e-6)
 """For Example 4 at a given level: any feasible point serves, and a start larger than it takes fewest iterations."""
+SMALL_CONE = replace(CERTIFY, tolerance=1e-9, scale=1e3, step=0.95)
+"""For the small cone, whose points are smaller."""
 TINY = 1e-9
 """Entries below this are rounding, where those of the matrix are of size one."""
 SMALL_LEVEL = 9e-4
@@ -55,11 +57,12 @@ def cost_program(states: int, delays: int, level: float | None) -> Program:
 
 def cost(states: int, delays: int, level: float | None, threads: int = 1) -> Json:
     """Example 4 at degree 1: least γ, or a certificate of `level`; the size of the program and what the solver said."""
-    return _solved(cost_program(states, delays, level), level, threads)[0]
+    task = cost_program(states, delays, level)
+    return _solved(task, level, replace(ROUGH if level is None else CERTIFY, threads=threads))[0]
 
 
-def _solved(task: Program, level: float | None, threads: int) -> tuple[Json, Solution]:
-    solution = solve_sdpa(task, replace(ROUGH if level is None else CERTIFY, threads=threads))
+def _solved(task: Program, level: float | None, options: SdpaOptions) -> tuple[Json, Solution]:
+    solution = solve_sdpa(task, options)
     found = {
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
@@ -75,7 +78,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     The solution is written in the matrices of `cost_program`; what it misses there is measured, without a solver.
     """
     small = synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.BESSEL)
-    found, solution = _solved(synthesis.program(small, 0.0, level), level, threads)
+    found, solution = _solved(synthesis.program(small, 0.0, level), level, replace(SMALL_CONE, threads=threads))
     spaces = (lie.state_space(small.system, small.count), lie.derivative_space(small.system, small.count))
     first = 1 + 2 * small.system.delay_count
     parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)

@@ -229,7 +229,12 @@ def loose(words: str) -> None:
 
 def ours(file: str) -> bool:
     """Whether a file is one of the project, for the computation that goes on."""
-    return _active is not None and file.startswith(_active.root) and _counts(file, _active.root)
+    return _active is not None and file.startswith(_active.root) and _of_project(file, _active.root)
+
+
+@functools.cache
+def _of_project(file: str, root: str) -> bool:
+    return _counts(file, root)
 
 
 def _hear(event: str, arguments: tuple[Any, ...]) -> None:

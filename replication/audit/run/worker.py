@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib
 import json
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -82,8 +84,6 @@ def function_name(experiment: Experiment) -> str:
 
 def compute(task: Task) -> Answer:
     """Run a task with one BLAS thread. Whatever fails in it ends up in the answer, except an interruption."""
-    import threadpoolctl
-
     tree = SourceTree({name: Path(folder) for name, folder in task.packages.items()})
     sources = task.dependencies.sources
     begin = time.perf_counter()
@@ -97,7 +97,7 @@ def compute(task: Task) -> Answer:
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
             with (
                 shared_state(loose, ours),
-                threadpoolctl.threadpool_limits(THREADS),
+                _libraries(len(sys.modules)).limit(limits=THREADS),
                 limited(task.timeout),
                 shared_generators(loose),
             ):
@@ -117,6 +117,14 @@ def compute(task: Task) -> Answer:
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
         error, text = describe(failure, tree, tree.location(function) if function else ""), None
     return Answer(task.name, text, time.perf_counter() - begin, error, data, unseen, files)
+
+
+@functools.lru_cache(1)
+def _libraries(modules: int) -> Any:
+    """Those of linear algebra that are loaded; looked for again when this number of modules is another one."""
+    import threadpoolctl
+
+    return threadpoolctl.ThreadpoolController()
 
 
 @contextlib.contextmanager

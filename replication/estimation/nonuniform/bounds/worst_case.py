@@ -178,22 +178,23 @@ def _largest(blocks: _Blocks, count: int, length: int) -> tuple[Array, Array]:
     now[:, :length] = np.random.default_rng(0).standard_normal(now[0, :length].shape)
     now = now.reshape(count, -1) / np.linalg.norm(now.reshape(count, -1), axis=1)[:, None]
     last, beta = np.zeros_like(now), np.zeros(count)
-    tridiagonal = np.zeros((count, LOOKS[-1] + 1, LOOKS[-1] + 1))
+    tridiagonal = np.zeros((count, 2, LOOKS[-1]))
     for step in range(LOOKS[-1]):
         following = blocks.normal(now).reshape(now.shape) - beta[:, None] * last
         alpha = np.einsum("sk,sk->s", following, now)
         following -= alpha[:, None] * now
         beta = np.linalg.norm(following, axis=1)
-        tridiagonal[:, step, step] = alpha
-        tridiagonal[:, step, step + 1] = tridiagonal[:, step + 1, step] = beta
-        if step + 1 in LOOKS:
-            values, vectors = np.linalg.eigh(tridiagonal[:, : step + 1, : step + 1])
-            known = beta * np.abs(vectors[:, -1, -1]) <= SEARCH_TOLERANCE * values[:, -1]
+        tridiagonal[:, :, step] = np.stack([alpha, beta], axis=1)
+        if (size := step + 1) in LOOKS:
+            # The largest eigenvalue of each, and its vector.
+            tops = [scipy.linalg.lapack.dstemr(*rows[:, :size].copy(), 2, 0.0, 0.0, size, size) for rows in tridiagonal]
+            values = np.array([value[0] for _, value, _, _ in tops])
+            known = beta * np.abs([vector[-1, 0] for _, _, vector, _ in tops]) <= SEARCH_TOLERANCE * values
             if np.all(known):
                 break
         # A sequence whose space is used up goes on with zeros.
         last, now = now, following / np.where(beta > 0, beta, 1.0)[:, None]
-    return values[:, -1], known
+    return values, known
 
 
 Runs = tuple[int, ...]
