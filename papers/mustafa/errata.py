@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from papers.mustafa.claims.preliminaries import covers_as_step_3_prints
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, example, middle, printed_filter, sizes
@@ -11,6 +12,10 @@ from replication.audit.model import Proof, Results
 BY_ROOT = (
     " With √α in step 3 as well, and U3 corrected, one element comes out in both examples, as printed; but it does not "
     "leave (8) valid: in Example 1 (8) fails with that element."
+)
+BY_ALPHA = (
+    " Whatever step 4 means: with alpha as step 3 prints it, one element does not cover the range by (9) in either "
+    "example, with U3 as printed or corrected."
 )
 HALF_UNIT = 0.00005
 """Rounding of an entry of the printed filter."""
@@ -94,6 +99,7 @@ def steps_of_algorithm(results: Results) -> Proof:
     runs = [grids["algorithm"] for grids in found.values()]
     literal = {step_4: {run[form.name]["end"] for run in runs for form in AS_PRINTED[step_4]} for step_4 in AS_PRINTED}
     by_root = all(grids["intervals"]["corrected, root"]["covers"] for grids in found.values())
+    by_alpha = any(covers_as_step_3_prints(grids) for grids in found.values())
     return Proof(
         holds=literal[Step4.SET_MINUS] == literal[Step4.CUT] == {"STALLED"}
         and "COVERED" not in literal[Step4.UNCUT]
@@ -101,7 +107,7 @@ def steps_of_algorithm(results: Results) -> Proof:
         text="Our copy has lost a sign in this line, so its root may be damage too. With the root, U3 as printed or "
         "corrected, a set-minus or a union cut to the range adds no new period in either example, so the algorithm "
         "never ends; a union left uncut adds periods, and the range is not covered in the passes run. With alpha, a "
-        "set-minus and U3 corrected it is covered." + (BY_ROOT if by_root else ""),
+        "set-minus and U3 corrected it is covered." + (BY_ROOT if by_root else "") + ("" if by_alpha else BY_ALPHA),
         quantities={
             f"elements, Example {e}, {reading.name}": float(grids["algorithm"][reading.name]["size"])
             for e, grids in found.items()

@@ -55,7 +55,7 @@ def plot_curves(figure: FigureData) -> Any:
 def say_curves(figure: FigureData) -> str:
     """The message: how much larger the gains are than the printed levels."""
     first, second = (_excess(figure, e) for e in EXAMPLES)
-    return f"Varying periods: our filter has at least {first} times the printed gain, theirs {second}"
+    return f"Varying periods: Example 1, our filter: ≥{first} times its level; Example 2, printed filter: ≥{second}"
 
 
 def _excess(figure: FigureData, e: int) -> Decimal:

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from sample import KEY, brief, explorer, results
 
 from replication.audit.brief import Curve
-from replication.audit.model import Verdict
+from replication.audit.model import Policy, Verdict
 from replication.audit.report import explore
 from replication.audit.report.claim import targets, views
 from replication.audit.report.evidence import Ladder, ladders
@@ -196,3 +196,20 @@ def test_a_ladder_outside_its_box_belongs_to_a_number_that_differs(
     )
     others = tuple(moved if other.id == record.id else other for other in made.claims)
     assert (name in rungs(replace(made, claims=others))) is drawn
+
+
+def test_a_ladder_above_the_least_level_names_the_claim_that_finds_the_print(made: ResultsFile) -> None:
+    name, ladder = next((name, ladder) for name, ladder in rungs(made).items() if ladder.inside)
+    assert ladder.beside == () and ladder.entry.interval is not None
+    record, low = ladder.view.record, float(ladder.entry.interval[0]) - 1e-4
+    judgement = replace(record.judgement, verdict=Verdict.COMPATIBLE, policies=(Policy.SOLVER,))
+    least = replace(
+        record,
+        evidence=replace(record.evidence, value=low, lower=low - 1e-9, upper=low + 1e-9),
+        judgement=judgement,
+    )
+    attained = replace(record, claim=replace(record.claim, id=f"{record.id}-attained"))
+    elsewhere = replace(record, claim=replace(record.claim, id=f"{record.id}-elsewhere", place="another place"))
+    others = [least if other.id == record.id else other for other in made.claims]
+    moved = rungs(replace(made, claims=(*others, attained, elsewhere)))[name]
+    assert [view.record.id for view in moved.beside] == [attained.id]

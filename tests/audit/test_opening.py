@@ -264,7 +264,7 @@ def test_a_print_within_the_accuracy_of_a_solver_is_a_guess_and_no_correction(ma
             briefs(told(Policy.SOLVER, **wrong))
     with_solver = told(Policy.SOLVER)
     heading = paper_view(with_solver.papers[0], with_solver, Path(), targets(with_solver.claims)).headings["errata"]
-    assert heading.endswith("; 1 print above the least level, within the solver's accuracy")
+    assert heading.endswith("; 1 print above the least level, within the accuracy that we assume of its solver")
 
 
 def test_the_heading_of_the_tables_counts_their_numbers_by_verdict(made: ResultsFile) -> None:

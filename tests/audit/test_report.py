@@ -381,6 +381,26 @@ def test_a_claim_that_agrees_under_some_readings_says_under_how_many(made: Resul
     assert "under 3 of 3" not in said((3, 3)) and "under a choice that the paper does not make." in said((3, 3))
 
 
+def test_the_plain_sentence_names_what_else_explains_a_print_and_an_inference_that_it_rests_on(
+    made: ResultsFile,
+) -> None:
+    record = next(claim for claim in made.claims if claim.id == f"{KEY}.column-5-7")
+    inferred = next(erratum.id for erratum in made.errata if erratum.inference)
+
+    def said(verdict: Verdict, *policies: Policy, **claim: Any) -> str:
+        judgement = replace(record.judgement, verdict=verdict, policies=policies)
+        changed = replace(record, judgement=judgement, claim=replace(record.claim, **claim))
+        claims = tuple(changed if claim is record else claim for claim in made.claims)
+        page = render(replace(made, claims=claims, figures=()), Path())
+        return text_of(html5lib.parse(evidence(page)[anchor("claim", record.id)]))
+
+    solver = said(Verdict.COMPATIBLE, Policy.SOLVER, remark="a digit may be damaged")
+    assert "A solver that stops above the optimum may explain the print; but a digit may be damaged." in solver
+    assert "may explain the print." in said(Verdict.COMPATIBLE, Policy.SOLVER)
+    rests = "Ours rests on a correction that is an inference."
+    assert rests in said(Verdict.DIFFERS, erratum=inferred) and rests not in said(Verdict.DIFFERS)
+
+
 def test_a_claim_shows_its_reading_and_the_outcome_under_each(
     made: ResultsFile, tree: Any, drawn: dict[str, Any]
 ) -> None:

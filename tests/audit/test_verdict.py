@@ -159,6 +159,19 @@ def test_an_erratum_that_is_an_inference_makes_the_claim_compatible(kind: Kind) 
     )
 
 
+@pytest.mark.parametrize("inferred", [True, False])
+def test_what_fails_once_corrected_names_an_inference_too_and_the_readings_that_count(inferred: bool) -> None:
+    before = Evidence(method="m", value=2.0)
+    outcomes = tuple(Outcome(reading=reading.name, value=1.5) for reading in (NORM, START))
+    tried = value_case("1.33", 1.5, as_printed=before, outcomes=outcomes, erratum="e", proof_holds=True)
+    judgement = judge(tried, inferred=inferred, readings=READINGS)
+    assert judgement.verdict is Verdict.DIFFERS
+    assert judgement.reason.endswith("The erratum is an inference.") is inferred
+    assert "under 0 of 2 readings that leave the corrected step valid." in judgement.reason
+    plain = judge(value_case("1.33", 1.5, outcomes=outcomes), readings=READINGS)
+    assert plain.reason.startswith("It agrees under 0 of 2 readings of the text.")
+
+
 def test_an_inference_belongs_to_the_correction_and_not_to_the_text_as_printed() -> None:
     """A reading of the text stays in both; one chosen with the print in view is named for the correction alone."""
     for inference in (False, True):

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from msgspec.structs import replace
+
 from papers.mustafa.claims.preliminaries import (
+    NO_GRID,
     SLIP,
     WITH_U3,
+    covers_as_step_3_prints,
     for_both,
     no_grid,
     of_example,
@@ -65,11 +69,17 @@ def _added(run: dict[str, Any], u3: str) -> str:
     return f"{run['size'] - 1 or 'none'} with {u3}{stopped}"
 
 
-def _as_step_3_prints(found: Results) -> str:
-    """Whether the middle alone passes step 3 with alpha as it is printed there, whatever step 4 means."""
-    if any(interval["covers"] for name, interval in found["intervals"].items() if not name.endswith("root")):
-        return ""
-    return "With alpha as step 3 prints it one element does not cover the range by (9), whatever step 4 means. "
+def _no_one_element(e: int, results: Results) -> Evidence:
+    """What Algorithm 1 as printed gives; where it gives no grid, also that step 3 as printed alone rules out one."""
+    printed, condition = no_grid(e, results), results[f"condition.{e}"]
+    if not printed.not_checkable or covers_as_step_3_prints(results[f"grids.{e}"]):
+        return printed
+    fails = "; (8) itself fails there too" if min(condition["constant"], condition["modal"]) >= 1 else ""
+    return replace(
+        printed,
+        not_checkable="With alpha as step 3 prints it one element does not cover the range by (9), with U3 as printed "
+        f"or corrected, whatever step 4 means{fails}. {NO_GRID}",
+    )
 
 
 def grid_size(e: int, results: Results) -> Evidence:
@@ -85,8 +95,8 @@ def grid_size(e: int, results: Results) -> Evidence:
         cross_check="alpha does not depend on the filter, so the grid does not: Sigma_11 with random filters "
         f"against the plant's part, largest relative residual {results['identities']['sigma 11']:.1e}.",
         quantities={"alpha": r["alpha"], "passes": float(run["rounds"])},
-        as_printed=no_grid(e, results),
-        note=f"{_as_step_3_prints(r)}Step 3 says that an element covers the interval (9), which bounds (8); Theorem 3 "
+        as_printed=_no_one_element(e, results),
+        note="Step 3 says that an element covers the interval (9), which bounds (8); Theorem 3 "
         "asks for (8) alone. "
         "Where an element covers what (8) itself allows, a new one goes to the middle of each gap. Forms of (9), by "
         f"case U3 and by alpha or its root, in which the middle alone covers the range: {covering}. The root of alpha, "

@@ -246,7 +246,7 @@ def level_of_theorem_3(results: Results) -> Evidence:
     says=term("size of F", "printed-filter"),
 )
 def lmi_size_of_f(results: Results) -> Evidence:
-    """F in (10) and (11) has the size that Theorem 3 gives."""
+    """F in (10) and (11) has the size that Theorem 3 gives, once it is read n × r."""
     # F C is added to an n by n block in (10), and B_f = -Y^-1 F has the size of F.
     (n, r), size = sizes()
     return Evidence(

@@ -132,7 +132,7 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     """
     evidence, meant = case.evidence, case.claim.meant
     proof = case.erratum if case.erratum is not None and not case.erratum.error else None
-    if proof is not None and proof.scan and proof.holds and not proof.inference:
+    if _is_slip(proof):
         return slipped(erratum, _found(_corrected(case) if meant else case))
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if meant and evidence.as_printed is not None:
@@ -151,6 +151,8 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
         raise AuditError(f"erratum {erratum}: the evidence has no as_printed, and no note that says why")
     corrected = _found(_corrected(case) if meant else case)
     reason = f"With erratum {erratum}: {corrected.reason} {before}"
+    if proof is not None and proof.holds and proof.inference:
+        reason = f"{reason} The erratum is an inference."
     if corrected.verdict not in AGREES:
         return msgspec.structs.replace(corrected, reason=reason)
     if proof is None:
@@ -158,12 +160,17 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     if not proof.holds:
         reason = f"The proof of the erratum does not hold. {reason}"
     elif proof.inference:
-        verdict, reason = Verdict.COMPATIBLE, f"{reason} The erratum is an inference."
+        verdict = Verdict.COMPATIBLE
     else:
         verdict = once_corrected(corrected.verdict)
     if proof.holds:
         corrected = touched(corrected, Policy.ERRATUM)
     return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
+
+
+def _is_slip(proof: ErratumRecord | None) -> bool:
+    """Whether it is shown to be a slip that may be of the text at hand alone."""
+    return proof is not None and proof.scan and proof.holds and not proof.inference
 
 
 def _corrected(case: Case) -> Case:
@@ -228,7 +235,10 @@ def _family(case: Case) -> Judgement:
     else:
         verdict, decided = under_some(agreeing, len(verdicts), numbers)
     said = "; ".join(f"{name}: {judgement.reason.rstrip('.')}" for name, judgement in found.items())
-    reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings of the text. {said}."
+    # What would fit the print and break the step does not count, so that these are the valid ones.
+    mended = case.claim.erratum is not None and not case.printed and not _is_slip(case.erratum)
+    which = "that leave the corrected step valid" if verdict is Verdict.DIFFERS and mended else "of the text"
+    reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings {which}. {said}."
     if ruled_out:
         reason = f"{reason} The text rules out and the verdict leaves out: {', '.join(ruled_out)}."
     if met:

@@ -148,7 +148,8 @@ class Ladder:
     """One claim; near: the gap from the bracket to the nearer end of the interval, as a share of the interval.
 
     inside: whether the bracket lies in it. end: the nearer end. bracket: what is proved, rounded outwards. room: how
-    many times its width goes into the gap.
+    many times its width goes into the gap. beside: claims of its place that find the same print, if it is above the
+    least level.
     """
 
     view: ClaimView
@@ -159,20 +160,21 @@ class Ladder:
     bracket: Ends
     room: int
     rungs: tuple[Rung, ...]
+    beside: tuple[ClaimView, ...]
 
 
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
     """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
     cells = {name for table in paper.tables for name in table.claims}
     own = [view for view in claims if view.record.id in cells and view.record.counted]
-    found = [made for view in own if (made := _ladder(view)) is not None]
+    found = [made for view in own if (made := _ladder(view, claims)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.
     distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()
     chosen = sorted(distinct, key=lambda made: (made.inside, made.near))[:MOST]
     return tuple(sorted(chosen, key=lambda made: (made.inside, made.view.place)))
 
 
-def _ladder(view: ClaimView) -> Ladder | None:
+def _ladder(view: ClaimView, claims: Sequence[ClaimView]) -> Ladder | None:
     """None unless one printed number has a proved bracket, in sight of its interval, from which its verdict follows."""
     evidence, judgement = view.record.evidence, view.record.judgement
     if len(view.entries) != 1 or not judgement.proved or view.record.verdict is Verdict.ERROR:
@@ -201,7 +203,14 @@ def _ladder(view: ClaimView) -> Ladder | None:
         bracket=_outward(ours),
         room=_two_digits(gap / (ours[1] - ours[0])),
         rungs=_rungs(box, ours, end),
+        beside=tuple(other for other in claims if _attains(other, view)) if view.rounded else (),
     )
+
+
+def _attains(other: ClaimView, least: ClaimView) -> bool:
+    """Whether a claim of the place of a least level finds the number printed for it, as the printed filter's level."""
+    one, two = other.record.claim, least.record.claim
+    return (one.place, one.printed) == (two.place, two.printed) and other.record.counted and other.within == 1
 
 
 def _outward(ours: Ends) -> Ends:

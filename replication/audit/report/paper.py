@@ -147,7 +147,8 @@ class PaperView:
         copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
         resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
         off = (
-            f"; {above} print{'s' * (above > 1)} above the least level, within the solver's accuracy"
+            f"; {above} print{'s' * (above > 1)} above the least level, "
+            "within the accuracy that we assume of its solver"
             if (above := len(self.rounded))
             else ""
         )
