@@ -122,6 +122,7 @@ def test_the_inverse_needs_the_corrected_factors() -> None:
     present = found["present_only"]
     assert max(present["corrected"]["largest"], present["l0"]["largest"]) < ROUNDING
     assert present["injected"]["largest"] > 1e-3
+    assert found["jump"]["constants"]["median"] > WRONG
 
 
 def test_lmi_3_bounds_the_gain_and_is_tight() -> None:
