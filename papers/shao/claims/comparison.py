@@ -175,8 +175,9 @@ def better_transient(results: Results) -> Evidence:
             "observer of DRC-PMI; one correction per slow instant, which the text allows too, and y held, which it "
             "rules out, are told beside it, and the loops counted have the first two. By the slowest mode DRC-APO as "
             f"printed has a time constant of {constants[APO]:.1f} s, slow-observer DRC-PMI one of "
-            f"{constants[PMI]:.1f} s. With the restarted predictor it is {constants[RESTARTED]:.1f} s, with a true fast sensor {constants[FAST]:.1f} s: "
-            "what is beyond comes from (6), with which L acts once in M periods. How much better is not judged."
+            f"{constants[PMI]:.1f} s. With the restarted predictor it is {constants[RESTARTED]:.1f} s, with a true "
+            f"fast sensor {constants[FAST]:.1f} s: what is beyond comes from (6), with which L acts once in M periods. "
+            "How much better is not judged."
         ),
     )
 
