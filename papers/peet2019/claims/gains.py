@@ -294,7 +294,7 @@ def lumped_states(results: Results) -> Evidence:
         note=(
             "The text gives no accuracy and does not say whether the plant is lumped too, for which systems it holds, "
             "and whether N is the number per delay. Observer alone: it follows the plants' unstable motion within "
-            f"{at_most(100 * max(alone.values()))} % of z. Both: the norm errs by up to {at_most(100 * worst)} %, by "
+            f"{at_most(100 * max(alone.values()))} % of z. Both: the norm errs by up to {100 * worst:.1f} %, by "
             "the lumped plant: in Examples 2 and 3 the gain from w₁ to x₁ is that of the plant, whatever the observer, "
             f"and the norm of the loops is that gain to a relative {at_most(max(map(abs, unseen.values())), 1)}."
         ),
