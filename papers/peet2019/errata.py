@@ -83,20 +83,6 @@ FACTORS = (
 )
 
 
-def on_the_whole_space(results: Results) -> Proof:
-    """Theorem 4 for operators that do not map X into X."""
-    found = results["inversion"]
-    residual, jump = found["theorem_4"]["corrected"]["largest"], found["jump"]["constants"]["median"]
-    return contrast(
-        "Once corrected, the formulas give the inverse of operators that take constants, which lie in X, out of it. "
-        "Theorem 3 does not ask that 𝒫 maps X into X, and its observer has the inverse of that 𝒫. The conclusion that "
-        "the inverse maps X into X then falls with the hypothesis.",
-        {"largest residual of the inverse": residual},
-        {"median jump of 𝒫x at s = 0, for constant x": jump},
-        wrong=WRONG,
-    )
-
-
 def caption(results: Results) -> Proof:
     """The caption of Fig. 1 against the two systems' gains."""
     level = float(DATA["figure-level"])
@@ -171,7 +157,7 @@ def coercivity(results: Results) -> Proof:
     found = results["identities"]["coercive"]
     return contrast(
         "By (8) and the inner product of Sec. IV the difference is ετ_K(|x|² + Σ∫|φ_i|²), which is ε‖e‖² where τ_K = 1 "
-        "alone. It has no consequence: it is at least ε·min(1, τ_K)·‖e‖², so that 𝒫 is coercive all the same.",
+        "alone. It has no consequence: it is at least ε·min(1, τ_K)·‖e‖², so that 𝒫 is coercive if Corollary 2 holds.",
         {"largest residual, corrected, ε = 1": found["corrected"]["largest"]},
         {"median residual, as printed, ε = 1": found["printed"]["median"]},
         wrong=WRONG,
@@ -208,7 +194,6 @@ PROOFS: dict[str, Callable[[Results], Proof]] = {
         of_inverse, "lemma_5", "x-index", "largest", WRONG,
         f"The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay. {CONVERSION}",
     ),
-    "theorem-4-domain": on_the_whole_space,
     "figure-1-caption": caption,
     "eq-2-dimensions": dimensions,
     "eq-2-l0": present_alone,

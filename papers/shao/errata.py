@@ -104,18 +104,3 @@ def prediction_error_term(results: Results) -> Proof:
             "with |e_p| and t − t_k: largest left over right": worst["14"],
         },
     )
-
-
-@ERRATA.misprint(
-    "prediction-rate", "Sec. IV, above eq. (15)", "ẏ_p = C A ζ + C B u", "ẏ_p = C A ζ_p + C B u", "theorem"
-)
-def prediction_rate(results: Results) -> Proof:
-    """The change of (6) over a period against the integral of either rate."""
-    gap = results["theorem"]["increment_rate_gap"]
-    return contrast(
-        "Between two fast instants (6) follows the model, whose state is ζ_p; ζ follows (3), which is corrected by the "
-        "measurement. It does not mend the proof: the next sentence then has C A (x − ζ_p), and not C A ξ.",
-        {"largest departure over T with ζ_p, 1/s": gap["estimate, by the model"]},
-        {"largest departure over T with ζ, 1/s": gap["estimate"]},
-        zero=ROUND_OFF,
-    )

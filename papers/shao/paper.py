@@ -210,8 +210,8 @@ PAPER = paper(
         Part(
             "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
-                "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) is the step "
-                "that fails, and with the stability result (19) falls."
+                "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) fails, and the "
+                "rate above it to order T; with the stability result (19) falls."
             ),
         ),
         Part(

@@ -78,7 +78,7 @@ def test_every_printed_cell_of_the_tables_is_a_claim() -> None:
 
 
 def test_cited_claims_are_never_counted_as_reproduced() -> None:
-    names = ("ex4.unstable", "ex2.gamma-d1", "ex3.gamma-d1", "table1.function-of-product")
+    names = ("ex4.unstable", "ex2.gamma-d1", "ex3.gamma-d1", "table1.function-of-product", "observer.lumped-states")
     open_choices = {f"peet2019.{name}" for name in names}
     for claim in PAPER.claims:
         left_open = claim.kind is Kind.CITED or claim.id in open_choices
@@ -122,6 +122,7 @@ def test_the_inverse_needs_the_corrected_factors() -> None:
     present = found["present_only"]
     assert max(present["corrected"]["largest"], present["l0"]["largest"]) < ROUNDING
     assert present["injected"]["largest"] > 1e-3
+    assert found["jump"]["constants"]["median"] > WRONG
 
 
 def test_lmi_3_bounds_the_gain_and_is_tight() -> None:

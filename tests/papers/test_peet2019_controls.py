@@ -16,7 +16,7 @@ from faults import Fault, Results, all_of, full, put, times, verdict
 from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
 from papers.peet2019.claims.gains import POSITIVE, UNSHARP, conservative, missed, outcomes
-from papers.peet2019.claims.theory import LOOPS
+from papers.peet2019.claims.theory import LOOPS, SLIPS
 from papers.peet2019.experiments.declared import OFF_THE_PRINT, degrees_of
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import MOST_SOLVED, READINGS
@@ -313,18 +313,33 @@ def test_the_rules_that_miss_prints_from_degree_two_on_are_named() -> None:
     assert any("only under z2-outer and z2-inner;" in finding for finding in PAPER.findings(full(PAPER, results)))
 
 
-def test_the_accuracy_of_the_observer_alone_decides_on_lumped_states() -> None:
-    """The text lumps the observer: a plant that is lumped too is told, and does not count."""
+def test_what_is_lumped_and_how_accurately_decides_on_lumped_states() -> None:
+    """The text lumps the observer and is silent on the plant and on the accuracy: each reading counts."""
     claim, results = CLAIMS["observer.lumped-states"], copy.deepcopy(agreeing())
-    put("lumped.ex2/relative/0", -0.5)(results)
     assert verdict_on(claim, results) is Verdict.CONSISTENT
-    assert [one.holds for one in claim.answer(full(PAPER, results)).outcomes] == [True, False, False]
+    put("lumped.ex2/relative/0", -0.05)(results)
+    assert verdict_on(claim, results) is Verdict.UNDETERMINED
+    assert [one.holds for one in claim.answer(full(PAPER, results)).outcomes] == [True, False, True]
+    put("lumped.ex2/relative/0", -0.5)(results)
+    put("lumped.ex2/alone/0", 0.02)(results)
+    assert verdict_on(claim, results) is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("part", SLIPS)
+def test_the_slips_of_a_theorem_read_with_several_are_named_and_are_all_of_the_text_at_hand(part: str) -> None:
+    claim = CLAIMS[f"theory.{part.replace('_', '-')}"]
+    errata = {one.id.partition(".")[2]: one for one in PAPER.errata}
+    answer = claim.answer(full(PAPER, agreeing()))
+    assert claim.erratum == f"peet2019.{SLIPS[part][0]}"
+    for name in SLIPS[part]:
+        assert name in answer.note
+        assert errata[name].scan and not errata[name].inference
 
 
 def not_an_inverse(results: Results) -> None:
     """No formula of Theorem 4 or Lemma 5 gives the inverse or the gains."""
     found = results["inversion"]
-    found |= {part: dict.fromkeys(found[part], WRONG) for part in ("theorem_4", "lemma_5", "present_only", "jump")}
+    found |= {part: dict.fromkeys(found[part], WRONG) for part in ("theorem_4", "lemma_5", "present_only")}
 
 
 REFUTING: dict[str, tuple[Fault, ...]] = {

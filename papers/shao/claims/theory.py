@@ -78,12 +78,13 @@ def prediction_rate(results: Results) -> Evidence:
     found = residual(method, gap["estimate"])
     departure = {
         "departure over T with ζ, 1/s": gap["estimate"],
+        f"departure over T with ζ at the printed T = {DATA['period']} s, 1/s": gap["estimate, printed period"],
         "departure over T with ζ_p, 1/s": gap["estimate, by the model"],
     }
     note = (
-        "Between two fast instants the virtual output follows the model, so that its rate is C A ζ_p + C B u; with ζ "
-        "the changes over T agree up to terms of order T². The correction does not count, since the next step falls "
-        "with it: from ζ_p follows ẏ − ẏ_p = C A (x − ζ_p), where the text has C A ξ. Apart from this the proof "
+        "Between two fast instants the virtual output follows the model, so that the rate is true of ζ_p in place of "
+        "ζ, but then the next sentence has C A (x − ζ_p), and not C A ξ. That sentence needs ζ, so ζ is what was "
+        "meant and no misprint. With ζ the changes over T agree up to terms of order T². Apart from this the proof "
         "integrates the rate from an error of zero, but at the start of a period (6) is off by the error C ξ(t_{k−1}) "
         "of the estimate, which (15) drops."
     )

@@ -38,7 +38,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
 
     periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap, scalar_gap: (15)
     at the T of the loop. restarted_gap: (15) with the restarted predictor. increment_rate_gap: `rate_gap` at
-    the largest T, and with the model's state.
+    the largest T, with the model's state too, and at the T of the loop.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
 
@@ -62,6 +62,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
         "increment_rate_gap": {
             "estimate": rate_gap(replace(DESIGN, period=periods[0])),
             "estimate, by the model": rate_gap(replace(DESIGN, period=periods[0]), predicted=True),
+            "estimate, printed period": rate_gap(DESIGN),
         },
         "radius": {name: radius(COUNTEREXAMPLE, name) for name in COMPARED},
         "rate_gap": {
