@@ -99,8 +99,8 @@ def _unstable(results: Results) -> Iterator[str]:
     diagonals = results[unstable.ALL_DIAGONALS]["found"]
     if results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(row["radius"] for row in diagonals):
         yield (
-            "With C of Sec. IV-A, gains (42) stabilise an A with the stated poles; none that we tried differs from "
-            "(41) on the diagonal only."
+            "With C of Sec. IV-A, gains (42) stabilise an A with the stated poles; of those tried that differ "
+            "from (41) only diagonally, none."
         )
 
 

@@ -106,20 +106,19 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
 @pytest.mark.parametrize(
     ("papers", "sentence"),
     [
-        ([FALSE], "A guarantee of Doe is false."),
-        ([replaced(FALSE, refuted=0)], "A guarantee of Doe fails."),
+        ([FALSE], "Doe is false."),
+        ([replaced(FALSE, refuted=0)], "Doe fails."),
         ([SOUND], "Every theorem of the paper passes our tests."),
         ([SOUND, OPEN], "No theorem of both papers is refuted."),
         ([replaced(OPEN, failing=1)], "No theorem of the paper is refuted; one result of Roe differs."),
         (
             [FALSE, replaced(SOUND, failing=2), replaced(SOUND, corrected=True), replaced(SOUND, failing=1)],
-            "A guarantee of Doe is false. No theorem of the other three papers is refuted, though some need "
-            "correction.",
+            "Doe is false. No theorem of the other three papers is refuted, though some need correction.",
         ),
-        ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "A guarantee of Doe is false."),
+        ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "Doe is false."),
         (
             [FALSE, FALSE, FALSE, SOUND],
-            "A guarantee of Doe is false. Every theorem of the other paper passes our tests.",
+            "Doe is false. Every theorem of the other paper passes our tests.",
         ),
         ([], "There is no claim to judge."),
     ],
@@ -153,7 +152,7 @@ def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
     assert field([paper_of([remark])]).answer == "Of 1 result, 0 hold, 1 fails."
-    assert field([paper_of([theorem])]).answer == "A guarantee of Doe (2020) (shorter is better) is false."
+    assert field([paper_of([theorem])]).answer == "The shorter is better guarantee of Doe (2020) is false."
     assert field([paper_of([theorem, remark])]).tally.numbers["fail"] == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
     assert field([paper_of(made.claims)]).tally.numbers["fail"] == failing

@@ -149,7 +149,7 @@ def _exponential(matrix: Any) -> Any:
     return _exponential_of(matrix.tobytes(), matrix.dtype, len(matrix))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=1024)
 def _exponential_of(matrix: bytes, kind: Any, n: int) -> Any:
     """Kept, since the loops of a table share a model and its periods."""
     with np.errstate(over="ignore", invalid="ignore"):

@@ -98,14 +98,16 @@ def _whose(lanes: Sequence[Lane], broken: bool) -> str:
     """The papers of which a theorem fails, or only other results do, and what it is if it is one."""
     chosen = [lane for lane in lanes if bool(lane.standing.broken) is broken and lane.failing]
     if len(chosen) == 1 and (chosen[0].standing.broken if broken else chosen[0].standing.failing) == 1:
-        return f"{chosen[0].paper.record.named} ({chosen[0].failing[0][0]})"
-    return f"{'each of ' * (broken and len(chosen) > 1)}{', '.join(lane.paper.record.named for lane in chosen)}"
+        word, named = chosen[0].failing[0][0], chosen[0].paper.record.named
+        return f"The {word} guarantee of {named}" if broken else f"{named} ({word})"
+    named = ", ".join(lane.paper.record.named for lane in chosen)
+    return f"A guarantee of {'each of ' * (len(chosen) > 1)}{named}" if broken else named
 
 
 def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str = "") -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
-    Where there is no theorem to speak of, how many results hold. false: the papers of which a theorem fails; off: where
+    Where there is no theorem to speak of, how many results hold. false: whose theorem fails; off: where
     there is none, those of which other results do.
     """
     judged = [paper for paper in papers if paper.claims]
@@ -119,7 +121,7 @@ def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str =
     if len(others) == len(judged):
         return _of_others(others, whole, off)
     refuted = all(paper.refuted for paper in judged if paper.broken)
-    first = f"A guarantee of {false} {'is false' if refuted else 'fails'}."
+    first = f"{false} {'is false' if refuted else 'fails'}."
     rest = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
     return f"{first} {_of_others(others, rest)}" if others else first
 
