@@ -64,13 +64,14 @@ def findings(results: Results) -> tuple[str, ...]:
     own = [times(results[f"own-grid.{e}"]["lower"], str(results[f"own-grid.{e}"]["level"])) for e in EXAMPLES]
     lowered = all(results[f"own-grid.{e}"]["upper"] < results[f"bracket.{e}"]["lower"] for e in EXAMPLES)
     return (
-        f"{'Both' if kept else 'Not both'} printed levels agree, to their digits, at the middle period of the range; "
+        f"{'Both' if kept else 'Not both'} printed levels hold, to their digits, at the middle period of the range; "
         "Theorem 3 and Sec. V-A promise no more.",
         f"If the period varies, Example 2's worst case is at least {worst[1]} times its level; Example 1's, with our "
         f"filter, at least {worst[0]} times.",
         "In Example 2 the printed filter reaches the printed level; the least level, which step 2 seeks, rounds to "
         f"{results['nominal.2']['formula']:.4f}.",
-        f"In Example 1 every stable filter of form (4) has a worst-case gain of at least {floor} × {GAMMA[1]}.",
+        "If the period varies, every stable filter of form (4) for Example 1 has a worst-case gain of at least "
+        f"{floor} × {GAMMA[1]}.",
         "In Example 1 the newest measurement itself, which form (4) does not use, is a better estimate: worst-case "
         f"gain D = {DATA['example-1']['D']}.",
         "The error stays stable for every sequence of periods; this needs neither the grid nor condition (8).",
@@ -83,12 +84,12 @@ def findings(results: Results) -> tuple[str, ...]:
                 "whatever step 4 means.",
             )
         ),
-        f"With step 4 corrected, an inference, Algorithm 1 ends with {sizes[0]} elements in Example 1, not one; by (8) "
-        f"in modal coordinates {by_modal} would do.",
+        f"With U3 and, by inference, step 4 corrected, Algorithm 1 ends Example 1 with {sizes[0]} elements; by (8) in "
+        f"modal coordinates {by_modal} would do.",
         *(
             (
-                "With √α in step 3 and U3 corrected, Algorithm 1 ends with one element in both examples, as printed; "
-                "but (8) fails in Example 1.",
+                "With √α in step 3 too, where α is printed, and U3 corrected, both grids have one element; (8) fails "
+                "in Example 1.",
             )
             if by_root
             else ()
@@ -97,8 +98,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{by_condition[1]:g} would do.",
         f"Filters of our own design guarantee the levels {robust[0]} in Example 1 and {robust[1]} in Example 2, "
         "for every sequence in the range.",
-        f"On the corrected grids the worst case {'falls' if lowered else 'does not always fall'}, but is at least "
-        f"{own[0]} times step 2's level in Example 1, {own[1]} times in Example 2.",
+        f"Filters for the corrected grids {'lower' if lowered else 'do not always lower'} the worst case, but exceed "
+        f"their own step 2 levels at least {own[0]}-fold (Example 1) and {own[1]}-fold (Example 2).",
         *(
             (
                 "With its √α, step 4 adds no period in either example if read with a set-minus or cut to the range: "
@@ -115,8 +116,8 @@ def findings(results: Results) -> tuple[str, ...]:
             if {run["end"] for run in uncut} == {"LIMIT"}
             else ()
         ),
-        f"Measured in seconds, worst cases are at least {in_seconds[0]} in Example 1, our filter, and {in_seconds[1]} "
-        "in Example 2, printed filter, still above both levels.",
+        f"With norms as time integrals, worst cases are at least {in_seconds[0]} in Example 1, our filter, and "
+        f"{in_seconds[1]} in Example 2, printed filter.",
     )
 
 

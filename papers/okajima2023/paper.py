@@ -99,8 +99,8 @@ def _unstable(results: Results) -> Iterator[str]:
     diagonals = results[unstable.ALL_DIAGONALS]["found"]
     if results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(row["radius"] for row in diagonals):
         yield (
-            "With C of Sec. IV-A, gains (42) stabilise an A with the stated poles; of those tried that differ "
-            "from (41) only diagonally, none."
+            "With C of Sec. IV-A, gains (42) stabilise some A with the stated poles, but none tried that "
+            "differs from (41) only on its diagonal."
         )
 
 
@@ -129,8 +129,8 @@ def _simulated(found: Mapping[str, Any]) -> Iterator[str]:
         case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in found["cases"].items()
     )
     yield (
-        f"If d in eq. (34) is the process noise alone, {'all' if below else 'not all'} {found['seeds']} draws exceed "
-        "each published ratio, in Cases A to C with our gains."
+        f"If d in eq. (34) is the process noise alone, each published ratio {'lies' if below else 'does not lie'} "
+        f"below all {found['seeds']} draws; Cases A to C use our gains."
     )
     yield (
         "If it stacks all noises, as d⁎ of (17) does, eq. (34) is the ratio that γ bounds; each published ratio is "

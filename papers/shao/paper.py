@@ -54,7 +54,7 @@ BRIEF = TOLD.brief(
     card="Virtual measurements correct nothing, only real samples do: in the loop below the observer's gain acts on "
     f"average like {short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for its plant. "
     "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. We "
-    "tried hundreds of thousands of simulation settings: [none](-table.any-reading) gives even one whole column of "
+    "tried over a million simulation settings: [none](-table.any-reading) reproduces even one whole column of "
     "tracking errors in Table I.",
     picture=Traces(
         figure="shao-counter-example",
@@ -97,8 +97,8 @@ def findings(results: Results) -> tuple[str, ...]:
     return (
         "The stability result of Sec. IV is false: a scalar loop is unstable at every T that (18) admits, up to "
         f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s.",
-        "(18) does not contain M and cannot suffice: the same loop is unstable at each M that we tried, the smallest "
-        f"{min(unstable)}, the largest {max(unstable)}.",
+        f"The same loop is unstable at each M tried from {min(unstable)} to {max(unstable)}: (18), which does not "
+        "contain M, cannot suffice.",
         "Nor does (18) suffice with our restarted predictor: the loop is stable at "
         f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
         f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in the steady "
@@ -111,19 +111,19 @@ def findings(results: Results) -> tuple[str, ...]:
         "with T.",
         "In (14) the factor t − t_k is missing, and perhaps the bars of |e_p|, which our copy may have lost; with both "
         "(14) holds.",
-        "The printed example does not meet (18), which the text does not claim: its left side is "
+        "The printed motor does not meet (18), nor does the text say so: the left side is "
         f"{short(theorem['motor']['condition'], 2)}.",
-        f"If DRC-PMI knew the state at each measurement, it would err by {exact[0]:.2f} to {exact[-1]:.2f} %: the rest "
-        "is the observer's.",
+        f"If DRC-PMI knew the state at each measurement, its error would rise from {exact[0]:.2f} to {exact[-1]:.2f} % "
+        "over Table I; the rest is the observer's.",
         "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
         f"most {at_most(100 * _largest_move(results))} %.",
-        f"{sum(search.hits.values()) or 'None'} of our simulation settings gives a whole column of Table I; they give "
-        f"at most {sum(search.distinct.values()):,} distinct results.",
+        f"{sum(search.hits.values()) or 'No'} simulation setting searched gives a whole column of Table I; at most "
+        f"{sum(search.distinct.values()):,} results differ in the printed digits.",
         NOT_SEARCHED,
-        f"A maximum over the whole run is no explanation of Table I: it is at least {abs(START[0]):.0%} of the "
-        "amplitude, the initial error.",
-        f"DRC-APO has the smaller error at every frequency in {pairs['holds']} of the {sum(pairs.values())} stable "
-        "settings that we count as open.",
+        "A maximum over the whole run is no explanation of Table I: the initial error alone is "
+        f"{abs(START[0]):.0%} of the amplitude.",
+        f"Of {sum(pairs.values())} stable combinations of feedforward and DRC-PMI that we count as open, DRC-APO has "
+        f"the smaller error at every frequency in {pairs['holds']}.",
         _slowest(*settling(results)),
         f"A true fast sensor settles faster than DRC-APO: time constants of {constants[FAST]:.1f} s and "
         f"{constants[APO]:.1f} s.",
@@ -134,8 +134,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "Sampling folds the fast mode of the motor: DRC-APO is stable for T in at least "
         f"{sum(stable for stable, _ in groupby(row[0] < 1.0 for row in results['eigenvalues']['moduli'][APO]))} "
         "separate ranges.",
-        f"SRC is unstable, as the text says: its dominant mode grows {table['radius'][SRC]:.2f}-fold with observer (2) "
-        f"held over M T, {table['radius'][SRC_SINGLE]:.2f}-fold with one correction.",
+        f"SRC is unstable, as the text says: in a slow period its dominant mode grows {table['radius'][SRC]:.2f}-fold "
+        f"with observer (2), {table['radius'][SRC_SINGLE]:.2f}-fold with one correction.",
     )
 
 
