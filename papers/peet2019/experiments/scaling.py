@@ -25,7 +25,7 @@ ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
 """For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
 CERTIFY = SdpaOptions(tolerance=1e-10, gap_asked=1.0, scale=1e4, gap=1.0, residual=1e-6)
 """For Example 4 at a given level: any feasible point serves, and a start larger than it takes fewest iterations."""
-SMALL_CONE = replace(CERTIFY, tolerance=1e-9, scale=1e3, step=0.95)
+SMALL_CONE = replace(CERTIFY, scale=1e3, step=0.95)
 """For the small cone, whose points are smaller."""
 TINY = 1e-9
 """Entries below this are rounding, where those of the matrix are of size one."""
