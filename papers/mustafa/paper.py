@@ -116,8 +116,8 @@ def findings(results: Results) -> tuple[str, ...]:
             if {run["end"] for run in uncut} == {"LIMIT"}
             else ()
         ),
-        f"With norms as time integrals, worst cases are at least {in_seconds[0]} in Example 1, our filter, and "
-        f"{in_seconds[1]} in Example 2, printed filter.",
+        f"With both norms weighted by the periods, worst cases are at least {in_seconds[0]} in Example 1, our filter, "
+        f"and {in_seconds[1]} in Example 2, printed filter.",
     )
 
 

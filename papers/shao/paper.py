@@ -117,8 +117,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "over Table I; the rest is the observer's.",
         "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
         f"most {at_most(100 * _largest_move(results))} %.",
-        f"{sum(search.hits.values()) or 'No'} simulation setting searched gives a whole column of Table I; at most "
-        f"{sum(search.distinct.values()):,} results differ in the printed digits.",
+        f"{sum(search.hits.values()) or 'No'} simulation setting searched gives a whole column of tracking errors in "
+        f"Table I; at most {sum(search.distinct.values()):,} results differ from one another in print.",
         NOT_SEARCHED,
         "A maximum over the whole run is no explanation of Table I: the initial error alone is "
         f"{abs(START[0]):.0%} of the amplitude.",
