@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -112,8 +112,12 @@ def read_tables(path: Path) -> Mapping[str, Any]:
 
 def words(table: str) -> dict[str, str]:
     """A table of `words.toml`: what names of verdicts, policies and the like mean."""
-    found: dict[str, str] = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))[table]
-    return found
+    return dict(_words()[table])
+
+
+@cache
+def _words() -> Mapping[str, Any]:
+    return read_tables(Path(__file__).with_name("words.toml"))
 
 
 def line_of(path: Path, table: str, number: int = 1) -> int:

@@ -49,7 +49,7 @@ def _in_processes(
     waiting: list[Future[Answer]] = []
     try:
         # What breaks before all is handed over is found below; what had been handed over keeps its place.
-        with suppress(BrokenProcessPool), _heard_later():
+        with suppress(BrokenProcessPool), heard_later():
             for item in items:
                 waiting.append(pool.submit(check, item))
         for place in range(len(items)):
@@ -67,8 +67,8 @@ def _in_processes(
 
 
 @contextmanager
-def _heard_later() -> Iterator[None]:
-    """Ctrl-C waits until the end, and in the processes begun meanwhile until they know how to leave."""
+def heard_later() -> Iterator[None]:
+    """Ctrl-C waits until the end, and in the processes begun meanwhile until they hear it of themselves."""
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

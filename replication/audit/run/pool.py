@@ -23,6 +23,7 @@ from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.provenance import THREADS
 from replication.errors import AuditError
+from replication.verify.workers import heard_later
 
 KILLED = (
     "the process was killed while it computed this, perhaps for want of memory or beyond its time-out, "
@@ -112,13 +113,9 @@ def _deaf_children() -> Iterator[None]:
     of every experiment, and no handler that prints the stacks of all threads when one crashes, of which their parent
     says a line.
     """
-    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        with kept_environment():
-            os.environ.update({**FIXED, "PYTHONFAULTHANDLER": ""})
-            yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+    with heard_later(), kept_environment():
+        os.environ.update({**FIXED, "PYTHONFAULTHANDLER": ""})
+        yield
 
 
 def end_with(parent: int) -> None:
