@@ -15,8 +15,8 @@ from replication.estimation.nonuniform.nominal import closed_form, riccati_level
 from replication.estimation.nonuniform.plant import SampledPlant
 
 IRREGULAR = (
-    "irregular, not optimal: gaps of 1 to m steps between measurements, our design by (10) with one Lyapunov "
-    "function, not by Algorithm 1"
+    "irregular, not optimal: gaps of 1 to m steps between measurements; a cautious design of ours by (10), with one "
+    "Lyapunov function for all gaps"
 )
 
 

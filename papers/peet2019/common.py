@@ -14,7 +14,10 @@ from papers.peet2019.method import riccati_gain, without_noise
 from replication.audit.parts import CommonLevel
 from replication.estimation.delay.plant import delay_system
 
-LATE = "late, in continuous time: by m − 1 base periods, modelled by an added state"
+LATE = (
+    "late, in continuous time: by m − 1 base periods; noise and delay of the output, which the paper's plants lack, are "
+    "modelled by added states"
+)
 LAG = 0.25
 """Time constant of the sensor in base periods."""
 

@@ -62,7 +62,7 @@ BRIEF = TOLD.brief(
     picture=Entries(
         columns=("degree 1", "degree 2", "degree 3", "Padé"),
         rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
-        text="Least level γ, by degree of the polynomials, ours with the degree in each variable.",
+        text="Least gain bound γ, by degree of the polynomials; ours counts it in each variable. Padé approximates the delay.",
     ),
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",

@@ -51,11 +51,11 @@ def _virtual(x: float) -> float:
 
 
 BRIEF = TOLD.brief(
-    card="Virtual measurements correct nothing, only real samples do: in the loop below the observer's gain acts on "
-    f"average like {short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for its plant. "
-    "[Condition (18)](-theory.stability) puts no limit on M, the ratio of the sensor's period to the controller's. We "
-    "tried over a million simulation settings: [none](-table.any-reading) reproduces even one whole column of "
-    "tracking errors in Table I.",
+    card="Virtual measurements correct nothing, only real samples do: in the loop below the observer's gain "
+    f"acts like {short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for the plant. "
+    "[Condition (18)](-theory.stability) misses this, since it does not limit how slow the "
+    "sensor may be. We tried over a million simulation settings: [none](-table.any-reading) reproduces even one whole "
+    "column of tracking errors in Table I.",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,

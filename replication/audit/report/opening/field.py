@@ -131,7 +131,7 @@ def _of_others(papers: Sequence[Standing], whose: str, off: str = "") -> str:
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
     said = f"{'Every' if sound else 'No'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
-    corrected = ", though some need correction" if any(paper.corrected for paper in papers) else ""
+    corrected = "; some, wrong as printed, can be corrected" if any(paper.corrected for paper in papers) else ""
     differ = f"; {count(failing)} result{'' if failing == 1 else 's'} of {off} differ{'s' * (failing == 1)}"
     return f"{said}{corrected}{differ * bool(off)}."
 

@@ -47,7 +47,7 @@ def _costs(shown: Across) -> Heading:
         return ("What a slow, late or irregular sensor costs",)
     m, cost = drawn.shared
     return (
-        f"By these designs the {drawn.words[0]} sensor costs most: {short(cost, 2)} times the ideal at m = {m}",
+        f"By our designs the {drawn.words[0]} sensor costs most: at m = {m}, {short(cost, 2)} times the ideal gain bound",
         cost,
         m,
     )
