@@ -13,7 +13,7 @@ from replication.estimation.multirate.problem import MultirateProblem, SensingSc
 from replication.estimation.nonuniform.plant import SampledPlant
 
 SLOW = "slow: one measurement every m steps"
-LATE = "late, in discrete time: each measurement arrives m − 1 steps late, modelled by added states"
+LATE = "late, in discrete time: each measurement arrives m − 1 steps late; our extension, by added states"
 
 
 def levels(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from replication.audit.parts import CommonLevel
 from replication.estimation.delay.plant import delay_system
 
 LATE = (
-    "late, in continuous time: by m − 1 base periods; noise and delay of the output, which the paper's plants lack, are "
-    "modelled by added states"
+    "late, in continuous time: by m − 1 base periods; added states model noise and delay of the output, which the "
+    "paper's plants lack"
 )
 LAG = 0.25
 """Time constant of the sensor in base periods."""

@@ -113,7 +113,7 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
         ([replaced(OPEN, failing=1)], "No theorem of the paper is refuted; one result of Roe differs."),
         (
             [FALSE, replaced(SOUND, failing=2), replaced(SOUND, corrected=True), replaced(SOUND, failing=1)],
-            "Doe is false. No theorem of the other three papers is refuted; some, wrong as printed, can be corrected.",
+            "Doe is false. No theorem of the other three papers is refuted, but some of Moe need correction.",
         ),
         ([FALSE, replaced(FALSE, refuted=2, broken=2, failing=2)], "Doe is false."),
         (
@@ -125,7 +125,8 @@ OPEN, FALSE = replaced(SOUND, sound=False), replaced(SOUND, sound=False, refuted
 )
 def test_the_answer(papers: list[Standing], sentence: str) -> None:
     off = "Roe" * any(paper.failing for paper in papers)
-    assert answer(papers, tally([]), "Doe", off) == sentence
+    mended = "Moe" * any(paper.corrected for paper in papers)
+    assert answer(papers, tally([]), "Doe", off, mended) == sentence
 
 
 def paper_of(records: Any) -> Any:

@@ -60,8 +60,8 @@ BROKEN: dict[str, Fault] = {
     "recovery": put("identities/recovery", 1e-6),
     "congruence": put("identities/congruence", 1e-6),
     **{f"algorithm.{e}": put(f"grids.{e}/algorithm/{CORRECT.name}/end", "STALLED") for e in EXAMPLES},
-    "grid.1": put(f"grids.1/algorithm/{CORRECT.name}/size", int(DATA["grid-size-1"])),
-    "grid.2": all_of(*(put(f"condition.2/{name}", 2) for name in ("elements", "modal_elements"))),
+    "grid-size.example-1": put(f"grids.1/algorithm/{CORRECT.name}/size", int(DATA["grid-size-1"])),
+    "grid-size.example-2": all_of(*(put(f"condition.2/{name}", 2) for name in ("elements", "modal_elements"))),
     "condition-8.1": all_of(
         *(put(f"condition.1/{name}", 0.9) for name in ("constant", "constant_bound", "modal", "modal_bound"))
     ),
@@ -149,7 +149,11 @@ ALTERED: list[tuple[str, Verdict, Fault]] = [
         for e in EXAMPLES
     ),
     *(
-        (f"grid.{e}", Verdict.REPRODUCED, put(f"grids.{e}/algorithm/{AS_PRINTED[Step4.CUT][0].name}/end", "COVERED"))
+        (
+            f"grid-size.example-{e}",
+            Verdict.REPRODUCED,
+            put(f"grids.{e}/algorithm/{AS_PRINTED[Step4.CUT][0].name}/end", "COVERED"),
+        )
         for e in EXAMPLES
     ),
     # Where neither way of reading "required" fails, it holds; read as a gain over sequences, (12) always does.
@@ -166,7 +170,7 @@ def test_an_altered_result_brings_this_verdict(name: str, expected: Verdict, alt
     assert verdict_on(name, altered) is expected
 
 
-@pytest.mark.parametrize("name", ["recovery", "congruence", "theorem-3.level", "grid.1", "valid-own.2"])
+@pytest.mark.parametrize("name", ["recovery", "congruence", "theorem-3.level", "grid-size.example-1", "valid-own.2"])
 def test_the_text_as_printed_alone_gives_none_of_these(name: str, results: Results) -> None:
     printed = CLAIMS[name].answer(full(PAPER, results)).as_printed
     assert printed is not None

@@ -148,7 +148,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         says=term("Algorithm 1 ends", f"example-{e}"),
     )(of_example(ends_covered, e))
     ALGORITHM_1.value(
-        f"grid.{e}",
+        f"grid-size.example-{e}",
         DATA[f"grid-size-{e}"],
         statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
         uses=(f"grids.{e}", f"condition.{e}", "identities"),

@@ -81,7 +81,7 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
         refuted=sum(claim.verdict is Verdict.REFUTED for claim in theorems),
         broken=sum(claim.verdict in FAILS for claim in theorems),
         sound=bool(theorems) and all(claim.verdict in STANDS for claim in theorems),
-        corrected=any(claim.claim.erratum and claim.verdict not in FAILS for claim in theorems),
+        corrected=any(claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for claim in theorems),
         open=any(
             claim.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in claim.evidence.outcomes}
             for claim in promised

@@ -12,6 +12,7 @@ from replication.audit.inspect.headline import Tally, tally
 from replication.audit.model import Verdict
 from replication.audit.report.claim import FAILS, ClaimView, Standing, standing
 from replication.audit.report.paper import PaperView
+from replication.errors import listed
 
 ORDER = (
     Verdict.ERROR,
@@ -86,7 +87,9 @@ def field(papers: Sequence[PaperView]) -> Field:
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
-        answer=answer([lane.standing for lane in lanes], tally(own), _whose(lanes, True), _whose(lanes, False)),
+        answer=answer(
+            [lane.standing for lane in lanes], tally(own), _whose(lanes, True), _whose(lanes, False), _mended(lanes)
+        ),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -104,11 +107,16 @@ def _whose(lanes: Sequence[Lane], broken: bool) -> str:
     return f"A guarantee of {'each of ' * (len(chosen) > 1)}{named}" if broken else named
 
 
-def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str = "") -> str:
+def _mended(lanes: Sequence[Lane]) -> str:
+    """The papers of which a theorem holds once it is corrected."""
+    return listed([lane.paper.record.named for lane in lanes if lane.standing.corrected and not lane.standing.broken])
+
+
+def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str = "", mended: str = "") -> str:
     """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
 
     Where there is no theorem to speak of, how many results hold. false: whose theorem fails; off: where
-    there is none, those of which other results do.
+    there is none, those of which other results do; mended: those of which a theorem holds once corrected.
     """
     judged = [paper for paper in papers if paper.claims]
     if not judged:
@@ -119,19 +127,19 @@ def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str =
     others = [paper for paper in judged if not paper.broken]
     whole = f"all {count(len(judged))} papers" if len(judged) > 2 else ("both papers", "the paper")[len(judged) == 1]
     if len(others) == len(judged):
-        return _of_others(others, whole, off)
+        return _of_others(others, whole, mended, off)
     refuted = all(paper.refuted for paper in judged if paper.broken)
     first = f"{false} {'is false' if refuted else 'fails'}."
     rest = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
-    return f"{first} {_of_others(others, rest)}" if others else first
+    return f"{first} {_of_others(others, rest, mended)}" if others else first
 
 
-def _of_others(papers: Sequence[Standing], whose: str, off: str = "") -> str:
+def _of_others(papers: Sequence[Standing], whose: str, mended: str, off: str = "") -> str:
     """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
     said = f"{'Every' if sound else 'No'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
-    corrected = "; some, wrong as printed, can be corrected" if any(paper.corrected for paper in papers) else ""
+    corrected = f", but some of {mended} need correction" if mended else ""
     differ = f"; {count(failing)} result{'' if failing == 1 else 's'} of {off} differ{'s' * (failing == 1)}"
     return f"{said}{corrected}{differ * bool(off)}."
 

@@ -45,12 +45,8 @@ def _costs(shown: Across) -> Heading:
     drawn = chart(shown)
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
-    m, cost = drawn.shared
-    return (
-        f"By our designs the {drawn.words[0]} sensor costs most: at m = {m}, {short(cost, 2)} times the ideal gain bound",
-        cost,
-        m,
-    )
+    sensors = " or ".join([", ".join(drawn.words[:-1]), drawn.words[-1]] if drawn.words[1:] else drawn.words)
+    return f"A sensor that is {sensors} raises our gain bounds up to {short(drawn.peak, 2)}-fold", drawn.peak
 
 
 def _proved(shown: Proofs) -> Heading:

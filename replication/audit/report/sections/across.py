@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from dataclasses import dataclass
@@ -57,7 +56,7 @@ class CostCurve:
 class Chart:
     """Columns of one measure in one drawing, the steepest first; left: columns with another measure.
 
-    shared: the largest multiple that all curves have, and the largest cost there.
+    peak: the largest cost.
     """
 
     words: tuple[str, ...]
@@ -67,7 +66,7 @@ class Chart:
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
     most: int
-    shared: tuple[int, float]
+    peak: float
 
 
 NAME_HEIGHT = 105
@@ -121,7 +120,7 @@ def chart(shown: Across | None) -> Chart | None:
         y_ticks=frame.y_ticks,
         left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
         most=multiples[-1],
-        shared=(last, chosen[0].costs[last][1] if last in chosen[0].costs else math.nan),
+        peak=max(costs),
     )
 
 
