@@ -52,11 +52,11 @@ def _virtual(x: float) -> float:
 
 BRIEF = TOLD.brief(
     card="Between samples the observer is fed its own prediction, a virtual measurement, which at short periods "
-    "corrects nothing. In the loop below its gain then acts like "
+    "corrects nothing. In the loop below the observer's gain then acts like "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for the plant. "
     "[Condition (18)](-theory.stability) misses this: the ratio of the two periods does not occur in it. The paper's "
-    "motor loop is [stable](+stability.apo), as it says. Of over a million simulation settings "
-    "[none](-table.any-reading) gives a whole column of tracking errors in Table I.",
+    "motor loop is [stable](+stability.apo), as it says. We tried over a million simulation settings: "
+    "[none](-table.any-reading) reproduces any whole column of tracking errors in Table I.",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,

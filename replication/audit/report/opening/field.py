@@ -61,16 +61,12 @@ class Lane:
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """The answer in a sentence, the rows, and how the claims add up.
-
-    corrected: how many claims hold once corrected.
-    """
+    """The answer in a sentence, the rows, and how the claims add up."""
 
     answer: str
     lanes: tuple[Lane, ...]
     columns: tuple[Consequence, ...]
     tally: Tally
-    corrected: int
 
 
 def field(papers: Sequence[PaperView]) -> Field:
@@ -93,7 +89,6 @@ def field(papers: Sequence[PaperView]) -> Field:
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
-        corrected=sum(record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for record in own),
     )
 
 

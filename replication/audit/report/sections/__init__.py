@@ -46,7 +46,10 @@ def _costs(shown: Across) -> Heading:
     if drawn is None:
         return ("What a slow, late or irregular sensor costs",)
     sensors = " or ".join([", ".join(drawn.words[:-1]), drawn.words[-1]] if drawn.words[1:] else drawn.words)
-    return f"A sensor that is {sensors} raises our gain bounds up to {short(drawn.peak, 2)}-fold", drawn.peak
+    return (
+        f"On one plant a sensor that is {sensors} raises our gain bounds up to {short(drawn.peak, 2)}-fold",
+        drawn.peak,
+    )
 
 
 def _proved(shown: Proofs) -> Heading:
