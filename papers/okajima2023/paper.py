@@ -73,7 +73,7 @@ BRIEF = TOLD.brief(
     ),
     picture=Entries(
         columns=tuple(f"{first}, {second}" for first, second in TABLE_1),
-        text="Least gain bound γ, by the periods N₁, N₂ of the two sensors.",
+        text="Least bound γ on the gain from noise to error, by the periods N₁, N₂ of the two sensors.",
         rows=(("level γ", tuple(table_claim(periods) for periods in TABLE_1)),),
     ),
 )

@@ -62,7 +62,7 @@ BRIEF = TOLD.brief(
     picture=Entries(
         columns=("degree 1", "degree 2", "degree 3", "Padé"),
         rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
-        text="Least gain bound γ by polynomial degree, in ours per variable; last column: the paper's Padé comparison.",
+        text="Least gain bound γ by polynomial degree, which we count per variable. Padé: the paper's comparison.",
     ),
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",
