@@ -55,8 +55,8 @@ BRIEF = TOLD.brief(
     "corrects nothing. In the loop below the observer's gain then acts like "
     f"{short(COUNTEREXAMPLE.injection[0, 0])}/{COUNTEREXAMPLE.ratio}, too little for the plant. "
     "[Condition (18)](-theory.stability) misses this: the ratio of the two periods does not occur in it. The paper's "
-    "motor loop is [stable](+stability.apo), as it says. We tried over a million simulation settings: "
-    "[none](-table.any-reading) reproduces any whole column of tracking errors in Table I.",
+    "motor loop is [stable](+stability.apo). We tried over a million combinations of settings, starts and time "
+    "windows: [none](-table.any-reading) reproduces any whole column of tracking errors in Table I.",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,

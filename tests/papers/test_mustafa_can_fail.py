@@ -214,9 +214,9 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
 
 @pytest.mark.parametrize("e", EXAMPLES)
 def test_what_rests_on_the_motor_constant_says_so(e: int, results: Results) -> None:
-    names = ("gamma", "robust-level", "valid", "valid-own", "grid", "condition-8", "algorithm", "stable")
-    for name in names:
-        assert (MOTOR_CONSTANT in CLAIMS[f"{name}.{e}"].answer(full(PAPER, results)).note) == (e == 2), name
+    names = ("gamma", "robust-level", "valid", "valid-own", "condition-8", "algorithm", "stable")
+    for name in (*(f"{name}.{e}" for name in names), f"grid-size.example-{e}"):
+        assert (MOTOR_CONSTANT in CLAIMS[name].answer(full(PAPER, results)).note) == (e == 2), name
 
 
 def inputs(name: str) -> dict[str, Any]:
