@@ -134,9 +134,10 @@ def _of_others(papers: Sequence[Standing], whose: str, mended: str, off: str = "
     failing = sum(paper.failing for paper in papers)
     sound = all(paper.sound for paper in papers) and not failing
     said = f"{'Every' if sound else 'No'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
-    corrected = f", once some of {mended} are corrected" if mended else ""
+    if mended:
+        said = f"Theorems of {whose} survive our tests, some of {mended} once corrected"
     differ = f"; {count(failing)} result{'' if failing == 1 else 's'} of {off} differ{'s' * (failing == 1)}"
-    return f"{said}{corrected}{differ * bool(off)}."
+    return f"{said}{differ * bool(off)}."
 
 
 def count(number: int) -> str:
