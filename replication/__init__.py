@@ -1,3 +1,3 @@
-"""Replication of four papers on state estimation from slow, irregular and delayed measurements."""
+"""Replication of four papers on state estimation with slow or irregular sensors or with delays."""
 
 __version__ = "0.1.0"
