@@ -11,6 +11,7 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import msgspec
 from replication.audit.brief import Brief, Draws, Sketch, Stroke
 from replication.audit.declare import Part
 from replication.audit.model import Erratum, Proof, Reading, Results
-from replication.audit.parts import Figure, Formula, Table
+from replication.audit.parts import Figure, FigureData, Formula, Table
 from replication.errors import AuditError
 
 PLANT: dict[str, Any] = {
@@ -75,6 +76,10 @@ def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
     return Stroke(draws=draws, points=((x, y),), text=text)
 
 
+Drawn = Mapping[str, tuple[Callable[..., FigureData], Callable[..., Any], Callable[..., Mapping[str, Any]]]]
+"""Figures by name: what gives the data from results, what draws them, and what their words name."""
+
+
 @dataclass(frozen=True)
 class Told:
     """What told.toml beside the modules of a paper says of it, as tables; numbers: what `{name}` in some texts is."""
@@ -113,14 +118,19 @@ class Told:
             for name, one in self.said["errata"].items()
         )
 
-    def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
-        """The figures; drawn: by name what gives the data of each, what draws them, its title, and its words."""
+    def figures(self, drawn: Drawn) -> tuple[Figure, ...]:
+        """The figures; drawn: by name what gives the data of each, what draws them, and what `title` and `alt` name.
+
+        That may be a column of the data too: `{tau[0]:g}` is its first entry.
+        """
         _require_same("figures", self.said["figures"], drawn)
-        said = {name: {**self._filled(one), "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
-        return tuple(
-            Figure(name=name, data=data, plot=plot, title=title, alt=alt, **said[name])
-            for name, (data, plot, title, alt) in drawn.items()
-        )
+        found = []
+        for name, (data, plot, facts) in drawn.items():
+            said = dict(self.said["figures"][name])
+            title, alt = (partial(_worded, said.pop(word), facts) for word in ("title", "alt"))
+            told = {**self._filled(said), "uses": tuple(said["uses"])}
+            found.append(Figure(name=name, data=data, plot=plot, title=title, alt=alt, **told))
+        return tuple(found)
 
     def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
         try:
@@ -129,6 +139,10 @@ class Told:
             raise AuditError(
                 f"told.toml has {{{missing.args[0]}}} in {said}; give that number to `Told.read`"
             ) from None
+
+
+def _worded(text: str, facts: Callable[[FigureData], Mapping[str, Any]], figure: FigureData) -> str:
+    return text.format(**{**figure.columns, **facts(figure)})
 
 
 def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:
