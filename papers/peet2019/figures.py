@@ -134,7 +134,8 @@ def _told_convergence(figure: FigureData) -> dict[str, Any]:
         "order": max(order for order, *away in models if min(away) > c["sos"][-1]),
         "last": c["degree"][-1],
         "models": "; ".join(
-            f"{words}: {short(c[name][0], 2)} {first}, {short(c[name][-1], 2)} {last}" for name, words in _MODELS.items()
+            f"{words}: {short(c[name][0], 2)} {first}, {short(c[name][-1], 2)} {last}"
+            for name, words in _MODELS.items()
         ),
         "degrees": ", ".join(f"{short(e, 2)} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True)),
         "bracket": short(c["floor"][0], 2),

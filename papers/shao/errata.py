@@ -4,22 +4,12 @@ from __future__ import annotations
 
 from papers.shao.claims.theory import ROUND_OFF
 from papers.shao.printed import DATA, DESIGN
-from replication.audit.declare import Errata, contrast
+from replication.audit.declare import contrast
 from replication.audit.model import Proof, Results
 
 CONVERSION = "Our copy is a conversion, which may have misread a letter or its dots."
-ERRATA = Errata()
 
 
-@ERRATA.misprint(
-    "feedforward-orders",
-    "Sec. V, ȳ_d",
-    "ÿ_d in the first term and y_d in the last",
-    "the third derivative of y_d in the first term and ÿ_d in the last",
-    "motor",
-    inference=True,
-    scan=True,
-)
 def feedforward_orders(results: Results) -> Proof:
     """The corrected feedforward is the inverse of the motor, the printed one is not."""
     gaps = results["motor"]["inverse_gap"]
@@ -31,14 +21,6 @@ def feedforward_orders(results: Results) -> Proof:
     return contrast(text, words["corrected"], words["printed"], zero=ROUND_OFF)
 
 
-@ERRATA.misprint(
-    "mechanical-speed",
-    "Sec. V, below eq. (23)",
-    "θ and ω are electrical",
-    "θ and ω are mechanical",
-    "motor",
-    inference=True,
-)
 def mechanical_speed(results: Results) -> Proof:
     """The power balance of the motor."""
     ideal, printed = results["motor"]["torque_constant"], float(DATA["torque_constant"])
@@ -52,13 +34,6 @@ def mechanical_speed(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint(
-    "third-state",
-    "Sec. V, x̂",
-    "the estimate of d²ω/dt² in the third entry",
-    "the estimate of dω/dt",
-    scan=True,
-)
 def third_state(results: Results) -> Proof:
     """The third state by the printed A."""
     state = DESIGN.model.A
@@ -72,7 +47,6 @@ def third_state(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("output-rate", "eq. (13)", "|C ẏ| under the integral", "|C ẋ|, which is |ẏ|", scan=True)
 def output_rate(results: Results) -> Proof:
     """The shapes of C and ẏ."""
     rows, columns = DESIGN.model.C.shape
@@ -87,7 +61,6 @@ def output_rate(results: Results) -> Proof:
     )
 
 
-@ERRATA.misprint("prediction-error-term", "eq. (14)", "‖K L‖ e_p(t_k)", "‖K L‖ |e_p(t_k)| (t − t_k)", "bounds")
 def prediction_error_term(results: Results) -> Proof:
     """(14) with |e_p| alone over a long period, and with t − t_k too."""
     worst, slow = results["bounds"]["worst"], results["bounds"]["slow"]
@@ -104,3 +77,13 @@ def prediction_error_term(results: Results) -> Proof:
             "with |e_p| and t − t_k: largest left over right": worst["14"],
         },
     )
+
+
+PROOFS = {
+    "feedforward-orders": feedforward_orders,
+    "mechanical-speed": mechanical_speed,
+    "third-state": third_state,
+    "output-rate": output_rate,
+    "prediction-error-term": prediction_error_term,
+}
+"""By the errata of told.toml."""

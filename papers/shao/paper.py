@@ -12,7 +12,7 @@ from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STA
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
 from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
 from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
-from papers.shao.errata import ERRATA
+from papers.shao.errata import PROOFS
 from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import stability, tracking
@@ -20,6 +20,7 @@ from papers.shao.printed import (
     APO,
     COLUMNS,
     COUNTEREXAMPLE,
+    DATA,
     DESIGN,
     FAST,
     FREQUENCIES,
@@ -30,13 +31,13 @@ from papers.shao.printed import (
     table_1,
 )
 from replication.audit.brief import Curve, Draws, Sketch, Traces
-from replication.audit.declare import Part, paper
+from replication.audit.declare import paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.project import about
 
-TOLD = Told.read(__file__)
+TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in DATA["frequency"].items()})
 STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
@@ -188,61 +189,21 @@ def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=(
+    parts=TOLD.parts(
         ABSTRACT,
         INTRODUCTION,
-        Part("Sec. I: motivation and literature", reason="Words without a checkable quantity."),
-        Part("Sec. II: problem formulation", reason="Definitions: plant, fast and slow period, held input and output."),
         OBSERVER,
-        Part(
-            "Sec. III: updates as fast as the actuator, an observation close to the measurement",
-            reason="Properties of the design by its definition, and words without a checkable quantity.",
-        ),
-        Part(
-            "Dots over symbols",
-            reason=(
-                "The text at hand is a conversion, which misreads dots easily: the misprints shao.feedforward-orders "
-                "and shao.third-state may be its own."
-            ),
-        ),
-        Part("Fig. 1", reason="A block diagram; it holds no data."),
         THEOREM,
-        Part(
-            "Sec. IV: eqs. (11), (16), (19) to (21)",
-            reason=(
-                "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) fails, and the "
-                "rate above it to order T; with the stability result (19) falls."
-            ),
-        ),
-        Part(
-            "Sec. IV: matrices L and K that make A − L C and A + B K Hurwitz exist; Case 2 is less restricted",
-            reason=(
-                "They exist if (A, B) is stabilisable and (A, C) detectable, which Sec. II does not ask; the printed "
-                "gains are such. Less restricted is no quantity; that Case 2 is a case of Case 1 is a claim."
-            ),
-        ),
         MOTOR,
         STABILITY,
         RESPONSES,
-        Part(
-            "Curves of Figs. 2 and 3, point by point",
-            reason="The text at hand holds no image and no data of the curves.",
-        ),
         TABLE,
         WHOLE,
         CONCLUDED,
-        Part(
-            "Sec. VI: conclusion",
-            also=("theory.stability", "order.transient", "order.apo-below-pmi", "order.bandwidth", "theory.condition"),
-        ),
-        Part(
-            "Sec. V and VI: simple implementation, more complex systems",
-            reason="Words without a checkable quantity, and work to come.",
-        ),
     ),
     experiments=EXPERIMENTS,
-    errata=ERRATA,
-    figures=(*tracking.FIGURES, *stability.FIGURES),
+    errata=TOLD.errata(PROOFS),
+    figures=TOLD.figures({**tracking.FIGURES, **stability.FIGURES}),
     findings=findings,
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),

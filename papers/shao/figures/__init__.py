@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import partial
 from typing import Any
 
 from papers.shao.printed import APO, FAST, HELD, PMI, RESTARTED, SINGLE, SLOW_INPUT, STATE
-from replication.audit.parts import Figure, FigureData
+from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, REFUTED
 
 _LOOKS: dict[str, tuple[str, Any, float]] = {
@@ -31,8 +30,6 @@ NAMES = {
     STATE: "state feedback",
 }
 """The literal readings of both controllers are called after them, the others after what they change."""
-
-ours = partial(Figure, published=False)
 
 
 def look(loop: str) -> dict[str, Any]:
