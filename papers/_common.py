@@ -132,6 +132,17 @@ class Told:
             found.append(Figure(name=name, data=data, plot=plot, title=title, alt=alt, **told))
         return tuple(found)
 
+    def findings(self, facts: Callable[[Results], Mapping[str, Any]]) -> Callable[[Results], tuple[str, ...]]:
+        """The sentences that lead the page, with what `facts` finds; one is left out if that has its name as False."""
+
+        def said(results: Results) -> tuple[str, ...]:
+            found = facts(results)
+            return tuple(
+                text.format(**found) for name, text in self.said["findings"].items() if found.get(name) is not False
+            )
+
+        return said
+
     def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
         try:
             return {name: one.format(**self.numbers) if isinstance(one, str) else one for name, one in said.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import groupby
 from math import floor
+from typing import Any
 
 from papers._common import Told, curve, dots, label, signal, ticks
 from papers.shao import common
@@ -87,66 +88,47 @@ BRIEF = TOLD.brief(
 )
 
 
-def findings(results: Results) -> tuple[str, ...]:
+def facts(results: Results) -> dict[str, Any]:
     """The stability result, Table I, comparisons that depend on what is open, what the loop does, what was searched."""
     theorem, table = results["theorem"], results["table"]
-    constants, ratios = results["transients"]["time_constants"], results["table"]["ratios"]
-    search, shares = merged(results[name] for name in SEARCH), weak_gain_shares(table)
-    exact = table["innovation"]["1.0"]
-    pairs = ordering_counts(printed_forms(results["orderings"]))
+    search = merged(results[name] for name in SEARCH)
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
-    return (
-        "The stability result of Sec. IV is false: a scalar loop is unstable at every T that (18) admits, up to "
-        f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s.",
-        f"The same loop is unstable at each M tried from {min(unstable)} to {max(unstable)}: (18), which does not "
-        "contain M, cannot suffice.",
-        "Nor does (18) suffice with our restarted predictor: the loop is stable at "
-        f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
-        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in the steady "
-        f"state, and the table prints {table_1('DRC-APO')[0]} %.",
-        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
-        "errs less throughout Table I.",
-        "By integrated squared error against slow-observer DRC-PMI, the better transient depends on the unprinted "
-        f"start: DRC-APO {_starts(results)}.",
-        "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
-        "with T.",
-        "In (14) the factor t − t_k is missing, and perhaps the bars of |e_p|, which our copy may have lost; with both "
-        "(14) holds.",
-        "The printed motor does not meet (18), nor does the text say so: the left side is "
-        f"{short(theorem['motor']['condition'], 2)}.",
-        f"If DRC-PMI knew the state at each measurement, its error would rise from {exact[0]:.2f} to {exact[-1]:.2f} % "
-        "over Table I; the rest is the observer's.",
-        "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
-        f"most {at_most(100 * _largest_move(results))} %.",
-        f"{sum(search.hits.values()) or 'No'} simulation setting searched gives a whole column of tracking errors in "
-        f"Table I; at most {sum(search.distinct.values()):,} results differ from one another in print.",
-        NOT_SEARCHED,
-        "A maximum over the whole run is no explanation of Table I: the initial error alone is "
-        f"{abs(START[0]):.0%} of the amplitude.",
-        f"Of {sum(pairs.values())} stable combinations of feedforward and DRC-PMI that we count as open, DRC-APO has "
-        f"the smaller error at every frequency in {pairs['holds']}.",
-        _slowest(*settling(results)),
-        f"A true fast sensor settles faster than DRC-APO: time constants of {constants[FAST]:.1f} s and "
-        f"{constants[APO]:.1f} s.",
-        *_against_a_fast_sensor(results),
-        "At short periods the gain acts once in M of them: the estimation error follows A − LC/M, not A − LC.",
-        f"Slow-observer DRC-PMI with the gain L/M gets {100 * min(shares):.0f} to {100 * max(shares):.0f} % of the "
-        "reduction in error that DRC-APO brings.",
-        "Sampling folds the fast mode of the motor: DRC-APO is stable for T in at least "
-        f"{sum(stable for stable, _ in groupby(row[0] < 1.0 for row in results['eigenvalues']['moduli'][APO]))} "
-        "separate ranges.",
-        f"SRC is unstable, as the text says: in a slow period its dominant mode grows {table['radius'][SRC]:.2f}-fold "
-        f"with observer (2), {table['radius'][SRC_SINGLE]:.2f}-fold with one correction.",
-    )
+    constants = results["transients"]["time_constants"]
+    pairs = ordering_counts(printed_forms(results["orderings"]))
+    gaps = [own / fast - 1 for own, fast in zip(table["ratios"][APO], table["ratios"][FAST], strict=True)]
+    moduli = results["eigenvalues"]["moduli"][APO]
+    return {
+        "allowed": floor(theorem["scalar"]["allowed_period"] * 1e5) / 1e5,
+        "M": [min(unstable), max(unstable)],
+        "longer": [results["longer"]["ratio"] - 1, results["longer"]["ratio"]],
+        "first": [table["ratios"][APO][0], table_1("DRC-APO")[0]],
+        "starts": _starts(results),
+        "condition": short(theorem["motor"]["condition"], 2),
+        "exact": [table["innovation"]["1.0"][row] for row in (0, -1)],
+        "moved": at_most(100 * _largest_move(results)),
+        "hits": sum(search.hits.values()) or "No",
+        "distinct": sum(search.distinct.values()),
+        "not_searched": NOT_SEARCHED,
+        "start": abs(START[0]),
+        "pairs": sum(pairs.values()),
+        "holds": pairs["holds"],
+        **_slowest(*settling(results)),
+        "fast": constants[FAST],
+        "own": constants[APO],
+        "frequencies": FREQUENCIES,
+        "upper": at_most(100 * max(map(abs, gaps[1:]))),
+        "lowest": abs(gaps[0]),
+        "larger": "larger" if gaps[0] > 0 else "smaller",
+        "shares": [100 * end(weak_gain_shares(table)) for end in (min, max)],
+        "ranges": sum(stable for stable, _ in groupby(row[0] < 1.0 for row in moduli)),
+        "src": [table["radius"][observer] for observer in (SRC, SRC_SINGLE)],
+    }
 
 
-def _slowest(own: float, others: list[float]) -> str:
+def _slowest(own: float, others: list[float]) -> dict[str, Any]:
     """How the slowest mode of DRC-APO compares with that of the DRC-PMI that decays slowest."""
     slower = "each" if others[-1] < own else "not each" if others[0] < own else "no"
-    return (
-        f"The slowest mode of DRC-APO decays more slowly than that of {slower} stable DRC-PMI: time constant "
-        f"{own:.1f} s, against at most {others[-1]:.1f} s."
-    )
+    return {"slower": slower, "others": others[-1]}
 
 
 def _starts(results: Results) -> str:
@@ -173,19 +155,6 @@ def _largest_move(results: Results) -> float:
     return float(max(moves))
 
 
-def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
-    ratios = results["table"]["ratios"]
-    gaps = [own / fast - 1 for own, fast in zip(ratios[APO], ratios[FAST], strict=True)]
-    upper = max(abs(gap) for gap, sigma in zip(gaps, FREQUENCIES, strict=True) if sigma >= FREQUENCIES[1])
-    return (
-        f"In the steady state DRC-APO tracks nearly as with a fast sensor: from {FREQUENCIES[1]:g} rad/s on errors "
-        "agree "
-        f"within {at_most(100 * upper)} %.",
-        f"At {FREQUENCIES[0]:g} rad/s with a held reference, DRC-APO's steady-state error is {abs(gaps[0]):.0%} "
-        f"{'larger' if gaps[0] > 0 else 'smaller'} than with a fast sensor.",
-    )
-
-
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
@@ -204,7 +173,7 @@ PAPER = paper(
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
     figures=TOLD.figures({**tracking.FIGURES, **stability.FIGURES}),
-    findings=findings,
+    findings=TOLD.findings(facts),
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
     common=common.common,
