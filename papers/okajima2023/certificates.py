@@ -8,7 +8,8 @@ from typing import Any
 from papers.okajima2023.experiments.declared import DIAGONAL_STEP, ENTRY_DECIMALS, LARGEST_ENTRY, SECOND_DECIMALS
 from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
-from papers.okajima2023.printed import DATA, GAINS, PLANT, matrix, poles
+from papers.okajima2023.printed import DATA, GAINS, PLANT, poles
+from replication.audit.judge.printed import number
 from replication.certify import multirate
 from replication.certify.rounding import decimals
 from replication.errors import AuditError
@@ -47,7 +48,7 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 def _diagonal(name: str) -> list[float]:
     """The diagonal with the stated poles that the theorem of this name is on."""
-    A, stated = matrix(DATA["unstable-A"]), poles(DATA["poles"])
+    A, stated = number(DATA["unstable-A"]), poles(DATA["poles"])
     if name in SECOND:
         return [round(entry, SECOND_DECIMALS) for entry in exact_diagonals(A, stated)[1]]
     return list(recover_poles(A, stated, DIAGONAL_STEP)["fits"][0])
@@ -55,7 +56,7 @@ def _diagonal(name: str) -> list[float]:
 
 def _with(diagonal: list[float]) -> list[list[float]]:
     """A of eq. (41) with another diagonal."""
-    A = matrix(DATA["unstable-A"])
+    A = number(DATA["unstable-A"])
     for i, entry in enumerate(diagonal):
         A[i][i] = entry
     return A
@@ -68,7 +69,7 @@ def free_setting(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 def _free() -> list[list[float]]:
     stated, error_poles = poles(DATA["poles"]), [pole[0] for pole in poles(DATA["error-poles"])]
-    found = any_entries(matrix(DATA["unstable-A"]), PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
+    found = any_entries(number(DATA["unstable-A"]), PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
     rounded: list[list[float]] = found["rounded"]
     return rounded
 

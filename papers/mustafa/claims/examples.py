@@ -8,8 +8,8 @@ from papers.mustafa.claims.algorithm import solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, SLIP, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
-from papers.mustafa.printed import DATA, GAMMA, matrix
-from replication.audit.declare import Part
+from papers.mustafa.printed import DATA, GAMMA
+from replication.audit.declare import Part, number
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import term
 
@@ -172,7 +172,7 @@ def second_column(results: Results) -> Evidence:
 )
 def first_column(results: Results) -> Evidence:
     """The first column of A_f is that of Phi(0.05) - B_f C, as in an observer; the text does not say so."""
-    Phi, B = results["nominal.2"]["Phi"], matrix(PRINTED_FILTER["B_f"])
+    Phi, B = results["nominal.2"]["Phi"], number(PRINTED_FILTER["B_f"])
     return Evidence(
         method="First column of Phi(0.05) - B_f C, with B_f as printed.",
         value=tuple((r[0] - b[0],) for r, b in zip(Phi, B, strict=True)),

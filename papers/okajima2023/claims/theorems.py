@@ -7,8 +7,8 @@ from typing import Any
 
 from papers.okajima2023.claims.levels import OBSERVERS, of_gains, solvers_of
 from papers.okajima2023.experiments.declared import CASES, DESIGNS, GAIN_SETS, case, gain_set, times
-from papers.okajima2023.printed import DATA, PLANT, SCHEDULES, matrix
-from replication.audit.declare import Part, below, positive
+from papers.okajima2023.printed import DATA, PLANT, SCHEDULES
+from replication.audit.declare import Part, below, number, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
 
@@ -21,7 +21,7 @@ SIZES: dict[str, Any] = {
     "states": len(PLANT["A"]),
     "sensors": len(PLANT["C"]),
     "disturbances": len(PLANT["B_d"][0]),
-    "inputs": len(matrix(DATA["plant"]["B_u"])[0]),
+    "inputs": len(number(DATA["plant"]["B_u"])[0]),
 }
 """Of the example; the identities are stated for plants of that size."""
 

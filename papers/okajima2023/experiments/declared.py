@@ -7,8 +7,8 @@ from typing import Any
 from papers._common import INPUTS
 from papers.okajima2023 import common
 from papers.okajima2023.experiments import designs, identities, simulations, unstable
-from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, matrix, poles
-from replication.audit.declare import experiment
+from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
+from replication.audit.declare import experiment, number
 from replication.audit.model import Results
 
 Json = dict[str, Any]
@@ -86,7 +86,7 @@ _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DA
 _DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
 _SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
-PRINTED_A = matrix(DATA["unstable-A"])
+PRINTED_A = number(DATA["unstable-A"])
 _STATED = {
     "printed_gains": GAINS["42"],
     "stated_poles": poles(DATA["poles"]),
