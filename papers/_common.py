@@ -19,8 +19,8 @@ import msgspec
 
 from replication.audit.brief import Brief, Draws, Sketch, Stroke
 from replication.audit.declare import Part
-from replication.audit.model import Erratum, Proof, Reading, Results
-from replication.audit.parts import Figure, FigureData, Formula, Table
+from replication.audit.model import Erratum, Evidence, Outcome, Proof, Reading, Results, SolverRecord
+from replication.audit.parts import CommonLevel, Figure, FigureData, Formula, Table
 from replication.errors import AuditError
 
 PLANT: dict[str, Any] = {
@@ -43,6 +43,41 @@ MINCX = 0.01
 """Relative accuracy, of what it minimises, at which mincx stops by default, says its documentation."""
 
 INPUTS: dict[str, Any] = {"plant": PLANT, "multiples": list(MULTIPLES)}
+
+
+POSITION = "gain from force and noise to the position's error"
+"""What the levels of estimators on that plant are."""
+
+
+def common_levels(
+    sensor: str, brackets: Iterable[tuple[float, float]], measure: str, multiples: Iterable[int] = MULTIPLES
+) -> tuple[CommonLevel, ...]:
+    """The rows of the report on one sensor, a bracket for each multiple; none where a loop is unstable."""
+    rows = [(m, ends) for m, ends in zip(multiples, brackets, strict=True) if ends[0] is not None]
+    return tuple(
+        CommonLevel(sensor=sensor, multiple=m, lower=low, upper=high, measure=measure) for m, (low, high) in rows
+    )
+
+
+def solvers(*results: Mapping[str, Any]) -> tuple[SolverRecord, ...]:
+    """The accounts of the solvers behind results, of each its `solvers`, or its one `solver`."""
+    return tuple(SolverRecord(**one) for found in results for one in found.get("solvers") or [found["solver"]])
+
+
+def outcomes_of(margins: Mapping[str, float]) -> tuple[Outcome, ...]:
+    """By reading, a statement that holds if its margin is positive."""
+    return tuple(Outcome(reading=reading, holds=margin > 0, margin=margin) for reading, margin in margins.items())
+
+
+def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
+    """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""
+    found = outcomes_of(margins)
+    return Evidence(holds=found[0].holds, margin=found[0].margin, outcomes=found, **told)
+
+
+def figure_data(named: Mapping[str, Iterable[float]]) -> FigureData:
+    """The data of a figure by the names of its columns."""
+    return FigureData(columns={name: tuple(map(float, values)) for name, values in named.items()})
 
 
 FIRST, LAST = 8, 312

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from replication.audit.judge.printed import Parameters, spread
-from replication.audit.parts import CommonLevel
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, riccati_level
@@ -32,20 +31,6 @@ def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: in
             found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
             brackets.append([found.lower, found.upper])
     return brackets
-
-
-def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLevel, ...]:
-    """The rows of the report."""
-    return tuple(
-        CommonLevel(
-            sensor=IRREGULAR,
-            multiple=m,
-            lower=low,
-            upper=high,
-            measure="l2 gain from force and noise to the position's error",
-        )
-        for m, (low, high) in zip(multiples, brackets, strict=True)
-    )
 
 
 # Sensitivity of the nominal levels to printed parameters within their rounding

@@ -5,6 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Any
 
+from papers._common import figure_data
 from papers.mustafa.claims.preliminaries import down, times, up
 from papers.mustafa.experiments.draws import merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
@@ -19,13 +20,13 @@ SHOWN, ZOOMED = 400, 120
 
 def curves(results: Results) -> FigureData:
     """gamma*(h), the norm of the filter at constant periods, its bracket over all sequences, the published level."""
-    columns: dict[str, tuple[float, ...]] = {}
+    found: dict[str, list[float]] = {}
     for e in EXAMPLES:
         r = results[f"curve.{e}"]
-        columns |= {f"h_{e}": tuple(r["h"]), f"optimum_{e}": tuple(r["optimum"]), f"filter_{e}": tuple(r["filter"])}
-        columns |= {f"middle_{e}": (r["middle"],), f"published_{e}": (float(GAMMA[e]),)}
-        columns |= {f"{end}_{e}": (results[f"bracket.{e}"][end],) for end in ("lower", "upper")}
-    return FigureData(columns=columns)
+        found |= {f"{name}_{e}": r[name] for name in ("h", "optimum", "filter")}
+        found |= {f"middle_{e}": [r["middle"]], f"published_{e}": [float(GAMMA[e])]}
+        found |= {f"{end}_{e}": [results[f"bracket.{e}"][end]] for end in ("lower", "upper")}
+    return figure_data(found)
 
 
 def plot_curves(figure: FigureData) -> Any:
@@ -80,7 +81,7 @@ def brackets(results: Results) -> FigureData:
     *rows, (h_u, lower, upper) = results["against-range"]["rows"]
     best = results["bracket.1"]
     rows.append([h_u, max(lower, best["lower"]), min(upper, best["upper"])])
-    return FigureData(columns={name: tuple(row[i] for row in rows) for i, name in enumerate(("h_u", "lower", "upper"))})
+    return figure_data(dict(zip(("h_u", "lower", "upper"), zip(*rows, strict=True), strict=True)))
 
 
 def plot_brackets(figure: FigureData) -> Any:
@@ -110,15 +111,8 @@ def worst(results: Results) -> FigureData:
     one; the gain that the whole sequence reaches."""
     r = results["bracket.1"]
     size = max(map(abs, r["w"][-SHOWN:]))
-    return FigureData(
-        columns={
-            "k": tuple(float(k) for k in range(SHOWN)),
-            "h": tuple(r["periods"][-SHOWN:]),
-            "w": tuple(value / size for value in r["w"][-SHOWN:]),
-            "e": tuple(value / size for value in r["e"][1:][-SHOWN:]),
-            "gain": (r["lower"],),
-        }
-    )
+    scaled = {name: [value / size for value in r[name][-SHOWN:]] for name in ("w", "e")}
+    return figure_data({"k": range(SHOWN), "h": r["periods"][-SHOWN:], **scaled, "gain": [r["lower"]]})
 
 
 def plot_worst(figure: FigureData) -> Any:
@@ -162,8 +156,9 @@ FIRST = 60
 def responses(results: Results) -> FigureData:
     """One draw of the error, the band of all and how many they are, and the disturbance."""
     r = merged(results)
-    columns = {name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")}
-    return FigureData(columns=columns | {"draws": (float(len(r["ratios"])),)})
+    return figure_data(
+        {name: r[name] for name in ("k", "w", "e", "band_low", "band_high")} | {"draws": [len(r["ratios"])]}
+    )
 
 
 def plot_responses(figure: FigureData) -> Any:
@@ -198,7 +193,7 @@ def told_responses(figure: FigureData) -> dict[str, Any]:
 def intervals(results: Results) -> FigureData:
     """The sampling periods of the same draw."""
     r = merged(results)
-    return FigureData(columns={"k": tuple(r["k"]), "h": tuple(r["periods"])})
+    return figure_data({"k": r["k"], "h": r["periods"]})
 
 
 def plot_intervals(figure: FigureData) -> Any:

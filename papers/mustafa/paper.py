@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers._common import MINCX, Told, curve, dots, label, signal, ticks
+from papers._common import MINCX, POSITION, Told, common_levels, curve, dots, label, signal, ticks
 from papers.mustafa import common
 from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
@@ -90,6 +90,6 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common.common(results["common"], TRIED),
+    common=lambda results: common_levels(common.IRREGULAR, results["common"], f"l2 {POSITION}", TRIED),
     sensitivity=lambda results: tuple(move for e in EXAMPLES for move in sensitivities(results[f"sensitivity.{e}"])),
 )

@@ -56,7 +56,7 @@ def _diagonal(name: str) -> list[float]:
 
 def _with(diagonal: list[float]) -> list[list[float]]:
     """A of eq. (41) with another diagonal."""
-    A = number(DATA["unstable-A"])
+    A: list[list[float]] = number(DATA["unstable-A"])
     for i, entry in enumerate(diagonal):
         A[i][i] = entry
     return A

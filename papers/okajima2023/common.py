@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from replication.audit.parts import CommonLevel
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
@@ -23,21 +22,6 @@ def levels(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:
         "slow": [_bracket(sampled, period) for period in multiples],
         "late": [_bracket(_delayed(sampled, m - 1), 1) for m in multiples],
     }
-
-
-def common(result: dict[str, Any], multiples: list[int]) -> tuple[CommonLevel, ...]:
-    """The rows of the report."""
-    return tuple(
-        CommonLevel(
-            sensor=sensor,
-            multiple=m,
-            lower=low,
-            upper=high,
-            measure="l2 gain from force and noise to the position's error",
-        )
-        for sensor, name in ((SLOW, "slow"), (LATE, "late"))
-        for m, (low, high) in zip(multiples, result[name], strict=True)
-    )
 
 
 def _bracket(plant: MultiratePlant, period: int) -> list[float]:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from papers._common import Drawn, figure_data
 from papers.okajima2023.experiments.declared import all_periods
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
@@ -28,15 +29,11 @@ from replication.drawing.style import (
 def table_of_periods(results: Results) -> FigureData:
     """Optimal level for every pair of periods up to six, synchronous and with the best timing."""
     cells = all_periods(results)
-    return FigureData(
-        columns={
-            "N1": tuple(float(cell["periods"][0]) for cell in cells),
-            "N2": tuple(float(cell["periods"][1]) for cell in cells),
-            "gamma_synchronous": tuple(cell["synchronous"]["optimum"] for cell in cells),
-            "gamma_best_timing": tuple(cell["best"]["optimum"] for cell in cells),
-            "best_offset": tuple(float(cell["best_offset"]) for cell in cells),
-        }
-    )
+    rows = [
+        (*cell["periods"], cell["synchronous"]["optimum"], cell["best"]["optimum"], cell["best_offset"])
+        for cell in cells
+    ]
+    return figure_data(dict(zip(CELL, zip(*rows, strict=True), strict=True)))
 
 
 def _columns(figure: FigureData, *names: str) -> list[tuple[float, ...]]:
@@ -90,20 +87,20 @@ LEVEL_EXCESS = 1e-6
 
 def told_table_of_periods(figure: FigureData) -> dict[str, Any]:
     """Range of the table, the largest gain by timing, and where a longer period has the smaller level, if it does."""
-    columns, found = figure.columns, exceptions(figure)
+    c, found = figure.columns, exceptions(figure)
     names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
     savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
     saving, first, second, offset = max(savings)
-    largest = f"{max(columns['N1']):.0f}"
+    largest = f"{max(c['N1']):.0f}"
     message = f"Up to {largest} instants a longer period never lowers the level"
     if found:
-        (a, b), (c, d) = max(found)
-        message = f"A longer period can lower the level: ({a:.0f}, {b:.0f}) exceeds ({c:.0f}, {d:.0f})"
+        (a, b), (more, later) = max(found)
+        message = f"A longer period can lower the level: ({a:.0f}, {b:.0f}) exceeds ({more:.0f}, {later:.0f})"
     return {
         "message": message,
         "largest": largest,
-        "least": min(columns["gamma_synchronous"]),
-        "most": max(columns["gamma_synchronous"]),
+        "least": min(c["gamma_synchronous"]),
+        "most": max(c["gamma_synchronous"]),
         "best": f"({first:.0f}, {second:.0f}) with offset {offset:.0f}: {100 * saving:.1f} %",
         "listed": ", ".join(
             f"({a:.0f}, {b:.0f}) has a larger level than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in found
@@ -117,12 +114,8 @@ SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
 def levels_by_timing(results: Results) -> FigureData:
     """Optimal level against the offset of the second sensor, for pairs of periods with a common divisor."""
     cells = {tuple(cell["periods"]): cell for cell in all_periods(results)}
-    columns: dict[str, tuple[float, ...]] = {
-        "offset": tuple(float(theta) for theta in range(max(len(cells[pair]["by_offset"]) for pair in SHOWN_TIMINGS)))
-    }
-    for pair in SHOWN_TIMINGS:
-        columns[f"gamma_{pair[0]}_{pair[1]}"] = tuple(cells[pair]["by_offset"])
-    return FigureData(columns=columns)
+    levels = {f"gamma_{a}_{b}": cells[a, b]["by_offset"] for a, b in SHOWN_TIMINGS}
+    return figure_data({"offset": range(max(map(len, levels.values()))), **levels})
 
 
 def plot_levels_by_timing(figure: FigureData) -> Any:
@@ -174,11 +167,9 @@ OBSERVERS = CASES | TIMINGS
 
 def errors(names: Iterable[str], results: Results) -> FigureData:
     """The three estimation errors of some observers under the same seeded draw, k = 0 ... 500."""
-    columns: dict[str, tuple[float, ...]] = {"k": tuple(map(float, range(LAST_SHOWN + 1)))}
-    for name in names:
-        rows = results["responses"]["errors"][name][: LAST_SHOWN + 1]
-        columns |= {f"{name}_e_{i + 1}": tuple(row[i] for row in rows) for i in range(STATES)}
-    return FigureData(columns=columns)
+    shown = {name: results["responses"]["errors"][name][: LAST_SHOWN + 1] for name in names}
+    rows = {f"{name}_e_{i + 1}": [row[i] for row in found] for name, found in shown.items() for i in range(STATES)}
+    return figure_data({"k": range(LAST_SHOWN + 1), **rows})
 
 
 def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
@@ -220,9 +211,8 @@ def rms_of_all(name: str, figure: FigureData) -> float:
 def sizes(results: Results) -> FigureData:
     """Root mean square of each error, and of all three, of the observers of Figs. 2-5 and of Figs. 6-8."""
     drawn = errors(OBSERVERS, results)
-    each = {f"e_{i + 1}": tuple(rms(drawn.columns[f"{name}_e_{i + 1}"]) for name in OBSERVERS) for i in range(STATES)}
-    whole = tuple(rms_of_all(name, drawn) for name in OBSERVERS)
-    return FigureData(columns={"row": tuple(map(float, range(len(OBSERVERS)))), **each, "all": whole})
+    each = {f"e_{i + 1}": [rms(drawn.columns[f"{name}_e_{i + 1}"]) for name in OBSERVERS] for i in range(STATES)}
+    return figure_data({"row": range(len(OBSERVERS)), **each, "all": [rms_of_all(name, drawn) for name in OBSERVERS]})
 
 
 def plot_sizes(figure: FigureData) -> Any:
@@ -266,16 +256,9 @@ def told_errors(names: Mapping[str, str], figure: FigureData) -> dict[str, Any]:
 def disturbances(results: Results) -> FigureData:
     """Size of the error under the worst disturbance and under a random one of the same energy."""
     found = results["worst-disturbance"]
-    return FigureData(
-        columns={
-            "k": tuple(float(k) for k in range(len(found["worst_error"]))),
-            "worst": tuple(found["worst_error"]),
-            "random": tuple(found["random_error"]),
-            "ratio_worst": (found["worst_ratio"],),
-            "ratio_random": (found["random_ratio"],),
-            "norm": (found["norm"],),
-        }
-    )
+    ends = {"ratio_worst": "worst_ratio", "ratio_random": "random_ratio", "norm": "norm"}
+    errors = {"worst": found["worst_error"], "random": found["random_error"]}
+    return figure_data({"k": range(len(errors["worst"]))} | errors | {name: [found[of]] for name, of in ends.items()})
 
 
 def plot_disturbances(figure: FigureData) -> Any:
@@ -296,7 +279,7 @@ def plot_disturbances(figure: FigureData) -> Any:
     return drawing
 
 
-FIGURES = {
+FIGURES: Drawn = {
     "rms": (sizes, plot_sizes, told_sizes),
     **{
         name: (partial(errors, tuple(names)), partial(plot_errors, names), partial(told_errors, names))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from papers._common import FIRST, LAST, MINCX, MULTIPLES, Told, curve, dots, label, signal
+from papers._common import FIRST, LAST, MINCX, POSITION, Told, common_levels, curve, dots, label, signal
 from papers.okajima2023 import common
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
@@ -184,6 +184,10 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=findings,
     brief=BRIEF,
-    common=lambda results: common.common(results["common"], list(MULTIPLES)),
+    common=lambda results: tuple(
+        row
+        for sensor, name in ((common.SLOW, "slow"), (common.LATE, "late"))
+        for row in common_levels(sensor, results["common"][name], f"l2 {POSITION}")
+    ),
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
 )

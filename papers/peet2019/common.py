@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from papers.peet2019.method import riccati_gain, without_noise
-from replication.audit.parts import CommonLevel
 from replication.estimation.delay.plant import delay_system
 
 LATE = "late, in continuous time: by m − 1 base periods, modelled by an added state"
@@ -40,17 +39,3 @@ def levels(plant: dict[str, Any], multiples: list[int], degree: int) -> list[lis
                 least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)
                 found.append([least.lower, least.gamma])
     return found
-
-
-def common(brackets: list[list[float]], multiples: list[int]) -> tuple[CommonLevel, ...]:
-    """The rows of the report."""
-    return tuple(
-        CommonLevel(
-            sensor=LATE,
-            multiple=m,
-            lower=low,
-            upper=high,
-            measure="L2 gain from force and noise to the position's error",
-        )
-        for m, (low, high) in zip(multiples, brackets, strict=True)
-    )

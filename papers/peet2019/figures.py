@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from papers._common import figure_data
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.claims.gains import optimum_of
 from papers.peet2019.printed import DEGREES, published
@@ -25,15 +26,12 @@ from replication.drawing.style import (
 )
 
 
-def columns(**columns: Iterable[float]) -> FigureData:
-    """The data of a figure by the names of its columns."""
-    return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
-
-
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
     found = results["fig1"]
-    return columns(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
+    return figure_data(
+        {"t": found["t"], "w": found["w"]} | {f"e_{i}": values for i, values in enumerate(found["e"], 1)}
+    )
 
 
 _SIGNALS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
@@ -81,19 +79,21 @@ def convergence(results: Results) -> FigureData:
     def away(levels: Iterable[float]) -> list[float]:
         return [abs(level / exact - 1.0) for level in levels]
 
-    return columns(
-        order=found["orders"],
-        pade=away(found["pade"]),
-        chebyshev=away(found["chebyshev"]),
-        degree=DEGREES,
-        sos=away(levels),
-        floor=[(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
+    return figure_data(
+        {
+            "order": found["orders"],
+            "pade": away(found["pade"]),
+            "chebyshev": away(found["chebyshev"]),
+            "degree": DEGREES,
+            "sos": away(levels),
+            "floor": [(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
+        }
     )
 
 
 def against_delay(results: Results) -> FigureData:
     """Least gain of Example 2 against its delay."""
-    return columns(**{name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
+    return figure_data({name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
 
 
 _MODELS = {"pade": "Padé", "chebyshev": "collocation"}
@@ -196,7 +196,7 @@ def cost(results: Results) -> FigureData:
         found[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
         if way == "bessel":
             found[f"{way}_equalities"] = [c["equalities"] for c in ours]
-    return columns(**found)
+    return figure_data(found)
 
 
 def plot_cost(figure: FigureData) -> Any:

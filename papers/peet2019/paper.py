@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from papers._common import MULTIPLES, Told, curve, dots, label, signal
+from papers._common import POSITION, Told, common_levels, curve, dots, label, signal
 from papers.peet2019 import common
 from papers.peet2019.claims.cost import EXAMPLE_4, FROM_PRODUCT, largest_ratio, printed_seconds
 from papers.peet2019.claims.examples import COMPARISON, EXAMPLES_1_TO_3, FIG_1
@@ -117,7 +117,7 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common.common(results["common"], list(MULTIPLES)),
+    common=lambda results: common_levels(common.LATE, results["common"], f"L2 {POSITION}"),
     sensitivity=lambda results: tuple(
         move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"])
     ),

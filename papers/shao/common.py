@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from papers._common import MULTIPLES
 from papers.shao.method.motor import Motor
 from papers.shao.printed import APO, DATA, PARAMETERS, RESTARTED, literal_loop
 from replication.audit.judge.printed import Parameters, spread
-from replication.audit.model import Results
-from replication.audit.parts import CommonLevel
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
 from replication.estimation.dualrate.problem import dual_rate_design
@@ -36,16 +33,6 @@ def _noise(model: Any, plant: dict[str, Any], observer: str, ratio: int) -> floa
     except InfeasibleError:
         return None
     return float(found.fact("noise to output").value)
-
-
-def common(results: Results) -> tuple[CommonLevel, ...]:
-    """The rows of the report; an unstable loop has none."""
-    return tuple(
-        CommonLevel(sensor=sensor, multiple=m, lower=value, upper=value, measure="noise to position in closed loop")
-        for name, sensor in COLUMNS.items()
-        for m, value in zip(MULTIPLES, results["common"][name], strict=True)
-        if value is not None
-    )
 
 
 PRINTS = {

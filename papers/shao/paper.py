@@ -7,7 +7,7 @@ from itertools import groupby
 from math import floor
 from typing import Any
 
-from papers._common import Told, curve, dots, label, signal, ticks
+from papers._common import Told, common_levels, curve, dots, label, signal, ticks
 from papers.shao import common
 from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
@@ -176,5 +176,9 @@ PAPER = paper(
     findings=TOLD.findings(facts),
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
-    common=common.common,
+    common=lambda results: tuple(
+        row
+        for name, sensor in common.COLUMNS.items()
+        for row in common_levels(sensor, [(e, e) for e in results["common"][name]], "noise to position in closed loop")
+    ),
 )

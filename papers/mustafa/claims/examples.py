@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.claims.algorithm import solvers
+from papers._common import outcomes_of, solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, SLIP, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA
 from replication.audit.declare import Part, number
-from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
 LEVELS = Part(
@@ -203,9 +203,7 @@ def attenuated(results: Results) -> Evidence:
         "with none. Laws and length are assumptions of ours: the text states neither.",
         holds=margin > 0,
         margin=margin,
-        outcomes=tuple(
-            Outcome(reading=f"periods {law}", holds=value > 0, margin=value) for law, value in margins.items()
-        ),
+        outcomes=outcomes_of({f"periods {law}": value for law, value in margins.items()}),
         quantities={
             "smallest ratio": ordered[0],
             "median ratio": ordered[len(ordered) // 2],

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from math import lcm
 
-from papers.okajima2023.claims.levels import PREDICTORS, counterexamples, level, of_gains, solvers_of
+from papers._common import solvers
+from papers.okajima2023.claims.levels import PREDICTORS, counterexamples, level, of_gains
 from papers.okajima2023.experiments.declared import (
     DESIGNS,
     GAIN_SETS,
@@ -120,7 +121,7 @@ def periodic_matrices(results: Results) -> Evidence:
             f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {found['constant']:.6f} with one P, {found['periodic']:.6f} with "
             f"P_k; the gains found with one P have the exact norm {found['norm_constant']:.6f}."
         ),
-        solvers=tuple(record for analysis in found["analyses"].values() for record in solvers_of(analysis)),
+        solvers=solvers(*found["analyses"].values()),
         quantities=quantities,
     )
 

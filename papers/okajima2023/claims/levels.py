@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from itertools import combinations, pairwise
 from typing import Any
 
+from papers._common import solvers
 from papers.okajima2023.experiments.declared import (
     CASES,
     DESIGNS,
@@ -21,7 +21,7 @@ from papers.okajima2023.experiments.declared import (
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
@@ -36,11 +36,6 @@ READ_AS = {
     "B": "uses y₂ alone, every third instant",
     "C": "reads both sensors at their common period 6 only",
 }
-
-
-def solvers_of(result: Mapping[str, Any]) -> tuple[SolverRecord, ...]:
-    """The accounts of the solvers behind a result."""
-    return tuple(SolverRecord(**record) for record in result["solvers"])
 
 
 def optimal_level(experiment: str, results: Results) -> Evidence:
@@ -66,7 +61,7 @@ def optimal_level(experiment: str, results: Results) -> Evidence:
         value=best,
         lower=result["lower"],
         upper=result["upper"],
-        solvers=solvers_of(result),
+        solvers=solvers(result),
         quantities={
             "non-causal bound": result["noncausal"]["value"],
             "smallest level of filters": result["filter"],
@@ -91,7 +86,7 @@ def norm_of_printed_gains(equation: str, results: Results) -> Evidence:
         value=norm["value"],
         lower=norm["lower"],
         upper=norm["upper"],
-        solvers=solvers_of(result),
+        solvers=solvers(result),
         quantities={
             "optimum": best,
             "excess over the optimum": norm["value"] - best,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from papers._common import outcomes_of
 from papers.okajima2023.claims.levels import PREDICTORS, optimum
 from papers.okajima2023.experiments.declared import CASES, DRAWS, SEEDS, case
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution
@@ -124,9 +125,7 @@ def smallest(results: Results) -> Evidence:
             "Distance of the printed values; and the fraction of common draws in which the same order holds, above a "
             f"half, for each of {len(margins)} denominators: the smallest."
         ),
-        outcomes=tuple(
-            Outcome(reading=READING_OF[what], holds=margin > 0, margin=margin) for what, margin in margins.items()
-        ),
+        outcomes=outcomes_of({READING_OF[what]: margin for what, margin in margins.items()}),
         quantities={
             "distance of the printed values": printed,
             **{f"{what}: {who}": f for what, row in found.items() for who, f in _smaller(row).items()},
@@ -159,10 +158,7 @@ def more_outputs_are_better(results: Results) -> Evidence:
     return Evidence(
         method="Energy of the estimation error under common noise: least fraction of draws in which observers that use "
         "both outputs lie below those that use one, above a half.",
-        outcomes=(
-            Outcome(reading=OWN_PERIODS, holds=proposed > 0, margin=proposed),
-            Outcome(reading=ANY_PERIODS, holds=min(proposed, both) > 0, margin=min(proposed, both)),
-        ),
+        outcomes=outcomes_of({OWN_PERIODS: proposed, ANY_PERIODS: min(proposed, both)}),
         quantities={
             f"fraction of draws, {WHO[more]} below {WHO[one]}": fractions[more][one]
             for more in fractions

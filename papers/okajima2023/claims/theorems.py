@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.claims.levels import OBSERVERS, of_gains, solvers_of
+from papers._common import by_margin, solvers
+from papers.okajima2023.claims.levels import OBSERVERS, of_gains
 from papers.okajima2023.experiments.declared import CASES, DESIGNS, GAIN_SETS, case, gain_set, times
 from papers.okajima2023.printed import DATA, PLANT, SCHEDULES
 from replication.audit.declare import Part, below, number, positive
-from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
 CYCLIC_FULL, CYCLIC_BLOCKS = "one full P", "P in blocks"
@@ -47,11 +48,10 @@ def cyclic_is_larger(results: Results) -> Evidence:
     """For N₁ = 2 and N₂ = 3 the one inequality of the cyclic reformulation has more rows than each of Theorem 2."""
     size = results[case("proposed")]["size"]
     margin = float(size["cyclic_rows"] - size["rows"])
-    return positive(
-        margin,
-        method="Rows counted: the cyclic plant has N times the states, disturbances and sensors.",
+    return by_margin(
         # The blocks of P do not change the rows, only the unknowns.
-        outcomes=tuple(Outcome(reading=name, holds=margin > 0, margin=margin) for name in (CYCLIC_FULL, CYCLIC_BLOCKS)),
+        {CYCLIC_FULL: margin, CYCLIC_BLOCKS: margin},
+        method="Rows counted: the cyclic plant has N times the states, disturbances and sensors.",
         quantities={
             "rows, cyclic": size["cyclic_rows"],
             "rows of each inequality, Theorem 2": size["rows"],
@@ -267,7 +267,7 @@ def summation(results: Results) -> Evidence:
             f"P_k of Theorem 1 at a level above its smallest one, ε of (22) from the least eigenvalue; both sides of "
             f"(26) and (27) over the energy of the noise, and the root of (28), in {found['draws']} draws: least room."
         ),
-        solvers=solvers_of(found),
+        solvers=solvers(found),
         quantities={
             "level": found["level"],
             "ε": found["epsilon"],

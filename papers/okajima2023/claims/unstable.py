@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from papers.okajima2023.claims.levels import solvers_of
+from papers._common import solvers
 from papers.okajima2023.experiments.declared import HALF_UNIT_OF_POLES
 from papers.okajima2023.printed import DATA, bracketed, poles
 from replication.audit.declare import Part, below, positive
@@ -226,7 +226,7 @@ def designable(results: Results) -> Evidence:
         "Relative distance from the optimum at which a design counts as optimal.",
         method="Exact norm of the gains of Theorem 2 (reduced form) relative to the exact optimum, for each A tried: "
         "both diagonals with the stated poles, and an A that differs elsewhere. Largest.",
-        solvers=tuple(record for one in found.values() for record in solvers_of(one)),
+        solvers=solvers(*found.values()),
         quantities={f"optimum, {name}": one["optimum"] for name, one in found.items()},
         note="The A that our copy prints is stable: a design for it would not bear the sentence out.",
     )

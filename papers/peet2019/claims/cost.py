@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
+from papers._common import outcomes_of, solvers
 from papers.peet2019.claims.theory import SIGNS, unmet
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, SMALL_CONE_CELLS
 from papers.peet2019.experiments.scaling import ROUGH, level_of
 from papers.peet2019.printed import DATA, DAY, JORDAN, MEMORY, SAME, published
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.numerals import short
-from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results
 from replication.verify.predicate import term
 
 FROM_PRODUCT = 5
@@ -104,11 +105,11 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
         f"CPU seconds of the authors' machine. Ours ({cone}, assembly and solver), of our programs on "
         f"{'; '.join(where)}, stand beside them and do not compare."
     )
-    solvers: tuple[SolverRecord, ...] = ()
     note = "This cell is not part of the default run: `benchmarks/bench_delay.py --full` measures it again."
+    said = solvers(results[run]) if run else ()
     if run:
         found = results[run]
-        solvers, note = (SolverRecord(**found["solver"]),), SMALL_CONE if "full" in found else ""
+        note = SMALL_CONE if "full" in found else ""
         quantities |= {"equalities": float(found["equalities"]), "level reached": found["gamma"]}
         full = found.get("full", {})
         quantities |= {f"full program of degree 1: {words}": float(full[name]) for name, words in IN_FULL if full}
@@ -119,7 +120,7 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
             "level certified": small["gamma"],
             "residual of the certificate in the full program": small["residual"],
         }
-    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=solvers, note=note)
+    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=said, note=note)
 
 
 for _n, _k, _seconds in published():
@@ -169,9 +170,7 @@ def function_of_product(results: Results) -> Evidence:
             "exponent of our equalities": exponent([(n * k, equalities[n, k]) for n, k in grown]),
             **_measured_growth(cells, set(grown)),
         },
-        outcomes=tuple(
-            Outcome(reading=name, holds=ratio < allowed, margin=allowed - ratio) for name, allowed in SAME.items()
-        ),
+        outcomes=outcomes_of({name: allowed - ratio for name, allowed in SAME.items()}),
         note=(
             f"The seconds compared span {short(min(printed.values()), 2)} to {short(max(printed.values()), 2)} s. The "
             "printed seconds all come from one program; they do not show that it must be so. Ours, of other "

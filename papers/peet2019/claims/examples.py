@@ -5,6 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from functools import partial
 
+from papers._common import solvers
 from papers.peet2019.claims.gains import OF_ITS_OWN, by_pade, least_gain, optimum_of, reaches
 from papers.peet2019.claims.theory import CORRECTED, SIGNS, unmet
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
@@ -12,7 +13,7 @@ from papers.peet2019.experiments.readings import HOUSE
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Kind, Results
 from replication.verify.predicate import Predicate, term
 
 SMALL = str(DATA["small-gain"]).removeprefix("<")
@@ -161,7 +162,7 @@ def small_gains(results: Results) -> Evidence:
         float(SMALL) - max(one["level"] for one in found.values()),
         method="Theorem 3 as ε → 0, degree 1, solved at ε = 0 at this level, where B is a column of ones.",
         quantities={f"level reached, Example {name}": one["level"] for name, one in found.items()},
-        solvers=tuple(SolverRecord(**one["solver"]) for one in found.values()),
+        solvers=solvers(*found.values()),
         note=(
             "The text says so of examples in the literature, typically, and has B = [1; 1] for them; that Examples 1-3 "
             "had it is our assumption, so that no printed number is reproduced. A level that is reached, not the "
@@ -268,7 +269,7 @@ def below_level(results: Results) -> Evidence:
             "largest gain of the simulated sincs": largest,
             "level of Fig. 1 less that gain": found["level"] - largest,
         },
-        solvers=(SolverRecord(**found["solver"]), SolverRecord(**least["solver"])),
+        solvers=solvers(found, least),
         note=OF_ITS_OWN.format("simulated here"),
         as_printed=unmet(results),
     )

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from functools import partial
 
+from papers._common import by_margin, outcomes_of, solvers
 from papers.peet2019.claims.theory import SIGNS, UNMET, unmet
 from papers.peet2019.experiments.declared import ABOVE, NEAR, OFF_THE_PRINT
 from papers.peet2019.experiments.readings import HOUSE, inside, runs
@@ -13,7 +14,7 @@ from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.printed import ACCURATE, DATA, DEGREES, EXAMPLES
 from replication.audit.declare import Part, below
 from replication.audit.judge.numerals import at_most, short
-from replication.audit.model import Evidence, Outcome, Results, SolverRecord
+from replication.audit.model import Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
 
 ONE_RULE_OF_MANY = (
@@ -63,7 +64,7 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
         ),
         cross_check=f"Optimum without sums of squares: {optimum:.7f}; we measured the residuals and the gap.",
         value=gamma,
-        solvers=tuple(SolverRecord(**found[rule]["solver"]) for rule in ("tensor", "total")),
+        solvers=solvers(found["tensor"], found["total"]),
         quantities={
             "excess over the optimum": gamma - optimum,
             "excess, Z₂ of total degree d": found["total"]["gamma"] - optimum,
@@ -196,17 +197,14 @@ def _missing(prints: Iterable[tuple[str, int, str]], results: Results) -> tuple[
 def reaches(example: str, results: Results) -> Evidence:
     """Degree 3 under each rule against the gain printed for Padé, and against the least gain."""
     optimum, levels = optimum_of(example, results), levels_at(3, example, results)
-    margins = {name: room(str(DATA[f"gamma-{example}"]["pade"]), level) for name, level in levels.items()}
-    return Evidence(
+    return by_margin(
+        {name: room(str(DATA[f"gamma-{example}"]["pade"]), level) for name, level in levels.items()},
         method=(
             f"Theorem 3 at degree 3 under {len(RULES)} degree rules, solved by SDPA at ε = 0: how far the least level "
             "found lies inside what rounds to the gain printed for Padé."
         ),
         cross_check=f"Least gain of any observer, from the plant's gain or the Riccati equation: {optimum:.7f}.",
-        holds=margins[HOUSE] > 0.0,
-        margin=margins[HOUSE],
         settled_by=BY_PART_1 if example in OFF_THE_PRINT else "",
-        outcomes=tuple(Outcome(reading=name, holds=margin > 0.0, margin=margin) for name, margin in margins.items()),
         quantities={
             "least gain of any observer": optimum,
             **{f"relative excess of the level found, {name}": level / optimum - 1.0 for name, level in levels.items()},
@@ -283,13 +281,9 @@ def lumped_states(results: Results) -> Evidence:
             **{f"norm over the gain from w₁, relative excess, Example {name}": gap for name, gap in unseen.items()},
             "plant too, relative error of the simulated gain, Example 2, sinc(t - τ)": sinc,
         },
-        outcomes=(
-            Outcome(
-                reading="lumps-observer-alone",
-                holds=max(alone.values()) < allowed,
-                margin=allowed - max(alone.values()),
-            ),
-            *(Outcome(reading=name, holds=worst < most, margin=most - worst) for name, most in ACCURATE.items()),
+        outcomes=outcomes_of(
+            {"lumps-observer-alone": allowed - max(alone.values())}
+            | {name: most - worst for name, most in ACCURATE.items()}
         ),
         note=(
             "The text gives no accuracy and does not say whether the plant is lumped too, for which systems it holds, "
@@ -332,7 +326,7 @@ def closed_loop(name: str, results: Results) -> Evidence:
             "least eigenvalue of 𝒫": found["storage"],
             "largest eigenvalue of the dissipation form": found["dissipation"],
         },
-        solvers=(SolverRecord(**found["solver"]),),
+        solvers=solvers(found),
         note=OF_ITS_OWN.format("collocated here") + (f" {NOT_SEEN}" if name == "ex2" else ""),
         as_printed=unmet(results),
     )

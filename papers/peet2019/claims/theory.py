@@ -6,10 +6,11 @@ from functools import partial
 
 import msgspec
 
+from papers._common import solvers
 from papers.peet2019.experiments.readings import HOUSE
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.numerals import short
-from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
+from replication.audit.model import NO_READING, Evidence, Results, Verdict
 from replication.verify.predicate import Predicate, term
 
 ROUNDING = 1e-10
@@ -285,7 +286,7 @@ def feasible(results: Results) -> Evidence:
         holds=met,
         margin=loop["storage"] if met else min(loop["storage"], -loop["dissipation"]),
         quantities={"least eigenvalue of 𝒫": loop["storage"], "largest eigenvalue of the form": loop["dissipation"]},
-        solvers=(SolverRecord(**loop["solver"]),),
+        solvers=solvers(loop),
         as_printed=unmet(results),
     )
 

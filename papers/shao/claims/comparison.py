@@ -6,10 +6,10 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
+from papers._common import by_margin
 from papers.shao.claims.table import (
     TIED,
     UNSTABLE_SRC,
-    by_margin,
     none_gives_the_table,
     printed_forms,
     radius_of,

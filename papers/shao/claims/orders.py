@@ -8,12 +8,12 @@ from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
+from papers._common import by_margin
 from papers.shao.claims.table import (
     READ,
     SIMULATED,
     STEADY,
     TIED,
-    by_margin,
     error_under,
     family,
     none_gives_the_table,

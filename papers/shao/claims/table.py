@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
+from papers._common import by_margin
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.method.motor import ReferenceTiming
 from papers.shao.method.search import Near, reading_of
@@ -31,12 +32,6 @@ from replication.verify.predicate import Predicate, Term, term
 
 TIED = 1e-9
 """Errors whose ratio is this near to one are equal up to rounding."""
-
-
-def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
-    """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""
-    outcomes = tuple(Outcome(reading=reading, holds=margin > 0, margin=margin) for reading, margin in margins.items())
-    return Evidence(holds=outcomes[0].holds, margin=outcomes[0].margin, outcomes=outcomes, **told)
 
 
 def by_value(values: Mapping[str, float], **told: Any) -> Evidence:

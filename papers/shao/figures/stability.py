@@ -6,8 +6,9 @@ import math
 from itertools import groupby, pairwise
 from typing import Any
 
+from papers._common import figure_data
 from papers.shao.experiments.tracking import SEARCH, merged
-from papers.shao.figures import NAMES, columns_of, look
+from papers.shao.figures import NAMES, look
 from papers.shao.printed import (
     APO,
     APO_READINGS,
@@ -33,7 +34,7 @@ def counter_example(results: Results) -> FigureData:
     found = results["divergence"]
     own = {name: found["own"][name] for name in (APO, RESTARTED, FAST)}
     longer = {f"longer_{name}": found["longer"][name] for name in (RESTARTED, FAST)}
-    return columns_of({"time_s": found["time"]} | own | longer | {"longer_ratio": [found["ratio"]]})
+    return figure_data({"time_s": found["time"]} | own | longer | {"longer_ratio": [found["ratio"]]})
 
 
 def plot_counter_example(drawn: FigureData) -> Any:
@@ -93,7 +94,7 @@ def eigenvalues(results: Results) -> FigureData:
     moduli = found["moduli"][APO]
     columns = {"period_s": found["periods"]}
     columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
-    return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
+    return figure_data(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
 
 
 LOW, TOP = 0.2, 1.4
@@ -151,7 +152,7 @@ def rates(results: Results) -> FigureData:
     found = results["rates"]
     a, gain = COUNTEREXAMPLE.model.A[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.C)[0, 0]
     ends = [found["periods"][0], found["periods"][-1]]
-    return columns_of(
+    return figure_data(
         {"period_s": found["periods"]}
         | dict(found["rates"])
         | {"limit_period_s": ends, "shared_gain": [a - gain / COUNTEREXAMPLE.ratio] * 2, "full_gain": [a - gain] * 2}
@@ -193,7 +194,7 @@ def reading_scores(results: Results) -> FigureData:
     blocks = [results[name] for name in SEARCH]
     observers = merged(blocks).by_observer
     columns: dict[str, list[float]] = {"structure": [float(block["structure"]) for block in blocks]}
-    return columns_of(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
+    return figure_data(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
 
 
 def plot_reading_scores(drawn: FigureData) -> Any:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.shao.figures import NAMES, columns_of, look
+from papers._common import Drawn, figure_data
+from papers.shao.figures import NAMES, look
 from papers.shao.printed import (
     APO,
     COLUMNS,
@@ -55,7 +56,7 @@ def responses(sigma: str, results: Results) -> FigureData:
     for short in found:
         for key in ("output", "error", "estimate", "estimation_error"):
             columns[f"{key}_{short}"] = found[short][key]
-    return columns_of(columns)
+    return figure_data(columns)
 
 
 def plot_responses(drawn: FigureData) -> Any:
@@ -106,7 +107,7 @@ def error_curves(results: Results) -> FigureData:
     columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
     columns["table_frequency_rad_s"] = FREQUENCIES
     columns |= {f"literal_{short}": results["table"]["ratios"][loop] for short, loop in COLUMNS.items()}
-    return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
+    return figure_data(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
 SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
@@ -156,7 +157,7 @@ def lag_curves(results: Results) -> FigureData:
     found = results["lags"]
     halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
     columns = {"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves}
-    return columns_of(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
+    return figure_data(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
 
 
 LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, RESTARTED: 0.0}
@@ -193,7 +194,7 @@ def robustness_curves(results: Results) -> FigureData:
     for parameter in PARAMETERS:
         for name in DISTURBED:
             columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in found[parameter][name]]
-    return columns_of(columns)
+    return figure_data(columns)
 
 
 def plot_robustness_curves(drawn: FigureData) -> Any:
@@ -241,7 +242,7 @@ def _told_robustness_curves(drawn: FigureData) -> dict[str, Any]:
     }
 
 
-FIGURES = {
+FIGURES: Drawn = {
     **{
         f"fig{number}": (partial(responses, sigma), plot_responses, _told_responses)
         for number, sigma in DATA["frequency"].items()
