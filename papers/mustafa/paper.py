@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from papers._common import MINCX, POSITION, Told, common_levels, curve, dots, label, signal, ticks
-from papers.mustafa import common
 from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.guarantees import ABSTRACT
@@ -14,7 +13,7 @@ from papers.mustafa.claims.preliminaries import LEMMAS, covers_as_step_3_prints,
 from papers.mustafa.errata import PROOFS
 from papers.mustafa.experiments.declared import EXPERIMENTS, LIMIT, TRIED
 from papers.mustafa.experiments.draws import LAWS
-from papers.mustafa.experiments.levels import ABOVE
+from papers.mustafa.experiments.levels import ABOVE, IRREGULAR
 from papers.mustafa.figures import FIGURES
 from papers.mustafa.method import CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, upper_end
@@ -90,6 +89,6 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common_levels(common.IRREGULAR, results["common"], f"l2 {POSITION}", TRIED),
+    common=lambda results: common_levels(IRREGULAR, results["common"], f"l2 {POSITION}", TRIED),
     sensitivity=lambda results: tuple(move for e in EXAMPLES for move in sensitivities(results[f"sensitivity.{e}"])),
 )

@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import Any
 
 from papers._common import FIRST, LAST, MINCX, POSITION, Told, common_levels, curve, dots, label, signal
-from papers.okajima2023 import common
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
@@ -20,6 +19,7 @@ from papers.okajima2023.experiments.declared import (
     pair,
     table_claim,
 )
+from papers.okajima2023.experiments.designs import LATE, SLOW
 from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import TABLE_1
@@ -186,7 +186,7 @@ PAPER = paper(
     brief=BRIEF,
     common=lambda results: tuple(
         row
-        for sensor, name in ((common.SLOW, "slow"), (common.LATE, "late"))
+        for sensor, name in ((SLOW, "slow"), (LATE, "late"))
         for row in common_levels(sensor, results["common"][name], f"l2 {POSITION}")
     ),
     sensitivity=lambda results: sensitivities(results["sensitivity"]),

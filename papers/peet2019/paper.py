@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from papers._common import POSITION, Told, common_levels, curve, dots, label, signal
-from papers.peet2019 import common
 from papers.peet2019.claims.cost import EXAMPLE_4, FROM_PRODUCT, largest_ratio, printed_seconds
 from papers.peet2019.claims.examples import COMPARISON, EXAMPLES_1_TO_3, FIG_1
 from papers.peet2019.claims.gains import (
@@ -30,6 +29,7 @@ from papers.peet2019.claims.theory import (
 )
 from papers.peet2019.errata import PROOFS
 from papers.peet2019.experiments.declared import EXPERIMENTS, MOVED
+from papers.peet2019.experiments.examples import LATE
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import FIGURES
 from papers.peet2019.printed import ACCURATE, COLUMNS, DATA, EXAMPLES, JORDAN, MEMORY, SAME
@@ -117,7 +117,7 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common_levels(common.LATE, results["common"], f"L2 {POSITION}"),
+    common=lambda results: common_levels(LATE, results["common"], f"L2 {POSITION}"),
     sensitivity=lambda results: tuple(
         move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"])
     ),

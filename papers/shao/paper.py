@@ -8,13 +8,13 @@ from math import floor
 from typing import Any
 
 from papers._common import Told, common_levels, curve, dots, label, signal, ticks
-from papers.shao import common
 from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
 from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
 from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
 from papers.shao.errata import PROOFS
 from papers.shao.experiments.declared import EXPERIMENTS
+from papers.shao.experiments.motor import PREDICTORS
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import stability, tracking
 from papers.shao.printed import (
@@ -178,7 +178,7 @@ PAPER = paper(
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
     common=lambda results: tuple(
         row
-        for name, sensor in common.COLUMNS.items()
+        for name, sensor in PREDICTORS.items()
         for row in common_levels(sensor, [(e, e) for e in results["common"][name]], "noise to position in closed loop")
     ),
 )

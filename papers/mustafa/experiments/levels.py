@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from papers.mustafa import method
+from replication.audit.judge.printed import Parameters, spread
+from replication.estimation import nonuniform
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
@@ -221,3 +223,50 @@ def against_range(plant: Matrices, h_l: float, ends: list[float], horizon: int, 
         )
         rows.append([end, found.lower, found.upper])
     return {"rows": rows}
+
+
+# The common plant under irregular sampling
+
+
+IRREGULAR = (
+    "irregular, not optimal: gaps of 1 to m steps between measurements, our design by (10) with one Lyapunov "
+    "function, not by Algorithm 1"
+)
+
+
+def on_common_plant(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: int) -> list[list[float]]:
+    """Bracket of the gain of the robust design over all sequences of periods in [h, m h], for each multiple m."""
+    A, B, C = (np.array(plant[name]) for name in "ABC")
+    system = SampledPlant(A, np.hstack([B, 0 * B]), C, np.array([[0.0, plant["noise"]]]), C)
+    h, brackets = plant["h"], []
+    for m in multiples:
+        if m == 1:
+            brackets.append([riccati_level(system, h).level] * 2)
+        else:
+            found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
+            brackets.append([found.lower, found.upper])
+    return brackets
+
+
+# How far the nominal levels move with printed parameters within their rounding
+
+
+def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> dict[str, Any]:
+    """The nominal optimum at the middle of [h_l, h_u]; prints: A, B, C, D, L and h_l."""
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        plant = SampledPlant(*(np.atleast_2d(numbers[name]) for name in "ABCDL"))
+        return {claim: closed_form(plant, (numbers["h_l"] + h_u) / 2)}
+
+    return spread(prints, compute)
+
+
+def filter_norm(prints: Mapping[str, str], plant: dict[str, Any], claim: str) -> dict[str, Any]:
+    """The norm of the printed filter at the printed period; prints: A_f, B_f, C_f and h."""
+    sampled = SampledPlant(*(np.array(plant[name]) for name in "ABCDL"))
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        printed = Filter(*(np.array(numbers[name]) for name in ("A_f", "B_f", "C_f")))
+        return {claim: periodic_gain(sampled, printed, [numbers["h"]]).value}
+
+    return spread(prints, compute)

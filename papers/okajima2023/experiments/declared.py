@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from papers._common import INPUTS
-from papers.okajima2023 import common
 from papers.okajima2023.experiments import designs, identities, simulations, unstable
 from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.declare import experiment, number
@@ -121,7 +120,7 @@ EXPERIMENTS = (
         experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), **_printed_gains(name))
         for name, inputs in GAIN_SETS.items()
     ),
-    experiment("common", common.levels, **INPUTS),
+    experiment("common", designs.on_common_plant, **INPUTS),
     experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
     *(experiment(f"schedule.{name}", designs.selections, **times(found)) for name, found in SCHEDULES.items()),
     experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
