@@ -22,6 +22,7 @@ from replication.audit.declare import Part
 from replication.audit.model import Erratum, Evidence, Outcome, Proof, Reading, Results, SolverRecord
 from replication.audit.parts import CommonLevel, Figure, FigureData, Formula, Table
 from replication.errors import AuditError
+from replication.verify.subjects import subject
 
 PLANT: dict[str, Any] = {
     "A": [[0.0, 1.0], [-1.0, -0.6]],
@@ -43,6 +44,19 @@ MINCX = 0.01
 """Relative accuracy, of what it minimises, at which mincx stops by default, says its documentation."""
 
 INPUTS: dict[str, Any] = {"plant": PLANT, "multiples": list(MULTIPLES)}
+
+
+Maker = Callable[[Mapping[str, Any]], dict[str, Any]]
+
+
+def certificate(paper: str, name: str, makers: Mapping[str, Maker]) -> dict[str, Any]:
+    """The certificate of one entry of theorems.json; makers: by statement, what finds `bound` or `witness` or both.
+
+    What has no maker the verifier decides by itself, in exact arithmetic or in letters.
+    """
+    theorem = subject(paper, name)
+    maker = makers.get(theorem["statement"].partition(".")[2])
+    return {**theorem, "bound": {}, "witness": {}, **(maker(theorem) if maker else {})}
 
 
 POSITION = "gain from force and noise to the position's error"

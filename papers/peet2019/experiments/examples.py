@@ -296,6 +296,7 @@ LAG = 0.25
 """Time constant of the sensor in base periods."""
 
 
+@one_process()
 def on_common_plant(plant: dict[str, Any], multiples: list[int], degree: int) -> list[list[float]]:
     """Bracket of the least gain from force and noise to the position's error, for each delay (m - 1) h."""
     A, B, C, h = (np.array(plant[name]) for name in ("A", "B", "C", "h"))
@@ -305,12 +306,11 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int], degree: int) ->
     b = np.block([[B, np.zeros((n, 1))], [np.zeros((1, 1)), np.array([[plant["noise"] / lag]])]])
     c1, c2 = np.hstack([C, [[0.0]]]), np.hstack([np.zeros((1, n)), [[1.0]]])
     found = []
-    with one_process():
-        for m in multiples:
-            if m == 1:
-                level = riccati_gain(without_noise(a0 + seen, b, c1, c2))
-                found.append([level, level])
-            else:
-                least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)
-                found.append([least.lower, least.gamma])
+    for m in multiples:
+        if m == 1:
+            level = riccati_gain(without_noise(a0 + seen, b, c1, c2))
+            found.append([level, level])
+        else:
+            least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)
+            found.append([least.lower, least.gamma])
     return found
