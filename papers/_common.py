@@ -125,6 +125,8 @@ def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
     return Stroke(draws=draws, points=((x, y),), text=text)
 
 
+Proofs = Mapping[str, Callable[[str, Results], Proof]]
+"""Errata by name: what proves each, from the words of its proof and the results."""
 Drawn = Mapping[str, tuple[Callable[..., FigureData], Callable[..., Any], Callable[..., Mapping[str, Any]]]]
 """Figures by name: what gives the data from results, what draws them, and what their words name."""
 
@@ -159,13 +161,15 @@ class Told:
         own = {part.title: part for part in parts}
         return tuple(own[said] if isinstance(said, str) else Part(**said) for said in self.said["scope"]["parts"])
 
-    def errata(self, proofs: Mapping[str, Callable[[Results], Proof]]) -> tuple[Erratum, ...]:
-        """The errata, each with the function of its name that proves it."""
+    def errata(self, proofs: Proofs) -> tuple[Erratum, ...]:
+        """The errata, each with the function of its name that proves it, which gets the words of its `proof`."""
         _require_same("errata", self.said["errata"], proofs)
-        return tuple(
-            Erratum(id=name, prove=proofs[name], **{**self._filled(one), "uses": tuple(one.get("uses", ()))})
-            for name, one in self.said["errata"].items()
-        )
+        found = []
+        for name, one in self.said["errata"].items():
+            said = {"uses": (), **one}
+            prove = partial(proofs[name], said.pop("proof"))
+            found.append(Erratum(id=name, prove=prove, **{**self._filled(said), "uses": tuple(said["uses"])}))
+        return tuple(found)
 
     def figures(self, drawn: Drawn) -> tuple[Figure, ...]:
         """The figures; drawn: by name what gives the data of each, what draws them, and what `title` and `alt` name.
