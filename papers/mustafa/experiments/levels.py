@@ -47,18 +47,12 @@ def nominal(plant: Matrices, periods: list[float]) -> Json:
     h = span.middle
     riccati = riccati_level(system, h)
     direct, printed = design_for_periods(system, [h]), method.printed_design(system, [h])
-    unknowns, order = method.lmi_size(system)
     return {
-        "h": h,
         "formula": closed_form(system, h),
         "riccati": riccati.level,
-        "riccati_norm": periodic_gain(system, riccati.filter, [h]).upper,
         "lmi": _design(system, direct, h),
         "printed_lmi": _design(system, printed, h),
-        "filter": {name: getattr(riccati.filter, name).tolist() for name in "ABC"},
         "Phi": system.discretise(h)[0].tolist(),
-        "unknowns": unknowns,
-        "order": order,
         "solvers": [direct.report.to_dict(), printed.report.to_dict()],
     }
 
@@ -131,7 +125,7 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
 
 
 def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, leaves: int, **effort: Any) -> Json:
-    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end.
+    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at the middle.
 
     effort: as in `worst_case_gain`.
     """
@@ -141,16 +135,13 @@ def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, lea
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
-        "constant": {end: periodic_gain(system, filter_, [getattr(span, end)]).value for end in ("h_l", "h_u")},
         **vars(method.stability(system, filter_)),
         "lower": found.lower,
         "upper": found.upper,
-        "runs": list(attack.runs),
         "periods": attack.periods.tolist(),
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
         "leaves": guarantee.leaves,
-        "depth": guarantee.depth,
         "history": [list(pair) for pair in guarantee.history],
         "common": guarantee.history[0][1],
         "solvers": [guarantee.report.to_dict()],
@@ -200,8 +191,6 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
         "exchange": exchanged.design.level,
-        "periods": list(exchanged.design.periods),
-        "rounds": exchanged.rounds,
         "dense": dense.level,
         "guaranteed": common.level,
         "lmi13": restored.level,
