@@ -9,7 +9,7 @@ from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, SLIP, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA
-from replication.audit.declare import Part, number
+from replication.audit.declare import Part, number, positive
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
@@ -196,13 +196,11 @@ def attenuated(results: Results) -> Evidence:
     margins = {
         law: 1 - max(max(e, e / z) for e, z in zip(laws[law]["filter"], laws[law]["none"], strict=True)) for law in LAWS
     }
-    margin = min(1 - ordered[-1], *margins.values())
-    return Evidence(
+    return positive(
+        min(1 - ordered[-1], *margins.values()),
         method=f"Ratios of l2 norms. {len(ordered)} sequences of {len(r['k'])} independent periods, uniform in the "
         "range, and the one disturbance of the text; and fewer under each of three laws, with the printed filter and "
         "with none. Laws and length are assumptions of ours: the text states neither.",
-        holds=margin > 0,
-        margin=margin,
         outcomes=outcomes_of({f"periods {law}": value for law, value in margins.items()}),
         quantities={
             "smallest ratio": ordered[0],

@@ -34,6 +34,8 @@ DURATION_EFFORT: dict[int, dict[str, Any]] = {
     2: {"horizon": 250, "final_horizon": 2000, "leaves": 150, "cuts": [0.02, 0.06]},
 }
 
+LOOSEST_EFFORT = {"horizon": 150, "final_horizon": 600, "leaves": 2}
+
 
 def _of_example(e: int) -> tuple[Experiment, ...]:
     case = example(e)
@@ -57,15 +59,7 @@ def _of_first() -> tuple[Experiment, ...]:
     printed, ends = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, [float(h) for h in np.linspace(0.02, h_u, 5)]
     return (
         experiment("sensitivity.1", levels.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
-        experiment(
-            "loosest.1",
-            covering.loosest,
-            **example(1),
-            level=upper_end(GAMMA[1]),
-            horizon=150,
-            final_horizon=600,
-            leaves=2,
-        ),
+        experiment("loosest.1", covering.loosest, **example(1), level=upper_end(GAMMA[1]), **LOOSEST_EFFORT),
         experiment("against-range", levels.against_range, plant=plant, h_l=h_l, ends=ends, horizon=200, leaves=12),
     )
 
