@@ -113,14 +113,11 @@ def periodic_matrices(results: Results) -> Evidence:
             quantities[f"level with one P, gains ({equation})"] = analysis["constant"]
     return positive(
         min(margins),
-        method=(
-            "Smallest level of Theorem 1 with one P for all instants minus that with P_k. Where no P exists: how far "
-            "some A_ek alone has its spectral radius above 1, which one P would forbid. The least of the four."
-        ),
-        cross_check=(
-            f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {found['constant']:.6f} with one P, {found['periodic']:.6f} with "
-            f"P_k; the gains found with one P have the exact norm {found['norm_constant']:.6f}."
-        ),
+        method="Smallest level of Theorem 1 with one P for all instants minus that with P_k. Where no P exists: how "
+        "far some A_ek alone has its spectral radius above 1, which one P would forbid. The least of the four.",
+        cross_check=f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {found['constant']:.6f} with one P, "
+        f"{found['periodic']:.6f} with P_k; the gains found with one P have the exact norm "
+        f"{found['norm_constant']:.6f}.",
         solvers=solvers(*found["analyses"].values()),
         quantities=quantities,
     )

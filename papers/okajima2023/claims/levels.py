@@ -49,15 +49,11 @@ def optimal_level(experiment: str, results: Results) -> Evidence:
         f"k + 1 from measurements up to k. Filters, which use the newest measurement too, reach {result['filter']:.4f}."
     )
     return Evidence(
-        method=(
-            "Smallest level with a stabilising periodic Riccati solution, by doubling; necessary and sufficient for "
-            "observers of the form (15)."
-        ),
-        cross_check=(
-            f"Matrix inequality (30) as printed gives {result['lmi']['level']:.10f}, its reduced form "
-            f"{result['reduced_lmi']['level']:.10f}; their gains have exact norms {result['lmi']['norm']:.10f} and "
-            f"{result['reduced_lmi']['norm']:.10f}."
-        ),
+        method="Smallest level with a stabilising periodic Riccati solution, by doubling; necessary and sufficient for "
+        "observers of the form (15).",
+        cross_check=f"Matrix inequality (30) as printed gives {result['lmi']['level']:.10f}, its reduced form "
+        f"{result['reduced_lmi']['level']:.10f}; their gains have exact norms {result['lmi']['norm']:.10f} and "
+        f"{result['reduced_lmi']['norm']:.10f}.",
         value=best,
         lower=result["lower"],
         upper=result["upper"],
@@ -93,10 +89,8 @@ def norm_of_printed_gains(equation: str, results: Results) -> Evidence:
             "effect of rounding the gains": result["rounding_spread"],
             "spectral radius over one period": result["spectral_radius"],
         },
-        note=(
-            "Several gains may have the same level, so entries are not compared: the printed gains are judged by what "
-            "they achieve."
-        ),
+        note="Several gains may have the same level, so entries are not compared: the printed gains are judged by what "
+        "they achieve.",
     )
 
 

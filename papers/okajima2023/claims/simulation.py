@@ -46,10 +46,8 @@ def printed_ratio_among_draws(name: str, results: Results) -> Evidence:
     readings = {what: found["cases"][name]["readings"][what] for what in READING_OF}
     gains = "printed gains (33)" if name == "proposed" else "central optimal gains of ours, none being printed"
     return Evidence(
-        method=(
-            f"{found['seeds']} independent draws; two-sided rank of the printed value among them "
-            "(denominator over d and both sensor noises)."
-        ),
+        method=f"{found['seeds']} independent draws; two-sided rank of the printed value among them "
+        "(denominator over d and both sensor noises).",
         cross_check=f"The same draws under all {len(readings)} readings of the denominator; {gains}.",
         outcomes=tuple(
             Outcome(reading=READING_OF[what], holds=one["probability"] >= SMALLEST_PROBABILITY)
@@ -121,10 +119,8 @@ def smallest(results: Results) -> Evidence:
     margins = {what: min(printed, min(found[what].values()) - 0.5) for what in READING_OF}
     return positive(
         min(margins.values()),
-        method=(
-            "Distance of the printed values; and the fraction of common draws in which the same order holds, above a "
-            f"half, for each of {len(margins)} denominators: the smallest."
-        ),
+        method="Distance of the printed values; and the fraction of common draws in which the same order holds, above "
+        f"a half, for each of {len(margins)} denominators: the smallest.",
         outcomes=outcomes_of({READING_OF[what]: margin for what, margin in margins.items()}),
         quantities={
             "distance of the printed values": printed,
@@ -142,10 +138,8 @@ def lowest_error(results: Results) -> Evidence:
     fractions = all_draws(results)["reference_smaller_than"]
     return positive(
         min(fractions.values()) - 0.5,
-        method=(
-            "Energy of the estimation error under common noise: least fraction of draws below another case, above a "
-            "half."
-        ),
+        method="Energy of the estimation error under common noise: least fraction of draws below another case, above a "
+        "half.",
         quantities=_smaller(fractions),
     )
 
@@ -214,10 +208,8 @@ def least_error_of_timings(results: Results) -> Evidence:
     names = {name: name.replace("timing-", "Case ") for name in found["least"]}
     return positive(
         min(found["smaller"]["timing-2"].values()) - 0.5,
-        method=(
-            f"Energy of the estimation error with the gains (38)-(40) under common noise, {found['seeds']} draws: "
-            "least fraction in which Case 2 lies below another case, above a half."
-        ),
+        method=f"Energy of the estimation error with the gains (38)-(40) under common noise, {found['seeds']} draws: "
+        "least fraction in which Case 2 lies below another case, above a half.",
         cross_check="The expected size of the error in the long run, computed without draws, has the same order.",
         quantities={
             **{f"fraction of draws with the least energy, {who}": found["least"][name] for name, who in names.items()},

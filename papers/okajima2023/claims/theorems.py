@@ -86,10 +86,8 @@ for _name, _printed in SCHEDULES.items():
     FORMULATION.matrix(
         f"schedule.{_name}",
         _printed["diagonals"],
-        statement=(
-            f"Diagonals of S₀, S₁, … for periods {tuple(_printed['periods'])} and offsets "
-            f"{tuple(_printed['offsets'])}, one row per instant."
-        ),
+        statement=f"Diagonals of S₀, S₁, … for periods {tuple(_printed['periods'])} and offsets "
+        f"{tuple(_printed['offsets'])}, one row per instant.",
         uses=f"schedule.{_name}",
         says=term("measured sensors", **times(_printed)),
     )(partial(diagonals_of_selection, _name))
@@ -172,10 +170,8 @@ def start_of_the_period(results: Results) -> Evidence:
             "difference if the product starts at 1 instead of 0": shifted,
             "difference if the factors are taken in the other order": ascending,
         },
-        note=(
-            "Conditions and printed gains count from 0 to N − 1, the product from 1 to N; the moduli are the same. "
-            "With later factors to the right, which the product sign alone could mean, they are others."
-        ),
+        note="Conditions and printed gains count from 0 to N − 1, the product from 1 to N; the moduli are the same. "
+        "With later factors to the right, which the product sign alone could mean, they are others.",
     )
 
 
@@ -263,10 +259,8 @@ def summation(results: Results) -> Evidence:
     return positive(
         # The sum must also telescope: what is left of it counts against the room.
         room - found["sum_residual"],
-        method=(
-            f"P_k of Theorem 1 at a level above its smallest one, ε of (22) from the least eigenvalue; both sides of "
-            f"(26) and (27) over the energy of the noise, and the root of (28), in {found['draws']} draws: least room."
-        ),
+        method="P_k of Theorem 1 at a level above its smallest one, ε of (22) from the least eigenvalue; both sides "
+        f"of (26) and (27) over the energy of the noise, and the root of (28), in {found['draws']} draws: least room.",
         solvers=solvers(found),
         quantities={
             "level": found["level"],
@@ -315,10 +309,8 @@ def theorem2_is_exact(results: Results) -> Evidence:
         ROUTE_REASON,
         method=f"Relative distance of Theorem 2's level from the exact optimum, largest of {len(DESIGNS)} designs.",
         quantities={"smallest eigenvalue of all P_k, Sec. IV-A": results[case("proposed")]["smallest_eigenvalue_P"]},
-        note=(
-            "The theorem says that the condition suffices, for all plants; for these designs it loses nothing. The "
-            "inequality forces P_k > WᵀW, more than the P_k > 0 that it is stated with."
-        ),
+        note="The theorem says that the condition suffices, for all plants; for these designs it loses nothing. The "
+        "inequality forces P_k > WᵀW, more than the P_k > 0 that it is stated with.",
     )
 
 

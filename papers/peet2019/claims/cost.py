@@ -73,10 +73,8 @@ def instability(results: Results) -> Evidence:
             for name, ends in found["roots"].items()
             for end, value in ends.items()
         },
-        note=(
-            "With λ < 0 there is a positive real root for every K. With λ = 0 all roots are zero and, for n states, "
-            "some free motion grows like t to the power n - 1: not at all for n = 1. With 1 all are stable."
-        ),
+        note="With λ < 0 there is a positive real root for every K. With λ = 0 all roots are zero and, for n states, "
+        "some free motion grows like t to the power n - 1: not at all for n = 1. With 1 all are stable.",
     )
 
 
@@ -171,12 +169,10 @@ def function_of_product(results: Results) -> Evidence:
             **_measured_growth(cells, set(grown)),
         },
         outcomes=outcomes_of({name: allowed - ratio for name, allowed in SAME.items()}),
-        note=(
-            f"The seconds compared span {short(min(printed.values()), 2)} to {short(max(printed.values()), 2)} s. The "
-            "printed seconds all come from one program; they do not show that it must be so. Ours, of other "
-            "programs and solvers, stand beside them: they have more equalities, and take longer, with many states "
-            "than with many delays. Runs of the full cone that only certify a level are left out."
-        ),
+        note=f"The seconds compared span {short(min(printed.values()), 2)} to {short(max(printed.values()), 2)} s. The "
+        "printed seconds all come from one program; they do not show that it must be so. Ours, of other "
+        "programs and solvers, stand beside them: they have more equalities, and take longer, with many states "
+        "than with many delays. Runs of the full cone that only certify a level are left out.",
     )
 
 
@@ -187,10 +183,8 @@ WANTED = {(n, k) for n, k, _ in published() if n * k < DATA["largest-product"]}
 @EXAMPLE_4.order(
     "scaling.desktop",
     place="Sec. I",
-    statement=(
-        f"On a desktop computer the algorithm runs if n·K is below {DATA['largest-product']}: the {len(WANTED)} cells "
-        f"of Table I, n·K at most {max(n * k for n, k in WANTED)}, at degree 1 and by our program."
-    ),
+    statement=f"On a desktop computer the algorithm runs if n·K is below {DATA['largest-product']}: the {len(WANTED)} "
+    f"cells of Table I, n·K at most {max(n * k for n, k in WANTED)}, at degree 1 and by our program.",
     pinned="compatible",
     erratum=SIGNS,
     uses=("measured", "printed-signs"),
@@ -208,10 +202,8 @@ def desktop(results: Results) -> Evidence:
     seconds, peak = (max((c[name] for c in solved), default=math.inf) for name in ("cpu_seconds", "peak"))
     return positive(
         1.0 - max(seconds / DAY, peak / MEMORY) if len(solved) == len(WANTED) else -1.0,
-        method=(
-            "Our programs of Theorem 3 as corrected for the cells of Table I with n·K below 50: full cone of degree 1, "
-            "as once measured."
-        ),
+        method="Our programs of Theorem 3 as corrected for the cells of Table I with n·K below 50: full cone of degree "
+        "1, as once measured.",
         quantities={
             "n·K below 50, cells of Table I": float(len(WANTED)),
             "n·K below 50, cells of Table I with a level reached": float(len(solved)),
@@ -219,13 +211,11 @@ def desktop(results: Results) -> Evidence:
             "most CPU seconds": seconds,
             "most memory [GB]": peak,
         },
-        note=(
-            "Example 4 alone, and no product between the largest but one in Table I and 50, on a machine of ours with "
-            "two processors; not the authors' code, nor higher degrees. "
-            f"{len(solved) - len(down)} cells with one delay certify a given level; the others lower γ until the "
-            f"solver stops (duality gap {ROUGH.gap:g}; {sum('pdFEAS' in c['outcome'] for c in down)} with a status "
-            "that says feasible and not optimal), not to the infimum, zero."
-        ),
+        note="Example 4 alone, and no product between the largest but one in Table I and 50, on a machine of ours with "
+        "two processors; not the authors' code, nor higher degrees. "
+        f"{len(solved) - len(down)} cells with one delay certify a given level; the others lower γ until the "
+        f"solver stops (duality gap {ROUGH.gap:g}; {sum('pdFEAS' in c['outcome'] for c in down)} with a status "
+        "that says feasible and not optimal), not to the infimum, zero.",
         as_printed=unmet(results),
     )
 

@@ -53,10 +53,8 @@ def cpu_seconds(cell: str, results: Results) -> Evidence:
     ours = results["timed"][cell]
     return Evidence(
         method="",
-        not_checkable=(
-            f"CPU seconds of the authors' machine. Ours, of our programs on {ours['machine']}, {ours['date']}, one "
-            "thread, stand beside them and do not compare."
-        ),
+        not_checkable=f"CPU seconds of the authors' machine. Ours, of our programs on {ours['machine']}, "
+        f"{ours['date']}, one thread, stand beside them and do not compare.",
         value=ours["assembly"] + ours["solver"],
         quantities={"our assembly, CPU [s]": ours["assembly"], "our solver, CPU [s]": ours["solver"]},
     )
@@ -127,10 +125,8 @@ def _table(example: str) -> None:
     EXAMPLES_1_TO_3.order(
         f"{name}.not-conservative",
         place="Secs. I and X",
-        statement=(
-            f"Example {example}: the bound is not conservative: at degree 3 the least level of Theorem 3 rounds to the "
-            f"gain printed for Padé, {gamma['pade']}."
-        ),
+        statement=f"Example {example}: the bound is not conservative: at degree 3 the least level of Theorem 3 rounds "
+        f"to the gain printed for Padé, {gamma['pade']}.",
         pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
         erratum=SIGNS,
         uses=(f"sos.{name}.d3", reference, "rules", "printed-signs"),
@@ -163,11 +159,9 @@ def small_gains(results: Results) -> Evidence:
         method="Theorem 3 as ε → 0, degree 1, solved at ε = 0 at this level, where B is a column of ones.",
         quantities={f"level reached, Example {name}": one["level"] for name, one in found.items()},
         solvers=solvers(*found.values()),
-        note=(
-            "The text says so of examples in the literature, typically, and has B = [1; 1] for them; that Examples 1-3 "
-            "had it is our assumption, so that no printed number is reproduced. A level that is reached, not the "
-            "least: lower ones, and so arbitrarily small gains, were not tried."
-        ),
+        note="The text says so of examples in the literature, typically, and has B = [1; 1] for them; that Examples "
+        "1-3 had it is our assumption, so that no printed number is reproduced. A level that is reached, not the "
+        "least: lower ones, and so arbitrarily small gains, were not tried.",
         as_printed=unmet(results),
     )
 
@@ -257,10 +251,8 @@ def below_level(results: Results) -> Evidence:
     largest = max(run["gain"] for run in found["scan"])
     return positive(
         found["level"] - max(least["gamma"], largest),
-        method=(
-            f"Level of Fig. 1 less the least one of Theorem 3 for all disturbances, degree {FIGURE_DEGREE}, or "
-            f"the largest simulated gain of the {len(found['scan'])} sincs of the scan if that is larger."
-        ),
+        method=f"Level of Fig. 1 less the least one of Theorem 3 for all disturbances, degree {FIGURE_DEGREE}, or "
+        f"the largest simulated gain of the {len(found['scan'])} sincs of the scan if that is larger.",
         quantities={
             "least level of Theorem 3, all disturbances": least["gamma"],
             "largest gain of the simulated sincs": largest,
@@ -280,10 +272,8 @@ def sinc_gain(results: Results) -> Evidence:
     target = float(DATA["sinc-gain"])
     return Evidence(
         method="",
-        not_checkable=(
-            "The sinc is not specified: shape, centre, horizon and channels are open. With one "
-            "observer the simulated gain depends on all of them. Its gains, which are not printed, were not varied."
-        ),
+        not_checkable="The sinc is not specified: shape, centre, horizon and channels are open. With one "
+        "observer the simulated gain depends on all of them. Its gains, which are not printed, were not varied.",
         settled_by="the authors' sinc and observer gains",
         quantities={
             "smallest gain of the scan": min(scan),

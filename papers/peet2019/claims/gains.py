@@ -58,10 +58,8 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             **{f"γ with ε = {epsilon}": value for epsilon, value in found["epsilon"].items()},
         }
     return Evidence(
-        method=(
-            f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by SDPA "
-            f"at ε = 0; {len(RULES)} degree rules."
-        ),
+        method=f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by "
+        f"SDPA at ε = 0; {len(RULES)} degree rules.",
         cross_check=f"Optimum without sums of squares: {optimum:.7f}; we measured the residuals and the gap.",
         value=gamma,
         solvers=solvers(found["tensor"], found["total"]),
@@ -148,10 +146,8 @@ def by_pade(example: str, results: Results) -> Evidence:
     """LMI (3) on the lossless Padé model."""
     found = results[f"reference.ex{example}"]
     return Evidence(
-        method=(
-            f"LMI (3), Z eliminated, Clarabel ({found['pade_status']}), Padé of order {DATA['pade-order']} as a "
-            f"lossless ladder ({found['pade_states']} states)."
-        ),
+        method=f"LMI (3), Z eliminated, Clarabel ({found['pade_status']}), Padé of order {DATA['pade-order']} as a "
+        f"lossless ladder ({found['pade_states']} states).",
         cross_check=f"Riccati equation of the unmeasured part: {found['pade_riccati']:.9f}.",
         value=found["pade"],
         quantities={
@@ -199,10 +195,8 @@ def reaches(example: str, results: Results) -> Evidence:
     optimum, levels = optimum_of(example, results), levels_at(3, example, results)
     return by_margin(
         {name: room(str(DATA[f"gamma-{example}"]["pade"]), level) for name, level in levels.items()},
-        method=(
-            f"Theorem 3 at degree 3 under {len(RULES)} degree rules, solved by SDPA at ε = 0: how far the least level "
-            "found lies inside what rounds to the gain printed for Padé."
-        ),
+        method=f"Theorem 3 at degree 3 under {len(RULES)} degree rules, solved by SDPA at ε = 0: how far the least "
+        "level found lies inside what rounds to the gain printed for Padé.",
         cross_check=f"Least gain of any observer, from the plant's gain or the Riccati equation: {optimum:.7f}.",
         settled_by=BY_PART_1 if example in OFF_THE_PRINT else "",
         quantities={
@@ -264,11 +258,9 @@ def lumped_states(results: Results) -> Evidence:
         max(alone.values()),
         allowed,
         "The paper calls the results accurate and gives no number: one part in a hundred.",
-        method=(
-            f"Observers of Examples 1-3 by forward difference, {DATA['lumped-states']} states per delay: the error "
-            "along the rightmost motion of the exact plant, over z. With the plant lumped too: H∞ norms of the closed "
-            "loops against those by Chebyshev collocation."
-        ),
+        method=f"Observers of Examples 1-3 by forward difference, {DATA['lumped-states']} states per delay: the error "
+        "along the rightmost motion of the exact plant, over z. With the plant lumped too: H∞ norms of the closed "
+        "loops against those by Chebyshev collocation.",
         quantities={
             **{f"observer alone, |z_e| over |z|, Example {example}": error for example, error in alone.items()},
             **{f"plant too, relative error, Example {example}": error for example, error in errors.items()},
@@ -285,13 +277,11 @@ def lumped_states(results: Results) -> Evidence:
             {"lumps-observer-alone": allowed - max(alone.values())}
             | {name: most - worst for name, most in ACCURATE.items()}
         ),
-        note=(
-            "The text gives no accuracy and does not say whether the plant is lumped too, for which systems it holds, "
-            "and whether N is the number per delay. Observer alone: it follows the plants' unstable motion within "
-            f"{at_most(100 * max(alone.values()))} % of z. Both: the norm errs by up to {100 * worst:.1f} %, by "
-            "the lumped plant: in Examples 2 and 3 the gain from w₁ to x₁ is that of the plant, whatever the observer, "
-            f"and the norm of the loops is that gain to a relative {at_most(max(map(abs, unseen.values())), 1)}."
-        ),
+        note="The text gives no accuracy and does not say whether the plant is lumped too, for which systems it holds, "
+        "and whether N is the number per delay. Observer alone: it follows the plants' unstable motion within "
+        f"{at_most(100 * max(alone.values()))} % of z. Both: the norm errs by up to {100 * worst:.1f} %, by "
+        "the lumped plant: in Examples 2 and 3 the gain from w₁ to x₁ is that of the plant, whatever the observer, "
+        f"and the norm of the loops is that gain to a relative {at_most(max(map(abs, unseen.values())), 1)}.",
         settled_by="the authors, if they state the accuracy, and whether the plant is lumped too",
     )
 
@@ -308,14 +298,10 @@ def closed_loop(name: str, results: Results) -> Evidence:
     found = results[f"loop.{name}"]
     norm = found["norms"][-1]
     return Evidence(
-        method=(
-            "H∞ norm of plant and observer, gains of Lemma 5 as corrected, collocated at "
-            f"{found['orders'][-1]} points per history, by the Hamiltonian test."
-        ),
-        cross_check=(
-            f"At {found['orders'][0]} points: {found['norms'][0]:.8f}. The norm is {norm / found['optimum']:.8f} times "
-            "the optimum by the Riccati equation."
-        ),
+        method="H∞ norm of plant and observer, gains of Lemma 5 as corrected, collocated at "
+        f"{found['orders'][-1]} points per history, by the Hamiltonian test.",
+        cross_check=f"At {found['orders'][0]} points: {found['norms'][0]:.8f}. The norm is "
+        f"{norm / found['optimum']:.8f} times the optimum by the Riccati equation.",
         holds=norm <= found["level"] and found["abscissa"] < 0.0,
         margin=found["level"] - norm if found["abscissa"] < 0.0 else -found["abscissa"],
         quantities={
@@ -345,10 +331,8 @@ for _name, _what, _factor, _degree in (
     CLOSED_LOOPS.feasible(
         f"loop.{_name}",
         place="Secs. I and X",
-        statement=(
-            f"{_what}: an observer designed by Theorem 3, degree {_degree}, keeps its bound, here at most {_factor} "
-            "times the least gain."
-        ),
+        statement=f"{_what}: an observer designed by Theorem 3, degree {_degree}, keeps its bound, here at most "
+        f"{_factor} times the least gain.",
         pinned="compatible",
         erratum=SIGNS,
         uses=(f"loop.{_name}", "printed-signs"),
