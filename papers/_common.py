@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -186,15 +186,19 @@ class Told:
         return tuple(found)
 
     def findings(self, facts: Callable[[Results], Mapping[str, Any]]) -> Callable[[Results], tuple[str, ...]]:
-        """The sentences that lead the page, with what `facts` finds; one is left out if that has its name as False."""
+        """The sentences that lead the page, with what `facts` finds.
 
-        def said(results: Results) -> tuple[str, ...]:
+        Where that has the name of a sentence, it is left out if False, and said for each of a list.
+        """
+
+        def said(results: Results) -> Iterator[str]:
             found = facts(results)
-            return tuple(
-                text.format(**found) for name, text in self.said["findings"].items() if found.get(name) is not False
-            )
+            for name, text in self.said["findings"].items():
+                named = found.get(name)
+                cases = named if isinstance(named, list) else [] if named is False else [{}]
+                yield from (text.format(**{**found, **case}) for case in cases)
 
-        return said
+        return lambda results: tuple(said(results))
 
     def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
         try:

@@ -23,7 +23,6 @@ ANY_ENTRIES, STATED_DESIGNS = "unstable.any-entries", "unstable.stated-designs"
 DIAGONAL = "diagonal-of-a"
 TIMES = ("periods", "offsets")
 FOUND, _ = theorems("okajima2023")
-FITTING = FOUND["section-4c-poles"].parameters
 """With the plants that the search finds, in exact numbers; the certificates are made only if it finds them again."""
 
 SETTLED_BY = "eq. (41) as the authors have it; the program linked from the blog has other plants"
