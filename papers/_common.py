@@ -1,8 +1,5 @@
-"""What the papers share: one plant of ours for all estimators, and how a sketch draws one signal over time.
-
-The plant is a damped oscillator whose position is measured through noise, in SI units; it stands for no device. Every
-paper's estimator is tried on it with a sensor that is slower, less regular or later, and each result is compared with
-that of the ideal sensor, which measures at every base period at once.
+"""What the papers share: one plant of ours for all estimators, what claims and figures make alike, how a sketch draws
+one signal over time, and `Told`, what is said of a paper in its told.toml.
 """
 
 from __future__ import annotations

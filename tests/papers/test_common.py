@@ -52,6 +52,12 @@ def test_what_told_toml_names_and_no_function_makes_is_refused(what: str, module
         make({**dict.fromkeys(told.said[what]), "another": None})
 
 
+def test_a_finding_is_left_out_or_said_for_each_case_as_its_facts_say() -> None:
+    told = Told({"findings": {"one": "One {n}.", "none": "Not {n}.", "each": "{n} in {case}.", "empty": "{case}"}}, {})
+    facts = {"n": 0, "none": False, "each": [{"case": "a"}, {"case": "b"}], "empty": []}
+    assert told.findings(lambda results: facts)({}) == ("One 0.", "0 in a.", "0 in b.")
+
+
 def test_a_number_that_told_toml_names_and_nothing_gives_is_refused() -> None:
     with pytest.raises(AuditError, match=r"told.toml has {mincx} in .*; give that number"):
         Told.read(str(okajima2023.__file__)).simple()
