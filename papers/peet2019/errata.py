@@ -27,7 +27,7 @@ def terms(erratum: str, text: str, results: Results) -> Proof:
     theorem_3 = found["theorem_3"]
     return contrast(
         f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI agree to "
-        f"rounding when all terms are corrected, and do not when one of these is left as printed. {text}".strip(),
+        f"rounding when all terms are corrected, and do not when one of these is left as printed. {text}",
         {"largest residual, corrected": theorem_3["none"]["largest"]},
         {f"median residual, {name} as printed": theorem_3[name]["median"] for name in misprints},
         wrong=WRONG,
