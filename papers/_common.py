@@ -1,16 +1,14 @@
-"""What the papers share: one plant of ours for all estimators, and how a sketch draws one signal over time.
-
-The plant is a damped oscillator whose position is measured through noise, in SI units; it stands for no device. Every
-paper's estimator is tried on it with a sensor that is slower, less regular or later, and each result is compared with
-that of the ideal sensor, which measures at every base period at once.
+"""What the papers share: one plant of ours for all estimators, what claims and figures make alike, how a sketch draws
+one signal over time, and `Told`, what is said of a paper in its told.toml.
 """
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +16,10 @@ import msgspec
 
 from replication.audit.brief import Brief, Draws, Sketch, Stroke
 from replication.audit.declare import Part
-from replication.audit.model import Erratum, Proof, Reading, Results
-from replication.audit.parts import Figure, Formula, Table
+from replication.audit.model import Erratum, Evidence, Outcome, Proof, Reading, Results, SolverRecord
+from replication.audit.parts import CommonLevel, Figure, FigureData, Formula, Table
 from replication.errors import AuditError
+from replication.verify.subjects import subject
 
 PLANT: dict[str, Any] = {
     "A": [[0.0, 1.0], [-1.0, -0.6]],
@@ -42,6 +41,54 @@ MINCX = 0.01
 """Relative accuracy, of what it minimises, at which mincx stops by default, says its documentation."""
 
 INPUTS: dict[str, Any] = {"plant": PLANT, "multiples": list(MULTIPLES)}
+
+
+Maker = Callable[[Mapping[str, Any]], dict[str, Any]]
+
+
+def certificate(paper: str, name: str, makers: Mapping[str, Maker]) -> dict[str, Any]:
+    """The certificate of one entry of theorems.json; makers: by statement, what finds `bound` or `witness` or both.
+
+    What has no maker the verifier decides by itself, in exact arithmetic or in letters.
+    """
+    theorem = subject(paper, name)
+    maker = makers.get(theorem["statement"].partition(".")[2])
+    return {**theorem, "bound": {}, "witness": {}, **(maker(theorem) if maker else {})}
+
+
+POSITION = "gain from force and noise to the position's error"
+"""What the levels of estimators on that plant are."""
+
+
+def common_levels(
+    sensor: str, brackets: Iterable[tuple[float, float]], measure: str, multiples: Iterable[int] = MULTIPLES
+) -> tuple[CommonLevel, ...]:
+    """The rows of the report on one sensor, a bracket for each multiple; none where a loop is unstable."""
+    rows = [(m, ends) for m, ends in zip(multiples, brackets, strict=True) if ends[0] is not None]
+    return tuple(
+        CommonLevel(sensor=sensor, multiple=m, lower=low, upper=high, measure=measure) for m, (low, high) in rows
+    )
+
+
+def solvers(*results: Mapping[str, Any]) -> tuple[SolverRecord, ...]:
+    """The accounts of the solvers behind results, of each its `solvers`, or its one `solver`."""
+    return tuple(SolverRecord(**one) for found in results for one in found.get("solvers") or [found["solver"]])
+
+
+def outcomes_of(margins: Mapping[str, float]) -> tuple[Outcome, ...]:
+    """By reading, a statement that holds if its margin is positive."""
+    return tuple(Outcome(reading=reading, holds=margin > 0, margin=margin) for reading, margin in margins.items())
+
+
+def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
+    """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""
+    found = outcomes_of(margins)
+    return Evidence(holds=found[0].holds, margin=found[0].margin, outcomes=found, **told)
+
+
+def figure_data(named: Mapping[str, Iterable[float]]) -> FigureData:
+    """The data of a figure by the names of its columns."""
+    return FigureData(columns={name: tuple(map(float, values)) for name, values in named.items()})
 
 
 FIRST, LAST = 8, 312
@@ -75,6 +122,12 @@ def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
     return Stroke(draws=draws, points=((x, y),), text=text)
 
 
+Proofs = Mapping[str, Callable[[str, Results], Proof]]
+"""Errata by name: what proves each, from the words of its proof and the results."""
+Drawn = Mapping[str, tuple[Callable[..., FigureData], Callable[..., Any], Callable[..., Mapping[str, Any]]]]
+"""Figures by name: what gives the data from results, what draws them, and what their words name."""
+
+
 @dataclass(frozen=True)
 class Told:
     """What told.toml beside the modules of a paper says of it, as tables; numbers: what `{name}` in some texts is."""
@@ -105,22 +158,44 @@ class Told:
         own = {part.title: part for part in parts}
         return tuple(own[said] if isinstance(said, str) else Part(**said) for said in self.said["scope"]["parts"])
 
-    def errata(self, proofs: Mapping[str, Callable[[Results], Proof]]) -> tuple[Erratum, ...]:
-        """The errata, each with the function of its name that proves it."""
+    def errata(self, proofs: Proofs) -> tuple[Erratum, ...]:
+        """The errata, each with the function of its name that proves it, which gets the words of its `proof`."""
         _require_same("errata", self.said["errata"], proofs)
-        return tuple(
-            Erratum(id=name, prove=proofs[name], **{**self._filled(one), "uses": tuple(one.get("uses", ()))})
-            for name, one in self.said["errata"].items()
-        )
+        found = []
+        for name, one in self.said["errata"].items():
+            said = {"uses": (), **one}
+            prove = partial(proofs[name], said.pop("proof"))
+            found.append(Erratum(id=name, prove=prove, **{**self._filled(said), "uses": tuple(said["uses"])}))
+        return tuple(found)
 
-    def figures(self, drawn: Mapping[str, tuple[Callable[..., Any], ...]]) -> tuple[Figure, ...]:
-        """The figures; drawn: by name what gives the data of each, what draws them, its title, and its words."""
+    def figures(self, drawn: Drawn) -> tuple[Figure, ...]:
+        """The figures; drawn: by name what gives the data of each, what draws them, and what `title` and `alt` name.
+
+        That may be a column of the data too: `{tau[0]:g}` is its first entry.
+        """
         _require_same("figures", self.said["figures"], drawn)
-        said = {name: {**self._filled(one), "uses": tuple(one["uses"])} for name, one in self.said["figures"].items()}
-        return tuple(
-            Figure(name=name, data=data, plot=plot, title=title, alt=alt, **said[name])
-            for name, (data, plot, title, alt) in drawn.items()
-        )
+        found = []
+        for name, (data, plot, facts) in drawn.items():
+            said = dict(self.said["figures"][name])
+            title, alt = (partial(_worded, said.pop(word), facts) for word in ("title", "alt"))
+            told = {**self._filled(said), "uses": tuple(said["uses"])}
+            found.append(Figure(name=name, data=data, plot=plot, title=title, alt=alt, **told))
+        return tuple(found)
+
+    def findings(self, facts: Callable[[Results], Mapping[str, Any]]) -> Callable[[Results], tuple[str, ...]]:
+        """The sentences that lead the page, with what `facts` finds.
+
+        Where that has the name of a sentence, it is left out if False, and said for each of a list.
+        """
+
+        def said(results: Results) -> Iterator[str]:
+            found = facts(results)
+            for name, text in self.said["findings"].items():
+                named = found.get(name)
+                cases = named if isinstance(named, list) else [] if named is False else [{}]
+                yield from (text.format(**{**found, **case}) for case in cases)
+
+        return lambda results: tuple(said(results))
 
     def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
         try:
@@ -129,6 +204,10 @@ class Told:
             raise AuditError(
                 f"told.toml has {{{missing.args[0]}}} in {said}; give that number to `Told.read`"
             ) from None
+
+
+def _worded(text: str, facts: Callable[[FigureData], Mapping[str, Any]], figure: FigureData) -> str:
+    return text.format(**{**figure.columns, **facts(figure)})
 
 
 def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import cvxpy
 import numpy as np
 
+from papers._common import Maker, certificate
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.levels import Json
 from papers.mustafa.method import build_grid, covered_interval, delta_block, gaps
@@ -23,7 +25,8 @@ from replication.estimation.nonuniform.filters import Filter, error_system
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
 from replication.estimation.validation import Array
-from replication.verify.subjects import subject
+
+Theorem = Mapping[str, Any]
 
 BRACKETS = {"range": "bracket", "duration": "bracket-duration"}
 """Experiments whose bracket over a range the theorems of these names prove; with their effort."""
@@ -44,41 +47,23 @@ COARSE_BITS = 20
 
 def make(name: str) -> Json:
     """The certificate of one entry of theorems.json."""
-    theorem = subject("mustafa", name)
-    return {**theorem, **_made(theorem)}
+    return certificate("mustafa", name, MAKERS)
 
 
-def _made(theorem: Mapping[str, Any]) -> Json:
-    name = theorem["name"]
-    constant = theorem["parameters"].get("from") == theorem["parameters"].get("to")
-    match theorem["statement"].removeprefix("nonuniform."):
-        case "gain-upper" | "keeps-level":
-            return nonuniform.gain_upper(theorem, **_effort(name, "leaves", "cuts"))
-        case "gain-lower" | "breaks-level":
-            return nonuniform.gain_lower(theorem, **_effort(name, "horizon", "final_horizon"))
-        case "optimum-upper":
-            return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
-        case "stamped-gain":
-            return nonuniform.least_gain(theorem, horizon=HORIZON)
-        case "optimum-lower" | "no-filter-keeps-level":
-            return nonuniform.optimum_lower(theorem)
-        case "grid-size":
-            return grid(theorem)
-        case "one-interval":
-            return {**grid(theorem), "bound": {}}
-        case "stalls":
-            return stall(theorem)
-        case "output-matrix":
-            return output_box(theorem)
-        case "grid-solution-fails":
-            return grid_solution(theorem)
-        case "meets-condition-8":
-            return one_element(theorem)
-        case "same-level":
-            return same_level(theorem)
-        case _:
-            # What the verifier decides by itself, in exact arithmetic or in letters.
-            return {"bound": {}, "witness": {}}
+def gain_upper(theorem: Theorem) -> Json:
+    """With the effort of the experiment that brackets the same gain."""
+    return nonuniform.gain_upper(theorem, **_effort(theorem["name"], "leaves", "cuts"))
+
+
+def gain_lower(theorem: Theorem) -> Json:
+    """The same from below."""
+    return nonuniform.gain_lower(theorem, **_effort(theorem["name"], "horizon", "final_horizon"))
+
+
+def optimum_upper(theorem: Theorem) -> Json:
+    """At one constant period, or over a range."""
+    constant = theorem["parameters"]["from"] == theorem["parameters"]["to"]
+    return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
 
 
 def _effort(name: str, *wanted: str) -> Json:
@@ -89,16 +74,16 @@ def _effort(name: str, *wanted: str) -> Json:
     return {key: inputs[key] for key in wanted if key in inputs}
 
 
-def grid(theorem: Mapping[str, Any]) -> Json:
+def grid(theorem: Theorem) -> Json:
     """Bound and witness of the number of elements: brackets of alpha for each pass of the corrected Algorithm 1."""
     size, passes = _passes(*_problem(theorem))
     return {"bound": {"lower": str(size), "upper": str(size)}, "witness": {"passes": passes}}
 
 
-def stall(theorem: Mapping[str, Any]) -> Json:
+def stall(theorem: Theorem) -> Json:
     """A bracket of alpha in the middle of the range."""
     system, periods = _problem(theorem)
-    return {"bound": {}, "witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
+    return {"witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
 
 
 def in_modal_coordinates(system: SampledPlant) -> SampledPlant:
@@ -107,7 +92,7 @@ def in_modal_coordinates(system: SampledPlant) -> SampledPlant:
     return replace(system, A=np.array([[pole.real, abs(pole.imag)], [-abs(pole.imag), pole.real]]))
 
 
-def output_box(theorem: Mapping[str, Any]) -> Json:
+def output_box(theorem: Theorem) -> Json:
     """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
     system, periods = _problem(theorem)
     filter_, level = nonuniform.filter_of(theorem["plant"]["filter"]), float(Fraction(theorem["parameters"]["level"]))
@@ -129,10 +114,10 @@ def output_box(theorem: Mapping[str, Any]) -> Json:
         return [{"turn": rounded(t, BITS), "u": [rounded(w.real, BITS), rounded(w.imag, BITS)]} for t, w in chosen]
 
     witness = {name: [half_space(sign * axis) for axis in one] for name, sign in (("above", 1), ("below", -1))}
-    return {"bound": {}, "witness": witness}
+    return {"witness": witness}
 
 
-def grid_solution(theorem: Mapping[str, Any]) -> Json:
+def grid_solution(theorem: Theorem) -> Json:
     """The filter of step 2 on the grid with a level a little above its own, a matrix for it, and a worst sequence."""
     system, periods = _problem(theorem)
     design = design_for_periods(system, list(build_grid(system, periods).periods))
@@ -143,7 +128,7 @@ def grid_solution(theorem: Mapping[str, Any]) -> Json:
     over = {"from": "h_l", "to": "h_u", "weight": "samples", "filter": filter_}
     found = nonuniform.gain_lower({**theorem, "parameters": over}, horizon=HORIZON, final_horizon=HORIZON)
     witness = {"passes": _passes(system, periods)[1], "level": level, "filter": filter_, "P": rounded_array(P, BITS)}
-    return {"bound": {}, "witness": {**witness, **found["witness"]}}
+    return {"witness": {**witness, **found["witness"]}}
 
 
 def modal(filter_: Filter) -> dict[str, Any]:
@@ -169,7 +154,7 @@ def common_storage(stages: Sequence[Stage], level: float) -> Array:
     return np.asarray(P.value)
 
 
-def one_element(theorem: Mapping[str, Any]) -> Json:
+def one_element(theorem: Theorem) -> Json:
     """A storage matrix for each piece of the range, at the end with the larger norm in (8), for a level below one."""
     system, periods = _problem(theorem)
     Phi, _ = system.discretise(periods.middle)
@@ -181,10 +166,10 @@ def one_element(theorem: Mapping[str, Any]) -> Json:
         system_of_8 = PeriodicSystem((Stage(Phi, delta_block(system, change), system.A @ Phi, zero),))
         level = (1 + l2_gain(system_of_8).lower) / 2
         matrices.append(lyapunov_matrices(system_of_8, level, SLACK)[0])
-    return {"bound": {}, "witness": {"P": [rounded_array(P, BITS) for P in matrices]}}
+    return {"witness": {"P": [rounded_array(P, BITS) for P in matrices]}}
 
 
-def same_level(theorem: Mapping[str, Any]) -> Json:
+def same_level(theorem: Theorem) -> Json:
     """The cell with the largest alpha in modal coordinates, and a robust filter with a lower level."""
     system, periods = _problem(theorem)
     system = in_modal_coordinates(system)
@@ -202,10 +187,10 @@ def same_level(theorem: Mapping[str, Any]) -> Json:
         "radius": rounded_down(float(values[0]) * (1 - FIRST_MARGIN), BITS),
         "direction": rounded_array(right[:1].T, COARSE_BITS),
     }
-    return {"bound": {}, "witness": {**witness, "level": made["bound"]["upper"], **made["witness"]}}
+    return {"witness": {**witness, "level": made["bound"]["upper"], **made["witness"]}}
 
 
-def _problem(theorem: Mapping[str, Any]) -> tuple[SampledPlant, PeriodRange]:
+def _problem(theorem: Theorem) -> tuple[SampledPlant, PeriodRange]:
     return nonuniform.problem_of(theorem["plant"], {"from": "h_l", "to": "h_u"})
 
 
@@ -248,3 +233,22 @@ def _small_gain_stage(system: SampledPlant, h: float) -> Stage:
     Phi, _ = system.discretise(h)
     one = np.eye(system.order)
     return Stage(Phi, one, system.A @ Phi, np.zeros_like(one))
+
+
+MAKERS: Mapping[str, Maker] = {
+    "gain-upper": gain_upper,
+    "keeps-level": gain_upper,
+    "gain-lower": gain_lower,
+    "breaks-level": gain_lower,
+    "optimum-upper": optimum_upper,
+    "stamped-gain": partial(nonuniform.least_gain, horizon=HORIZON),
+    "optimum-lower": nonuniform.optimum_lower,
+    "no-filter-keeps-level": nonuniform.optimum_lower,
+    "grid-size": grid,
+    "one-interval": lambda theorem: {**grid(theorem), "bound": {}},
+    "stalls": stall,
+    "output-matrix": output_box,
+    "grid-solution-fails": grid_solution,
+    "meets-condition-8": one_element,
+    "same-level": same_level,
+}

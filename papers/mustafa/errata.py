@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+
+from papers._common import Proofs
 from papers.mustafa.claims.preliminaries import covers_as_step_3_prints
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
@@ -21,41 +24,20 @@ HALF_UNIT = 0.00005
 """Rounding of an entry of the printed filter."""
 
 
-def order_of_map(results: Results) -> Proof:
-    """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
-    return _exchanged(
-        results,
-        "The brackets do not balance, which may be a slip of our copy; the exchanged indices stand in (12) again, and "
-        "are the text's. Without the last bracket, and without the one before the inverse, which gives (12), the map "
-        "misses the transfer matrix at a constant Delta in random cases whose sizes fit; the right order agrees.",
-        {" without the last bracket": "map as printed", " without the one before the inverse": "(12) as printed"},
-    )
-
-
-def order_of_12(results: Results) -> Proof:
-    """The same for (12)."""
-    text = (
-        "With the indices 12 and 21 exchanged the map agrees with the transfer matrix at a constant Delta; as printed "
-        "it does not, in random cases whose sizes fit."
-    )
-    return _exchanged(results, text, {" as printed": "(12) as printed"})
-
-
-def _exchanged(results: Results, text: str, readings: dict[str, str]) -> Proof:
+def exchanged(readings: dict[str, str], text: str, results: Results) -> Proof:
+    """A map as it is read and in the right order, against the transfer matrix."""
     r = results["identities"]
     least = {f"least residual{reading}": r[name] for reading, name in readings.items()}
     return contrast(text, {"largest residual, reordered": r["map reordered"]}, least, zero=EXACT)
 
 
-def case_u3(results: Results) -> Proof:
+def case_u3(text: str, results: Results) -> Proof:
     """The upper ends of (9) with both logarithmic norms."""
     ends = {e: results[f"grids.{e}"]["intervals"] for e in EXAMPLES}
     return Proof(
         holds=ends[2]["printed, alpha"]["upper"] < middle(2) < ends[2]["corrected, alpha"]["upper"]
         and ends[1]["printed, alpha"]["upper"] > ends[1]["corrected, alpha"]["upper"],
-        text="The logarithm is that of case L3, which our copy may have repeated. Lemma 3 bounds Delta(theta) by "
-        "(e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies below h_0, the middle of the range; in "
-        "Example 1 it lies beyond where the bound reaches 1/alpha.",
+        text=text,
         quantities={
             f"upper end, Example {e}, {name}": ends[e][f"{name}, alpha"]["upper"]
             for e in ends
@@ -64,26 +46,24 @@ def case_u3(results: Results) -> Proof:
     )
 
 
-def size_of_f(results: Results) -> Proof:
+def size_of_f(text: str, results: Results) -> Proof:
     """F C and B_f = -Y^-1 F must have n rows."""
     (n, r), size = sizes()
     return Proof(
         holds=n != r and size == (n, r),
-        text="The printed B_f = -Y^-1 F has n rows and r columns, and so has F.",
+        text=text,
         quantities={"n": float(n), "r": float(r)},
     )
 
 
-def repeated_row(results: Results) -> Proof:
+def repeated_row(text: str, results: Results) -> Proof:
     """The right half of (10) has a row too many for a square matrix; without the repeated one it is the congruence."""
     left, right = DATA["lmi"]["left"], DATA["lmi"]["right"]
     columns = len(left[0].split(",")) + len(right[0].split(","))
     residual = results["identities"]["congruence"]
     return Proof(
         holds=len(left) == columns == len(right) - 1 == len(set(right)) and residual <= EXACT,
-        text="A matrix inequality is about a square matrix. The left half has as many rows as (10) has columns, the "
-        "right half one more, and one row twice. Without the repetition, and with F of size n × r, (10) is the "
-        "congruence of (6) that the proof asks for.",
+        text=text,
         quantities={
             "columns": float(columns),
             "rows, left": float(len(left)),
@@ -93,7 +73,7 @@ def repeated_row(results: Results) -> Proof:
     )
 
 
-def steps_of_algorithm(results: Results) -> Proof:
+def steps_of_algorithm(text: str, results: Results) -> Proof:
     """Root and union in step 4: read as printed the range is covered in neither example; the correct one covers it."""
     found = {e: results[f"grids.{e}"] for e in EXAMPLES}
     runs = [grids["algorithm"] for grids in found.values()]
@@ -104,10 +84,7 @@ def steps_of_algorithm(results: Results) -> Proof:
         holds=literal[Step4.SET_MINUS] == literal[Step4.CUT] == {"STALLED"}
         and "COVERED" not in literal[Step4.UNCUT]
         and all(run[CORRECT.name]["end"] == "COVERED" for run in runs),
-        text="Our copy has lost a sign in this line, so its root may be damage too. With the root, U3 as printed or "
-        "corrected, a set-minus or a union cut to the range adds no new period in either example, so the algorithm "
-        "never ends; a union left uncut adds periods, and the range is not covered in the passes run. With alpha, a "
-        "set-minus and U3 corrected it is covered." + (BY_ROOT if by_root else "") + ("" if by_alpha else BY_ALPHA),
+        text=text + (BY_ROOT if by_root else "") + ("" if by_alpha else BY_ALPHA),
         quantities={
             f"elements, Example {e}, {reading.name}": float(grids["algorithm"][reading.name]["size"])
             for e, grids in found.items()
@@ -116,7 +93,7 @@ def steps_of_algorithm(results: Results) -> Proof:
     )
 
 
-def motor_constant(results: Results) -> Proof:
+def motor_constant(text: str, results: Results) -> Proof:
     """One constant of A has no value, and one value has no place in A; the printed filter bears it out."""
     in_A, valued = (set(DATA["constants"][which]) for which in ("in A", "with a value"))
     # A_f = Phi - B_f C with C = [1 0], and the off-diagonal entries of Phi = e^{hA} are to each other as those of A.
@@ -125,9 +102,7 @@ def motor_constant(results: Results) -> Proof:
     low, high = sorted(factor * (moved + sign * 2 * HALF_UNIT) for sign in (-1, 1))
     return Proof(
         holds=(in_A - valued, valued - in_A) == ({"K_theta"}, {"K_q"}) and low <= float(DATA["K"]) <= high and low > 0,
-        text="The text gives the values of the constants of A. K_theta alone has none, and K_q alone has one and no "
-        "place in A, so that one is the other. The filter bears it out: if A_f = Phi - B_f C, the first columns of the "
-        "printed A_f and B_f, with their rounding, leave K_theta between two ends, and the value lies between them.",
+        text=text,
         quantities={"K_theta, at least": low, "K_theta, at most": high},
     )
 
@@ -142,31 +117,34 @@ def dimension(unit: str) -> tuple[int, ...]:
     return tuple(sum(int(power or 1) * SI[symbol][i] for symbol, _, power in symbols) for i in range(3))
 
 
-def unit_of_inertia(results: Results) -> Proof:
+def unit_of_inertia(text: str, results: Results) -> Proof:
     """b/J is an entry of A and must have the unit 1/s."""
     b, J, inertia = (dimension(unit) for unit in (DATA["b"].unit, DATA["J"].unit, "kg m^2"))
     printed, meant = (tuple(x - y for x, y in zip(b, other, strict=True)) for other in (J, inertia))
     return Proof(
         holds=printed != (0, 0, -1) == meant,
-        text="Powers of kg, m and s of the entry b/J of A: with J in kg m^2 it is a rate, with the printed unit not.",
+        text=text,
         quantities={"power of s in b/J, printed": float(printed[2]), "power of s in b/J, meant": float(meant[2])},
     )
 
 
-def number_of_step(results: Results) -> Proof:
+def number_of_step(text: str, results: Results) -> Proof:
     """Which steps of Algorithm 1 read the limit N_0 of the size of the grid."""
     limiting = [step for step, reads in DATA["steps"].items() if "N_0" in reads]
     named = DATA["step-against-large-grids"]
     return Proof(
         holds=limiting == ["1"] and named not in limiting,
-        text="Only one step reads the size of the grid against its limit N_0; the sentence names the next one.",
+        text=text,
         quantities={"step that reads N_0": float(limiting[0]), "step named": float(named)},
     )
 
 
-PROOFS = {
-    "map": order_of_map,
-    "map-12": order_of_12,
+PROOFS: Proofs = {
+    # Both ways to balance the brackets; the first gives (12).
+    "map": partial(exchanged, {
+        " without the last bracket": "map as printed", " without the one before the inverse": "(12) as printed",
+    }),
+    "map-12": partial(exchanged, {" as printed": "(12) as printed"}),
     "u3": case_u3,
     "size-of-F": size_of_f,
     "row": repeated_row,
@@ -174,5 +152,5 @@ PROOFS = {
     "motor-constant": motor_constant,
     "unit-of-J": unit_of_inertia,
     "step": number_of_step,
-}
+}  # fmt: skip
 """By the errata of told.toml."""

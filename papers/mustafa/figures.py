@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
+from papers._common import figure_data
 from papers.mustafa.claims.preliminaries import down, times, up
 from papers.mustafa.experiments.draws import merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
@@ -20,13 +20,13 @@ SHOWN, ZOOMED = 400, 120
 
 def curves(results: Results) -> FigureData:
     """gamma*(h), the norm of the filter at constant periods, its bracket over all sequences, the published level."""
-    columns: dict[str, tuple[float, ...]] = {}
+    found: dict[str, list[float]] = {}
     for e in EXAMPLES:
         r = results[f"curve.{e}"]
-        columns |= {f"h_{e}": tuple(r["h"]), f"optimum_{e}": tuple(r["optimum"]), f"filter_{e}": tuple(r["filter"])}
-        columns |= {f"middle_{e}": (r["middle"],), f"published_{e}": (float(GAMMA[e]),)}
-        columns |= {f"{end}_{e}": (results[f"bracket.{e}"][end],) for end in ("lower", "upper")}
-    return FigureData(columns=columns)
+        found |= {f"{name}_{e}": r[name] for name in ("h", "optimum", "filter")}
+        found |= {f"middle_{e}": [r["middle"]], f"published_{e}": [float(GAMMA[e])]}
+        found |= {f"{end}_{e}": [results[f"bracket.{e}"][end]] for end in ("lower", "upper")}
+    return figure_data(found)
 
 
 def plot_curves(figure: FigureData) -> Any:
@@ -52,31 +52,28 @@ def plot_curves(figure: FigureData) -> Any:
     return drawing
 
 
-def say_curves(figure: FigureData) -> str:
-    """The message: how much larger the gains are than the printed levels."""
-    first, second = (_excess(figure, e) for e in EXAMPLES)
-    return f"Varying periods: Example 1, our filter: ≥{first} times its level; Example 2, printed filter: ≥{second}"
+def told_curves(figure: FigureData) -> dict[str, Any]:
+    """How much larger the gains are than the printed levels, largest gains, and the jump of the first curve."""
+    c = figure.columns
+    steps = [b - a for a, b in zip(c["optimum_1"], c["optimum_1"][1:], strict=False)]
+    examples = "; ".join(
+        f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
+        f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
+        f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
+        f"{_excess(figure, e)} times the printed level"
+        for e in EXAMPLES
+    )
+    jump = max(steps)
+    return {
+        "excess": [_excess(figure, e) for e in EXAMPLES],
+        "examples": examples,
+        "jump": jump,
+        "at": c["h_1"][steps.index(jump)],
+    }
 
 
 def _excess(figure: FigureData, e: int) -> Decimal:
     return times(figure.columns[f"lower_{e}"][0], GAMMA[e])
-
-
-def describe_curves(figure: FigureData) -> str:
-    """Largest gains, and the jump of the first curve."""
-    c = figure.columns
-    steps = [b - a for a, b in zip(c["optimum_1"], c["optimum_1"][1:], strict=False)]
-    jump = steps.index(max(steps))
-    return (
-        "; ".join(
-            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
-            f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
-            f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
-            f"{_excess(figure, e)} times the printed level"
-            for e in EXAMPLES
-        )
-        + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
-    )
 
 
 def brackets(results: Results) -> FigureData:
@@ -84,7 +81,7 @@ def brackets(results: Results) -> FigureData:
     *rows, (h_u, lower, upper) = results["against-range"]["rows"]
     best = results["bracket.1"]
     rows.append([h_u, max(lower, best["lower"]), min(upper, best["upper"])])
-    return FigureData(columns={name: tuple(row[i] for row in rows) for i, name in enumerate(("h_u", "lower", "upper"))})
+    return figure_data(dict(zip(("h_u", "lower", "upper"), zip(*rows, strict=True), strict=True)))
 
 
 def plot_brackets(figure: FigureData) -> Any:
@@ -102,23 +99,11 @@ def plot_brackets(figure: FigureData) -> Any:
     return drawing
 
 
-def say_brackets(figure: FigureData) -> str:
-    """The message: how much the worst case grows at least."""
-    widest = figure.columns["h_u"][-1]
-    return f"Our filter's worst case grows at least {_growth(figure)}-fold as the range widens to {widest:.4f} s"
-
-
-def _growth(figure: FigureData) -> Decimal:
-    return down(figure.columns["lower"][-1] / figure.columns["upper"][0], 1)
-
-
-def describe_brackets(figure: FigureData) -> str:
-    """First and last bracket."""
-    c = figure.columns
-    return (
-        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {down(c['lower'][i])} and {up(c['upper'][i])}" for i in (0, -1))
-        + f". Between these two it grows at least {_growth(figure)}-fold."
-    )
+def told_brackets(figure: FigureData) -> dict[str, Any]:
+    """First and last bracket, and how much the worst case grows at least."""
+    h_u, lower, upper = figure.columns.values()
+    ends = "; ".join(f"h_u = {h_u[i]:.4f} s: between {down(lower[i])} and {up(upper[i])}" for i in (0, -1))
+    return {"growth": down(lower[-1] / upper[0], 1), "widest": h_u[-1], "ends": ends}
 
 
 def worst(results: Results) -> FigureData:
@@ -126,15 +111,8 @@ def worst(results: Results) -> FigureData:
     one; the gain that the whole sequence reaches."""
     r = results["bracket.1"]
     size = max(map(abs, r["w"][-SHOWN:]))
-    return FigureData(
-        columns={
-            "k": tuple(float(k) for k in range(SHOWN)),
-            "h": tuple(r["periods"][-SHOWN:]),
-            "w": tuple(value / size for value in r["w"][-SHOWN:]),
-            "e": tuple(value / size for value in r["e"][1:][-SHOWN:]),
-            "gain": (r["lower"],),
-        }
-    )
+    scaled = {name: [value / size for value in r[name][-SHOWN:]] for name in ("w", "e")}
+    return figure_data({"k": range(SHOWN), "h": r["periods"][-SHOWN:], **scaled, "gain": [r["lower"]]})
 
 
 def plot_worst(figure: FigureData) -> Any:
@@ -153,25 +131,19 @@ def plot_worst(figure: FigureData) -> Any:
     return drawing
 
 
-def say_worst(figure: FigureData) -> str:
-    """The message: what the sequence does to the gain."""
-    reached = figure.columns["gain"][0]
-    return f"One sequence drives our filter's gain to {down(reached)}, {times(reached, GAMMA[1])} times the level"
-
-
-def _long(figure: FigureData) -> int:
-    h = figure.columns["h"]
-    return sum(period > (min(h) + max(h)) / 2 for period in h)
-
-
-def describe_worst(figure: FigureData) -> str:
-    """Share of long periods and the peak of the error."""
-    c = figure.columns
-    return (
-        f"{_long(figure)} of the last {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
-        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}. "
-        f"The gain along the sequence is {down(c['gain'][0])}, {times(c['gain'][0], GAMMA[1])} times the printed level."
-    )
+def told_worst(figure: FigureData) -> dict[str, Any]:
+    """What the sequence does to the gain, its share of long periods, and the peak of the error."""
+    h, gain = figure.columns["h"], figure.columns["gain"][0]
+    short, long = min(h), max(h)
+    return {
+        "reached": down(gain),
+        "times": times(gain, GAMMA[1]),
+        "count": sum(period > (short + long) / 2 for period in h),
+        "of": len(h),
+        "long": long,
+        "short": short,
+        "peak": max(map(abs, figure.columns["e"])),
+    }
 
 
 # Figures 2 and 3 over many draws of the sampling periods
@@ -184,8 +156,9 @@ FIRST = 60
 def responses(results: Results) -> FigureData:
     """One draw of the error, the band of all and how many they are, and the disturbance."""
     r = merged(results)
-    columns = {name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")}
-    return FigureData(columns=columns | {"draws": (float(len(r["ratios"])),)})
+    return figure_data(
+        {name: r[name] for name in ("k", "w", "e", "band_low", "band_high")} | {"draws": [len(r["ratios"])]}
+    )
 
 
 def plot_responses(figure: FigureData) -> Any:
@@ -196,7 +169,7 @@ def plot_responses(figure: FigureData) -> Any:
     (disturbance,) = axis.plot(c["k"], c["w"], linewidth=1.1, color=FOREGROUND, linestyle="--")
     (error,) = axis.plot(c["k"], c["e"], linewidth=1.1, color=OURS)
     name_line(axis, disturbance, "disturbance w", 27, ha="left")
-    text = f"error e, one draw (line)\nand {_draws(figure)} draws (band)"
+    text = f"error e, one draw (line)\nand {c['draws'][0]:.0f} draws (band)"
     axis.annotate(
         text, (150, max(c["band_high"][140:160])), xytext=(6, 22), textcoords="offset points",
         color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
@@ -206,34 +179,21 @@ def plot_responses(figure: FigureData) -> Any:
     return drawing
 
 
-def say_responses(figure: FigureData) -> str:
-    """The message of Fig. 2: the largest error of these draws, which is no bound for others."""
-    error, disturbance = _peaks(figure)
-    return f"In our uniform draws the error peaks at {up(error, 2)} at most, the disturbance at {disturbance:.2f}"
-
-
-def _draws(figure: FigureData) -> str:
-    return f"{figure.columns['draws'][0]:.0f}"
-
-
-def _peaks(figure: FigureData) -> tuple[float, float]:
+def told_responses(figure: FigureData) -> dict[str, Any]:
+    """Peaks of disturbance and error in these draws, which are no bound for others."""
     c = figure.columns
-    return max(map(abs, c["band_low"] + c["band_high"])), max(map(abs, c["w"]))
-
-
-def describe_responses(figure: FigureData) -> str:
-    """Peaks of disturbance and error."""
-    c, (error, disturbance) = figure.columns, _peaks(figure)
-    return (
-        f"Over {len(c['k'])} samples the disturbance peaks at {disturbance:.2f}, the error of one draw at "
-        f"{max(map(abs, c['e'])):.2f}, that of {_draws(figure)} draws of uniform periods at {up(error, 2)} at most."
-    )
+    return {
+        "samples": len(c["k"]),
+        "disturbance": max(map(abs, c["w"])),
+        "one": max(map(abs, c["e"])),
+        "most": up(max(map(abs, c["band_low"] + c["band_high"])), 2),
+    }
 
 
 def intervals(results: Results) -> FigureData:
     """The sampling periods of the same draw."""
     r = merged(results)
-    return FigureData(columns={"k": tuple(r["k"]), "h": tuple(r["periods"])})
+    return figure_data({"k": r["k"], "h": r["periods"]})
 
 
 def plot_intervals(figure: FigureData) -> Any:
@@ -253,26 +213,17 @@ def plot_intervals(figure: FigureData) -> Any:
     return drawing
 
 
-def say_intervals(figure: FigureData) -> str:
-    """The message of Fig. 3."""
-    h = figure.columns["h"]
-    return f"One draw of independent uniform periods spans {min(h):.3f} to {max(h):.3f} s"
-
-
-def describe_intervals(figure: FigureData) -> str:
+def told_intervals(figure: FigureData) -> dict[str, Any]:
     """Range and mean of the periods."""
     h = figure.columns["h"]
-    return (
-        f"One draw of {len(h)} sampling periods from {min(h):.3f} to {max(h):.3f} s, {sum(h) / len(h):.4f} s on "
-        f"average; the first {FIRST} are shown, and how often each length occurs among all."
-    )
+    return {"count": len(h), "least": min(h), "most": max(h), "mean": sum(h) / len(h), "first": FIRST}
 
 
-FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
-    "fig2": (responses, plot_responses, say_responses, describe_responses),
-    "fig3": (intervals, plot_intervals, say_intervals, describe_intervals),
-    "levels": (curves, plot_curves, say_curves, describe_curves),
-    "range": (brackets, plot_brackets, say_brackets, describe_brackets),
-    "worst": (worst, plot_worst, say_worst, describe_worst),
+FIGURES = {
+    "fig2": (responses, plot_responses, told_responses),
+    "fig3": (intervals, plot_intervals, told_intervals),
+    "levels": (curves, plot_curves, told_curves),
+    "range": (brackets, plot_brackets, told_brackets),
+    "worst": (worst, plot_worst, told_worst),
 }
-"""What gives the data of each, draws them, finds the title, and says them in words; told.toml has the rest."""
+"""What gives the data of each, draws them, and finds what their words name; told.toml has the rest."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.data import read_printed
-from replication.audit.judge.printed import parse
+from replication.audit.judge.printed import number, parse
 
 Matrix = list[list[float]]
 
@@ -19,14 +19,6 @@ DATA = read_printed(Path(__file__).with_suffix(".toml"))
 EXAMPLES = (1, 2)
 GAMMA = {e: DATA[f"gamma-{e}"] for e in EXAMPLES}
 """The levels of both examples."""
-
-
-def matrix(printed: str) -> Matrix:
-    """The numbers of a printed matrix, row by row; a single number is a 1 x 1 matrix."""
-    parsed = parse(printed)
-    values = [float(entry.value) for cell in parsed.cells for entry in cell]
-    columns = parsed.shape[1] if parsed.shape else 1
-    return [values[i : i + columns] for i in range(0, len(values), columns)]
 
 
 def upper_end(printed: str) -> float:
@@ -37,7 +29,8 @@ def upper_end(printed: str) -> float:
 
 def example(e: int) -> dict[str, Any]:
     """Plant and range of sampling periods of Example 1 or 2 as numbers, the latter with K_T = K_q = K_theta."""
-    plant = {name: matrix(text) for name, text in DATA[f"example-{e}"].items()}
+    plant = number(DATA[f"example-{e}"])
+    plant["D"] = [[plant["D"]]]
     h_l = float(DATA[f"h_l-{e}"])
     if e == 1:
         return {"plant": plant, "periods": [h_l, pi / float(DATA["h_u-1-divisor"])]}
@@ -54,10 +47,10 @@ def middle(e: int) -> float:
 
 def printed_filter() -> dict[str, Matrix]:
     """The filter of Example 2 as printed."""
-    return {name: matrix(DATA["filter"][f"{name}_f"]) for name in "ABC"}
+    return {name: number(DATA["filter"][f"{name}_f"]) for name in "ABC"}
 
 
 def sizes() -> tuple[tuple[int, int], tuple[int, int]]:
     """(n, r) of Example 2, and the size of its printed B_f = -Y^-1 F, which is that of F."""
     filter_ = printed_filter()
-    return (len(filter_["A"]), len(matrix(DATA["example-2"]["C"]))), (len(filter_["B"]), len(filter_["B"][0]))
+    return (len(filter_["A"]), len(number(DATA["example-2"]["C"]))), (len(filter_["B"]), len(filter_["B"][0]))

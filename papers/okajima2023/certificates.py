@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
+from papers._common import certificate
 from papers.okajima2023.experiments.declared import DIAGONAL_STEP, ENTRY_DECIMALS, LARGEST_ENTRY, SECOND_DECIMALS
 from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
-from papers.okajima2023.printed import DATA, GAINS, PLANT, matrix, poles
+from papers.okajima2023.printed import DATA, GAINS, PLANT, poles
+from replication.audit.judge.printed import number
 from replication.certify import multirate
 from replication.certify.rounding import decimals
 from replication.errors import AuditError
-from replication.verify.subjects import subject
 
-KEY = "okajima2023"
 SECOND = ("section-4c-second-setting", "section-4c-second-design")
 """The theorems on the second diagonal with the stated poles."""
 FREE_DESIGN = "section-4c-free-design"
@@ -23,13 +23,7 @@ FREE_DESIGN = "section-4c-free-design"
 
 def make(name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json."""
-    theorem = subject(KEY, name)
-    return {**theorem, **MAKERS.get(theorem["statement"], nothing)(theorem)}
-
-
-def nothing(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Counts and identities need no witness: the verifier computes them."""
-    return {"bound": {}, "witness": {}}
+    return certificate("okajima2023", name, MAKERS)
 
 
 def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -47,7 +41,7 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 def _diagonal(name: str) -> list[float]:
     """The diagonal with the stated poles that the theorem of this name is on."""
-    A, stated = matrix(DATA["unstable-A"]), poles(DATA["poles"])
+    A, stated = number(DATA["unstable-A"]), poles(DATA["poles"])
     if name in SECOND:
         return [round(entry, SECOND_DECIMALS) for entry in exact_diagonals(A, stated)[1]]
     return list(recover_poles(A, stated, DIAGONAL_STEP)["fits"][0])
@@ -55,7 +49,7 @@ def _diagonal(name: str) -> list[float]:
 
 def _with(diagonal: list[float]) -> list[list[float]]:
     """A of eq. (41) with another diagonal."""
-    A = matrix(DATA["unstable-A"])
+    A: list[list[float]] = number(DATA["unstable-A"])
     for i, entry in enumerate(diagonal):
         A[i][i] = entry
     return A
@@ -68,7 +62,7 @@ def free_setting(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 def _free() -> list[list[float]]:
     stated, error_poles = poles(DATA["poles"]), [pole[0] for pole in poles(DATA["error-poles"])]
-    found = any_entries(matrix(DATA["unstable-A"]), PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
+    found = any_entries(number(DATA["unstable-A"]), PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
     rounded: list[list[float]] = found["rounded"]
     return rounded
 
@@ -82,7 +76,7 @@ def _as_wanted(theorem: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str
                 f"theorems.json: {name} of {theorem['name']} is {wanted[name]}, the search finds {decimals(value)}; "
                 "write that there, or mend the search"
             )
-    return nothing(theorem)
+    return {}
 
 
 def stated_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -96,16 +90,16 @@ def stated_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return multirate.feasible_design({"plant": plant, "parameters": schedule})
 
 
-MAKERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
-    "multirate.gain": multirate.gain,
-    "multirate.gain-under-losses": multirate.least_gain,
-    "multirate.optimum-noncausal": multirate.optimum_noncausal,
-    "multirate.optimum-causal": multirate.optimum_causal,
-    "multirate.shorter-periods": multirate.shorter_periods,
-    "multirate.one-matrix": multirate.one_matrix,
-    "multirate.recovered-poles": recovered,
-    "multirate.same-setting": recovered,
-    "multirate.free-setting": free_setting,
-    "multirate.recovered-error-poles": recovered,
-    "multirate.stated-design": stated_design,
+MAKERS = {
+    "gain": multirate.gain,
+    "gain-under-losses": multirate.least_gain,
+    "optimum-noncausal": multirate.optimum_noncausal,
+    "optimum-causal": multirate.optimum_causal,
+    "shorter-periods": multirate.shorter_periods,
+    "one-matrix": multirate.one_matrix,
+    "recovered-poles": recovered,
+    "same-setting": recovered,
+    "free-setting": free_setting,
+    "recovered-error-poles": recovered,
+    "stated-design": stated_design,
 }

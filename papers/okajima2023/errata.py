@@ -10,7 +10,7 @@ from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Proof, Results
 
 
-def denominator(results: Results) -> Proof:
+def denominator(text: str, results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
     found = all_draws(results)
     cases = found["cases"]
@@ -19,34 +19,26 @@ def denominator(results: Results) -> Proof:
     return Proof(
         holds=possible == [ALL_NOISE]
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
-        text=(
-            "d in (34) probably stacks all noises, as d⁎ of (17) does; our copy may have lost a star, or Sec. IV-A may "
-            "name them all d: it has d_u, d_y1 and d_y2 zero after k = 500, and below (34) says so of d. Then the "
-            "ratio is the one that γ bounds. With the process noise alone each of the four values lies below all "
-            f"{found['seeds']} draws. Of {len(READING_OF)} readings "
-            "only d⁎, which has both sensor noises whether a sensor is used or not, makes each of the four "
-            "possible. Cases A to C run with gains of ours; none are printed."
-        ),
+        text=text.format(draws=found["seeds"], readings=len(READING_OF)),
         quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
     )
 
 
-def diagonal(results: Results) -> Proof:
+def diagonal(text: str, results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
     state = results[RECOVERED]["state"]
     _, other = results[ALL_DIAGONALS]["found"]
     literal = results[PRINTED]["poles"]
     return Proof(
         holds=len(state["fits"]) == 1 and not other["fits"],
-        text=(
-            "In our copy eq. (41) repeats the A of Sec. IV-A, whose poles are inside the unit circle; the conversion "
-            f"may have repeated it. Of {state['tried']} "
-            f"diagonals in steps of {state['step']} from {DIAGONAL_RANGE[0]} to {DIAGONAL_RANGE[1]}, other entries as "
-            f"printed, one has the stated poles to their digits: {tuple(state['fits'][0])}; but with it and the C of "
-            "Sec. IV-A gains (42) do not stabilise. Off the grid another real "
-            f"diagonal has them: about ({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no "
-            f"integer C with entries of size up to {results[ALL_DIAGONALS]['bound']} explains the poles of A_e. An A "
-            "with other entries off its diagonal can have the stated poles too, and keep the C of Sec. IV-A."
+        text=text.format(
+            tried=state["tried"],
+            step=state["step"],
+            low=DIAGONAL_RANGE[0],
+            high=DIAGONAL_RANGE[1],
+            fit=tuple(state["fits"][0]),
+            other=", ".join(f"{entry:.4f}" for entry in other["diagonal"]),
+            bound=results[ALL_DIAGONALS]["bound"],
         ),
         quantities={
             **{f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
@@ -57,23 +49,23 @@ def diagonal(results: Results) -> Proof:
     )
 
 
-def sensor_index(results: Results) -> Proof:
+def sensor_index(text: str, results: Results) -> Proof:
     """S_k C needs as many rows and columns in S_k as there are sensors; the example has fewer sensors than states."""
     columns = len(results["schedule.sec-4a"]["diagonals"][0])
     states, sensors = len(PLANT["A"]), len(PLANT["C"])
     return Proof(
         holds=columns == sensors and columns != states,
-        text="S_k multiplies C and y, which have one row per sensor; the example has fewer sensors than states.",
+        text=text,
         quantities={"sensors": sensors, "states": states, "entries of the diagonal of S_k in Sec. IV-A": columns},
     )
 
 
-def noise_index(results: Results) -> Proof:
+def noise_index(text: str, results: Results) -> Proof:
     """The second diagonal entry of D has the indices (2, 2); the entry (1, 2) of the example's D is zero."""
     D = PLANT["D"]
     return Proof(
         holds=D[0][1] == 0 and D[1][1] != 0,
-        text="D has a row and a column for each sensor; its entry (1, 2) is off the diagonal, and zero in Sec. IV-A.",
+        text=text,
         quantities={"entry (1, 2) of D in Sec. IV-A": D[0][1], "entry (2, 2)": D[1][1]},
     )
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from papers._common import Drawn, figure_data
 from papers.okajima2023.experiments.declared import all_periods
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
@@ -28,15 +29,11 @@ from replication.drawing.style import (
 def table_of_periods(results: Results) -> FigureData:
     """Optimal level for every pair of periods up to six, synchronous and with the best timing."""
     cells = all_periods(results)
-    return FigureData(
-        columns={
-            "N1": tuple(float(cell["periods"][0]) for cell in cells),
-            "N2": tuple(float(cell["periods"][1]) for cell in cells),
-            "gamma_synchronous": tuple(cell["synchronous"]["optimum"] for cell in cells),
-            "gamma_best_timing": tuple(cell["best"]["optimum"] for cell in cells),
-            "best_offset": tuple(float(cell["best_offset"]) for cell in cells),
-        }
-    )
+    rows = [
+        (*cell["periods"], cell["synchronous"]["optimum"], cell["best"]["optimum"], cell["best_offset"])
+        for cell in cells
+    ]
+    return figure_data(dict(zip(CELL, zip(*rows, strict=True), strict=True)))
 
 
 def _columns(figure: FigureData, *names: str) -> list[tuple[float, ...]]:
@@ -88,29 +85,27 @@ LEVEL_EXCESS = 1e-6
 """Relative difference below which two levels count as equal: what bisection leaves is far smaller."""
 
 
-def say_table_of_periods(figure: FigureData) -> str:
-    """The message: that a rule breaks, or for which periods it holds."""
-    found = exceptions(figure)
-    if not found:
-        return f"Up to {max(figure.columns['N1']):.0f} instants a longer period never lowers the level"
-    (a, b), (c, d) = max(found)
-    return f"A longer period can lower the level: ({a:.0f}, {b:.0f}) exceeds ({c:.0f}, {d:.0f})"
-
-
-def describe_table_of_periods(figure: FigureData) -> str:
-    """Range of the table, the largest gain by timing, and where a longer period has the smaller level."""
-    columns = figure.columns
+def told_table_of_periods(figure: FigureData) -> dict[str, Any]:
+    """Range of the table, the largest gain by timing, and where a longer period has the smaller level, if it does."""
+    c, found = figure.columns, exceptions(figure)
     names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
     savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
     saving, first, second, offset = max(savings)
-    listed = ", ".join(
-        f"({a:.0f}, {b:.0f}) has a larger level than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in exceptions(figure)
-    )
-    return (
-        f"Optimal levels for periods 1 to {max(columns['N1']):.0f}: from {min(columns['gamma_synchronous']):.4f} to "
-        f"{max(columns['gamma_synchronous']):.4f} if all sensors start at instant 0. Of these periods the best timing "
-        f"gains most for ({first:.0f}, {second:.0f}) with offset {offset:.0f}: {100 * saving:.1f} %. {listed}."
-    )
+    largest = f"{max(c['N1']):.0f}"
+    message = f"Up to {largest} instants a longer period never lowers the level"
+    if found:
+        (a, b), (more, later) = max(found)
+        message = f"A longer period can lower the level: ({a:.0f}, {b:.0f}) exceeds ({more:.0f}, {later:.0f})"
+    return {
+        "message": message,
+        "largest": largest,
+        "least": min(c["gamma_synchronous"]),
+        "most": max(c["gamma_synchronous"]),
+        "best": f"({first:.0f}, {second:.0f}) with offset {offset:.0f}: {100 * saving:.1f} %",
+        "listed": ", ".join(
+            f"({a:.0f}, {b:.0f}) has a larger level than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in found
+        ),
+    }
 
 
 SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
@@ -119,12 +114,8 @@ SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
 def levels_by_timing(results: Results) -> FigureData:
     """Optimal level against the offset of the second sensor, for pairs of periods with a common divisor."""
     cells = {tuple(cell["periods"]): cell for cell in all_periods(results)}
-    columns: dict[str, tuple[float, ...]] = {
-        "offset": tuple(float(theta) for theta in range(max(len(cells[pair]["by_offset"]) for pair in SHOWN_TIMINGS)))
-    }
-    for pair in SHOWN_TIMINGS:
-        columns[f"gamma_{pair[0]}_{pair[1]}"] = tuple(cells[pair]["by_offset"])
-    return FigureData(columns=columns)
+    levels = {f"gamma_{a}_{b}": cells[a, b]["by_offset"] for a, b in SHOWN_TIMINGS}
+    return figure_data({"offset": range(max(map(len, levels.values()))), **levels})
 
 
 def plot_levels_by_timing(figure: FigureData) -> Any:
@@ -146,24 +137,12 @@ def _by_pair(figure: FigureData) -> dict[str, tuple[float, ...]]:
     return {f"({', '.join(name.split('_')[1:])})": v for name, v in figure.columns.items() if name != "offset"}
 
 
-def _largest_saving(figure: FigureData) -> tuple[float, str]:
-    return max((100 * (1 - min(values) / values[0]), pair) for pair, values in _by_pair(figure).items())
-
-
-def say_levels_by_timing(figure: FigureData) -> str:
-    """The message: what shifting a sensor is worth, for the pair of those drawn where it is worth most."""
-    saving, pair = _largest_saving(figure)
-    return f"For periods {pair} shifting the second sensor lowers the level by {saving:.1f} %"
-
-
-def describe_levels_by_timing(figure: FigureData) -> str:
-    """Smallest and largest level of each curve, and the largest saving."""
-    parts = [f"{pair}: {min(values):.4f} to {max(values):.4f}" for pair, values in _by_pair(figure).items()]
-    saving, pair = _largest_saving(figure)
-    return (
-        f"Optimal level over the offset of the second sensor, smallest to largest. {'; '.join(parts)}. Against offset "
-        f"0 the best one saves {saving:.1f} % for {pair}, the most of these pairs."
-    )
+def told_levels_by_timing(figure: FigureData) -> dict[str, Any]:
+    """Smallest and largest level of each curve, and what shifting a sensor is worth where it is worth most."""
+    levels = _by_pair(figure)
+    saving, pair = max((100 * (1 - min(values) / values[0]), pair) for pair, values in levels.items())
+    ranges = "; ".join(f"{pair}: {min(values):.4f} to {max(values):.4f}" for pair, values in levels.items())
+    return {"saving": saving, "pair": pair, "ranges": ranges}
 
 
 # Figures 2-8 on the axes of Fig. 6: the errors under one draw of the noise; and the worst disturbance
@@ -188,11 +167,9 @@ OBSERVERS = CASES | TIMINGS
 
 def errors(names: Iterable[str], results: Results) -> FigureData:
     """The three estimation errors of some observers under the same seeded draw, k = 0 ... 500."""
-    columns: dict[str, tuple[float, ...]] = {"k": tuple(map(float, range(LAST_SHOWN + 1)))}
-    for name in names:
-        rows = results["responses"]["errors"][name][: LAST_SHOWN + 1]
-        columns |= {f"{name}_e_{i + 1}": tuple(row[i] for row in rows) for i in range(STATES)}
-    return FigureData(columns=columns)
+    shown = {name: results["responses"]["errors"][name][: LAST_SHOWN + 1] for name in names}
+    rows = {f"{name}_e_{i + 1}": [row[i] for row in found] for name, found in shown.items() for i in range(STATES)}
+    return figure_data({"k": range(LAST_SHOWN + 1), **rows})
 
 
 def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
@@ -234,9 +211,8 @@ def rms_of_all(name: str, figure: FigureData) -> float:
 def sizes(results: Results) -> FigureData:
     """Root mean square of each error, and of all three, of the observers of Figs. 2-5 and of Figs. 6-8."""
     drawn = errors(OBSERVERS, results)
-    each = {f"e_{i + 1}": tuple(rms(drawn.columns[f"{name}_e_{i + 1}"]) for name in OBSERVERS) for i in range(STATES)}
-    whole = tuple(rms_of_all(name, drawn) for name in OBSERVERS)
-    return FigureData(columns={"row": tuple(map(float, range(len(OBSERVERS)))), **each, "all": whole})
+    each = {f"e_{i + 1}": [rms(drawn.columns[f"{name}_e_{i + 1}"]) for name in OBSERVERS] for i in range(STATES)}
+    return figure_data({"row": range(len(OBSERVERS)), **each, "all": [rms_of_all(name, drawn) for name in OBSERVERS]})
 
 
 def plot_sizes(figure: FigureData) -> Any:
@@ -255,66 +231,34 @@ def plot_sizes(figure: FigureData) -> Any:
     return drawing
 
 
-def describe_sizes(figure: FigureData) -> str:
-    """The whole errors, row by row."""
-    listed = ", ".join(
-        f"{title} {whole:.3f}" for title, whole in zip(OBSERVERS.values(), figure.columns["all"], strict=True)
-    )
-    return f"Root mean square of all three estimation errors over one draw: {listed}."
+def told_sizes(figure: FigureData) -> dict[str, Any]:
+    """The whole errors, row by row: of the observer that reads both sensors at their own periods, and of the next."""
+    whole = figure.columns["all"]
+    listed = ", ".join(f"{title} {value:.3f}" for title, value in zip(OBSERVERS.values(), whole, strict=True))
+    return {"proposed": whole[0], "least": min(whole[1 : len(CASES)]), "listed": listed}
 
 
-def say_sizes(figure: FigureData) -> str:
-    """The message: the errors of the observer that reads both sensors at their own periods, and of the next."""
-    proposed, *others = figure.columns["all"][: len(CASES)]
-    return f"RMS errors of one draw: proposed {proposed:.3f}, Cases A to C at least {min(others):.3f}"
-
-
-def say_cases(figure: FigureData) -> str:
-    """The message of Figs. 2-5: what a sensor more is worth in this draw."""
-    proposed, *others = (rms_of_all(name, figure) for name in CASES)
-    return f"One draw: the proposed observer's overall RMS error is at most {_factor(proposed, others)} of any other's"
-
-
-def say_timings(figure: FigureData) -> str:
-    """The message of Figs. 6-8: how near the three timings are in this draw."""
-    sizes = [rms_of_all(name, figure) for name in TIMINGS]
-    return f"In one draw the three timings differ little: overall RMS errors from {min(sizes):.3f} to {max(sizes):.3f}"
-
-
-def _factor(one: float, others: Iterable[float]) -> str:
-    """The largest ratio, rounded up, since it is called a bound."""
-    return f"{math.ceil(100 * max(one / other for other in others)) / 100:.2f}"
-
-
-def describe_errors(names: Mapping[str, str], figure: FigureData) -> str:
-    """Root mean squares, and how often the axes are exceeded."""
+def told_errors(names: Mapping[str, str], figure: FigureData) -> dict[str, Any]:
+    """Root mean squares, how often the axes are exceeded, and what the first observer is worth in this draw."""
     parts = []
     for name, title in names.items():
         values = [figure.columns[f"{name}_e_{i + 1}"] for i in range(STATES)]
         sizes, beyond = ", ".join(f"{rms(v):.3f}" for v in values), sum(abs(e) > AXIS_LIMIT for v in values for e in v)
         parts.append(f"{title}: {sizes}, together {rms_of_all(name, figure):.3f}, {beyond} values beyond the axes")
-    first, *others = (rms_of_all(name, figure) for name in names)
-    factor = _factor(first, others)
+    whole = [rms_of_all(name, figure) for name in names]
+    # The largest ratio, rounded up, since it is called a bound.
+    factor = f"{math.ceil(100 * max(whole[0] / other for other in whole[1:])) / 100:.2f}"
     most = f"at most {factor} of any other" if float(factor) <= 1 else f"up to {factor} times as large as another"
-    return (
-        f"Root mean square of three estimation errors over the instants 0 to {LAST_SHOWN} of one draw of noise. "
-        f"{'; '.join(parts)}. In this draw the first is {most}."
-    )
+    ends = {"least": min(whole), "largest": max(whole)}
+    return {"factor": factor, **ends, "last": LAST_SHOWN, "sizes": "; ".join(parts), "most": most}
 
 
 def disturbances(results: Results) -> FigureData:
     """Size of the error under the worst disturbance and under a random one of the same energy."""
     found = results["worst-disturbance"]
-    return FigureData(
-        columns={
-            "k": tuple(float(k) for k in range(len(found["worst_error"]))),
-            "worst": tuple(found["worst_error"]),
-            "random": tuple(found["random_error"]),
-            "ratio_worst": (found["worst_ratio"],),
-            "ratio_random": (found["random_ratio"],),
-            "norm": (found["norm"],),
-        }
-    )
+    ends = {"ratio_worst": "worst_ratio", "ratio_random": "random_ratio", "norm": "norm"}
+    errors = {"worst": found["worst_error"], "random": found["random_error"]}
+    return figure_data({"k": range(len(errors["worst"]))} | errors | {name: [found[of]] for name, of in ends.items()})
 
 
 def plot_disturbances(figure: FigureData) -> Any:
@@ -335,29 +279,14 @@ def plot_disturbances(figure: FigureData) -> Any:
     return drawing
 
 
-def say_disturbances(figure: FigureData) -> str:
-    """The message: both ratios, and that the worst one is so over these instants; over all time it is the norm."""
-    worst, random = (figure.columns[name][0] for name in ("ratio_worst", "ratio_random"))
-    return f"Over the instants shown the worst disturbance has the ratio {worst:.3f}, a random one {random:.3f}"
-
-
-def describe_disturbances(figure: FigureData) -> str:
-    """Both ratios beside the norm."""
-    worst, random, norm = (figure.columns[name][0] for name in ("ratio_worst", "ratio_random", "norm"))
-    return (
-        f"Error size over {len(figure.columns['k'])} instants for disturbances of unit energy: the worst over these "
-        f"instants has the ratio {worst:.3f}, against the norm {norm:.4f} over all time; one random draw {random:.3f}."
-    )
-
-
-FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
-    "rms": (sizes, plot_sizes, say_sizes, describe_sizes),
+FIGURES: Drawn = {
+    "rms": (sizes, plot_sizes, told_sizes),
     **{
-        name: (partial(errors, tuple(names)), partial(plot_errors, names), say, partial(describe_errors, names))
-        for name, names, say in (("fig2-5", CASES, say_cases), ("fig6-8", TIMINGS, say_timings))
+        name: (partial(errors, tuple(names)), partial(plot_errors, names), partial(told_errors, names))
+        for name, names in (("fig2-5", CASES), ("fig6-8", TIMINGS))
     },
-    "worst": (disturbances, plot_disturbances, say_disturbances, describe_disturbances),
-    "periods": (table_of_periods, plot_table_of_periods, say_table_of_periods, describe_table_of_periods),
-    "timing": (levels_by_timing, plot_levels_by_timing, say_levels_by_timing, describe_levels_by_timing),
+    "worst": (disturbances, plot_disturbances, lambda figure: {"instants": len(figure.columns["k"])}),
+    "periods": (table_of_periods, plot_table_of_periods, told_table_of_periods),
+    "timing": (levels_by_timing, plot_levels_by_timing, told_levels_by_timing),
 }
-"""What gives the data of each, draws them, finds the title, and says them in words; told.toml has the rest."""
+"""What gives the data of each, draws them, and finds what their words name; told.toml has the rest."""

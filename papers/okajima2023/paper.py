@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from papers._common import FIRST, LAST, MINCX, MULTIPLES, Told, curve, dots, label, signal
-from papers.okajima2023 import common
+from papers._common import FIRST, LAST, MINCX, POSITION, Told, common_levels, curve, dots, label, signal
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
@@ -20,6 +19,7 @@ from papers.okajima2023.experiments.declared import (
     pair,
     table_claim,
 )
+from papers.okajima2023.experiments.designs import LATE, SLOW
 from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import TABLE_1
@@ -79,89 +79,52 @@ BRIEF = TOLD.brief(
 )
 
 
-def findings(results: Results) -> tuple[str, ...]:
-    """The findings, most important first."""
-    return (
-        *_table_1(results),
-        *_unstable(results),
-        *_simulated(all_draws(results)),
-        *_periods(results),
-        _timing(results["timing-draws"]),
-    )
-
-
 MILLIONTH = 1e-6
 """The relative distance to which optima and bounds of all estimators are compared in words."""
 
 
-def _unstable(results: Results) -> Iterator[str]:
-    """Only where an A with other entries off its diagonal is stabilised, and none of the diagonals is."""
-    diagonals = results[unstable.ALL_DIAGONALS]["found"]
-    if results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(row["radius"] for row in diagonals):
-        yield (
-            "With C of Sec. IV-A, gains (42) stabilise some A with the stated poles, but none tried that "
-            "differs from (41) only on its diagonal."
-        )
+def facts(results: Results) -> dict[str, Any]:
+    """What Table 1 has wrong, which A is stabilised, what (34) may be, what shorter periods cost, the best timing."""
+    levels = {periods: results[pair(periods)] for periods in TABLE_1}
+    rounded = {periods: f"{found['optimum']:.2f}" for periods, found in levels.items()}
+    wrong = [
+        {
+            "periods": periods,
+            "rounded": rounded[periods],
+            "printed": printed,
+            "kept": "a valid level above it" if float(printed) > levels[periods]["upper"] else "below it",
+        }
+        for periods, printed in TABLE_1.items()
+        if rounded[periods] != printed
+    ]
+    cases = all_draws(results)["cases"]
+    below = all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items())
+    timed = results["timing-draws"]
+    best = max(timed["least"], key=timed["least"].__getitem__)
+    radii = [row["radius"] for row in results[unstable.ALL_DIAGONALS]["found"]]
+    return {
+        "wrong": wrong,
+        "solver": [one for one in wrong if float(one["printed"]) < levels[one["periods"]]["lower"] * (1 + MINCX / 2)],
+        "right": len(levels) - len(wrong),
+        "no_estimator": all(one["upper"] < one["noncausal"]["value"] * (1 + MILLIONTH) for one in levels.values()),
+        # Only where an A with other entries off its diagonal is stabilised, and none of the diagonals is.
+        "stabilised": results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(radii),
+        "lies": "lies" if below else "does not lie",
+        "draws": all_draws(results)["seeds"],
+        "longer": list(_costly(all_periods(results))),
+        "best": best.replace("timing-", "Case "),
+        "share": 100 * timed["least"][best],
+        "timed": timed["seeds"],
+    }
 
 
-def _table_1(results: Results) -> Iterator[str]:
-    columns = {periods: results[pair(periods)] for periods in TABLE_1}
-    rounded = {periods: f"{column['optimum']:.2f}" for periods, column in columns.items()}
-    wrong = {periods: printed for periods, printed in TABLE_1.items() if rounded[periods] != printed}
-    for periods, printed in wrong.items():
-        kept = "a valid level above it" if float(printed) > columns[periods]["upper"] else "below it"
-        yield (
-            f"Table 1, periods {periods}: the optimum rounds to {rounded[periods]}; the printed {printed} is {kept}."
-        )
-        if float(printed) < columns[periods]["lower"] * (1 + MINCX / 2):
-            yield (
-                f"The solver that the text names may return {printed} there: by default it stops within half a per "
-                "cent of the optimum."
-            )
-    best = all(column["upper"] < column["noncausal"]["value"] * (1 + MILLIONTH) for column in columns.values())
-    yield f"The other {len(columns) - len(wrong)} entries of Table 1 are the rounded optima."
-    if best:
-        yield "No estimator, causal or not, has a level more than one part in a million below our optima of Table 1."
-
-
-def _simulated(found: Mapping[str, Any]) -> Iterator[str]:
-    below = all(
-        case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in found["cases"].items()
-    )
-    yield (
-        f"If d in eq. (34) is the process noise alone, each published ratio {'lies' if below else 'does not lie'} "
-        f"below all {found['seeds']} draws; Cases A to C use our gains."
-    )
-    yield (
-        "If it stacks all noises, as d⁎ of (17) does, eq. (34) is the ratio that γ bounds; each published ratio is "
-        "possible."
-    )
-
-
-def _periods(results: Results) -> Iterator[str]:
+def _costly(table: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """What shorter periods cost most, with sensors that start as in Table 1, and with the best timing."""
-    table = all_periods(results)
-    for timing, words in (
-        ("synchronous", "both sensors starting together"),
-        ("best", "each with its best timing"),
-    ):
-        found = counterexamples(table, timing)
-        if found:
-            excess, shorter, longer = found[0]
+    for timing, words in (("synchronous", "both sensors starting together"), ("best", "each with its best timing")):
+        for excess, shorter, longer in counterexamples(table, timing)[:1]:
             level = next(cell[timing]["lower"] for cell in table if cell["periods"] == longer)
-            share = short(100 * excess / level, 2)
-            yield (
-                f"Beyond Table 1, shorter periods need not help: {tuple(shorter)} has a level {share} % above that of "
-                f"{tuple(longer)}, {words}."
-            )
-
-
-def _timing(found: Mapping[str, Any]) -> str:
-    best = max(found["least"], key=found["least"].__getitem__)
-    return (
-        f"Simulations like Figs. 6-8 favour {best.replace('timing-', 'Case ')}: with the printed gains it has the "
-        f"least error energy in {100 * found['least'][best]:.0f} % of {found['seeds']} draws."
-    )
+            more = short(100 * excess / level, 2)
+            yield {"shorter": tuple(shorter), "more": more, "than": tuple(longer), "words": words}
 
 
 PAPER = paper(
@@ -182,8 +145,12 @@ PAPER = paper(
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
     figures=TOLD.figures(FIGURES),
-    findings=findings,
+    findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common.common(results["common"], list(MULTIPLES)),
+    common=lambda results: tuple(
+        row
+        for sensor, name in ((SLOW, "slow"), (LATE, "late"))
+        for row in common_levels(sensor, results["common"][name], f"l2 {POSITION}")
+    ),
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
 )

@@ -3,17 +3,9 @@
 from __future__ import annotations
 
 from replication.audit.data import read_printed
-from replication.audit.judge.printed import parse
+from replication.audit.judge.printed import number, parse
 
 Matrix = list[list[float]]
-
-
-def matrix(printed: str) -> Matrix:
-    """The numbers of a printed matrix, row by row."""
-    parsed = parse(printed)
-    rows, columns = parsed.shape
-    values = [float(entry.value) for entry in parsed.entries]
-    return [values[i * columns : (i + 1) * columns] for i in range(rows)]
 
 
 def poles(printed: str) -> Matrix:
@@ -28,8 +20,8 @@ def bracketed(rows: Matrix) -> str:
 
 DATA = read_printed(__file__)
 PRINTED_PLANT = {name: DATA["plant"][name] for name in ("A", "B_d", "C", "D")}
-PLANT = {name: matrix(text) for name, text in PRINTED_PLANT.items()}
-GAINS = {equation: [matrix(text) for text in printed] for equation, printed in DATA["gains"].items()}
+PLANT = number(PRINTED_PLANT)
+GAINS = number(DATA["gains"])
 """Printed gains by equation: phase, state, sensor."""
 TABLE_1 = {tuple(map(int, column.split(","))): printed for column, printed in DATA["table-1"].items()}
 """Optimal levels by periods (N_1, N_2)."""

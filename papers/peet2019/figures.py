@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
+from papers._common import figure_data
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.claims.gains import optimum_of
 from papers.peet2019.printed import DEGREES, published
@@ -25,15 +26,12 @@ from replication.drawing.style import (
 )
 
 
-def columns(**columns: Iterable[float]) -> FigureData:
-    """The data of a figure by the names of its columns."""
-    return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
-
-
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
     found = results["fig1"]
-    return columns(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
+    return figure_data(
+        {"t": found["t"], "w": found["w"]} | {f"e_{i}": values for i, values in enumerate(found["e"], 1)}
+    )
 
 
 _SIGNALS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
@@ -59,26 +57,15 @@ def _peak(values: Sequence[float]) -> int:
     return max(range(len(values)), key=lambda i: abs(values[i]))
 
 
-def _died_out(figure: FigureData) -> float:
-    c = figure.columns
-    peak = max(map(abs, c["e_1"] + c["e_2"]))
-    return max(t for t, *errors in zip(c["t"], c["e_1"], c["e_2"], strict=True) if max(map(abs, errors)) > 0.1 * peak)
-
-
-def _say_fig_1(figure: FigureData) -> str:
-    return (
-        f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a tenth of the largest"
-    )
-
-
-def _describe_fig_1(figure: FigureData) -> str:
-    t, c = figure.columns["t"], figure.columns
+def _told_fig_1(figure: FigureData) -> dict[str, Any]:
+    c, t = figure.columns, figure.columns["t"]
+    tenth = 0.1 * max(map(abs, c["e_1"] + c["e_2"]))
     peaks = {name: _peak(values) for name, values in c.items() if name != "t"}
-    parts = [f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peaks.items()]
-    return (
-        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. From {_died_out(figure):.1f} s to the end "
-        "both errors stay below a tenth of the largest."
-    )
+    return {
+        "died_out": max(t for t, *e in zip(t, c["e_1"], c["e_2"], strict=True) if max(map(abs, e)) > tenth),
+        "end": t[-1],
+        "peaks": "; ".join(f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peaks.items()),
+    }
 
 
 def convergence(results: Results) -> FigureData:
@@ -92,19 +79,21 @@ def convergence(results: Results) -> FigureData:
     def away(levels: Iterable[float]) -> list[float]:
         return [abs(level / exact - 1.0) for level in levels]
 
-    return columns(
-        order=found["orders"],
-        pade=away(found["pade"]),
-        chebyshev=away(found["chebyshev"]),
-        degree=DEGREES,
-        sos=away(levels),
-        floor=[(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
+    return figure_data(
+        {
+            "order": found["orders"],
+            "pade": away(found["pade"]),
+            "chebyshev": away(found["chebyshev"]),
+            "degree": DEGREES,
+            "sos": away(levels),
+            "floor": [(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
+        }
     )
 
 
 def against_delay(results: Results) -> FigureData:
     """Least gain of Example 2 against its delay."""
-    return columns(**{name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
+    return figure_data({name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
 
 
 _MODELS = {"pade": "Padé", "chebyshev": "collocation"}
@@ -136,31 +125,21 @@ BOTTOM = 1e-11
 """Lower end of the axis of relative distances, below all that the bracket tells apart."""
 
 
-def _order(figure: FigureData) -> float:
-    """The largest order at which both models are farther than Theorem 3 at its last degree."""
+def _told_convergence(figure: FigureData) -> dict[str, Any]:
     c = figure.columns
     models = zip(c["order"], c["pade"], c["chebyshev"], strict=True)
-    return max(order for order, *away in models if min(away) > c["sos"][-1])
-
-
-def _say_convergence(figure: FigureData) -> str:
-    return (
-        f"Theorem 3 at degree {figure.columns['degree'][-1]:g} is nearer the optimum than models of order "
-        f"{_order(figure):g}"
-    )
-
-
-def _describe_convergence(figure: FigureData) -> str:
-    c = figure.columns
-    parts = [
-        f"{_MODELS[name]}: {short(c[name][0], 2)} at order {c['order'][0]:g}, {short(c[name][-1], 2)} at order "
-        f"{c['order'][-1]:g}"
-        for name in ("pade", "chebyshev")
-    ]
-    degrees = ", ".join(f"{short(e, 2)} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
-    told = f"{'; '.join(parts)}. Theorem 3: {degrees}, nearer than both models of order {_order(figure):g}."
-    floor = f"Half the bracket is {short(c['floor'][0], 2)}"
-    return f"Relative distance from the optimum of Example 2, the middle of its bracket. {told} {floor}."
+    first, last = (f"at order {c['order'][i]:g}" for i in (0, -1))
+    return {
+        # The largest order at which both models are farther than Theorem 3 at its last degree.
+        "order": max(order for order, *away in models if min(away) > c["sos"][-1]),
+        "last": c["degree"][-1],
+        "models": "; ".join(
+            f"{words}: {short(c[name][0], 2)} {first}, {short(c[name][-1], 2)} {last}"
+            for name, words in _MODELS.items()
+        ),
+        "degrees": ", ".join(f"{short(e, 2)} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True)),
+        "bracket": short(c["floor"][0], 2),
+    }
 
 
 def plot_against_delay(figure: FigureData) -> Any:
@@ -177,21 +156,10 @@ def plot_against_delay(figure: FigureData) -> Any:
     return drawing
 
 
-def _rise(figure: FigureData) -> float:
-    return figure.columns["sos"][-1] / figure.columns["sos"][0]
-
-
-def _say_against_delay(figure: FigureData) -> str:
-    return f"The least gain grows {_rise(figure):.1f}-fold up to a delay of {figure.columns['tau'][-1]:g} s"
-
-
-def _describe_against_delay(figure: FigureData) -> str:
-    c = figure.columns
-    apart = max(abs(a / b - 1.0) for a, b in zip(c["sos"], c["chebyshev"], strict=True))
-    return (
-        f"The least gain rises from {c['sos'][0]:.4g} at a delay of {c['tau'][0]:g} s to {c['sos'][-1]:.4g} at "
-        f"{c['tau'][-1]:g} s, {_rise(figure):.1f}-fold. Theorem 3 and collocation differ by {short(apart, 2)} at most."
-    )
+def _told_against_delay(figure: FigureData) -> dict[str, Any]:
+    tau, sos, chebyshev = figure.columns.values()
+    apart = max(abs(a / b - 1.0) for a, b in zip(sos, chebyshev, strict=True))
+    return {"rise": sos[-1] / sos[0], "high": sos[-1], "last": tau[-1], "apart": short(apart, 2)}
 
 
 NAMES_AT = 150
@@ -228,7 +196,7 @@ def cost(results: Results) -> FigureData:
         found[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
         if way == "bessel":
             found[f"{way}_equalities"] = [c["equalities"] for c in ours]
-    return columns(**found)
+    return figure_data(found)
 
 
 def plot_cost(figure: FigureData) -> Any:
@@ -281,26 +249,20 @@ def _fitted(products: Sequence[float], costs: Sequence[float]) -> list[tuple[flo
     return [pair for pair in zip(products, costs, strict=True) if FROM_PRODUCT <= pair[0] <= largest]
 
 
-def _say_cost(figure: FigureData) -> str:
-    printed, ours = (growth(figure, x, y) for _, x, y in CLOUDS[:2])
-    return f"Seconds grow with nK to the power {printed:.1f} in print, {ours:.1f} with our small cone"
-
-
-def _describe_cost(figure: FigureData) -> str:
-    c = figure.columns
-    parts = [
+def _told_cost(figure: FigureData) -> dict[str, Any]:
+    c, powers = figure.columns, [growth(figure, x, y) for _, x, y in CLOUDS]
+    clouds = "; ".join(
         f"{name}, {'seconds' if 'seconds' in y else 'equalities'} up to {short(max(c[y]), 4)} at nK = {max(c[x]):g}, "
-        f"exponent {growth(figure, x, y):.2f} (near {growth(figure, x, y):.1f})"
-        for name, x, y in CLOUDS
-    ]
-    largest = max(c["published_product"])
-    return f"All rise with nK (exponents from nK = {FROM_PRODUCT} to {largest:g}): {'; '.join(parts)}."
+        f"exponent {power:.2f} (near {power:.1f})"
+        for power, (name, x, y) in zip(powers, CLOUDS, strict=True)
+    )
+    return {"powers": powers, "first": FROM_PRODUCT, "largest": max(c["published_product"]), "clouds": clouds}
 
 
-FIGURES: dict[str, tuple[Callable[..., Any], ...]] = {
-    "fig1": (fig_1, plot_fig_1, _say_fig_1, _describe_fig_1),
-    "convergence": (convergence, plot_convergence, _say_convergence, _describe_convergence),
-    "tau": (against_delay, plot_against_delay, _say_against_delay, _describe_against_delay),
-    "cost": (cost, plot_cost, _say_cost, _describe_cost),
+FIGURES = {
+    "fig1": (fig_1, plot_fig_1, _told_fig_1),
+    "convergence": (convergence, plot_convergence, _told_convergence),
+    "tau": (against_delay, plot_against_delay, _told_against_delay),
+    "cost": (cost, plot_cost, _told_cost),
 }
-"""What gives the data of each, draws them, finds the title, and says them in words; told.toml has the rest."""
+"""What gives the data of each, draws them, and finds what their words name; told.toml has the rest."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from papers._common import MULTIPLES, Told, curve, dots, label, signal
-from papers.peet2019 import common
+from papers._common import POSITION, Told, common_levels, curve, dots, label, signal
 from papers.peet2019.claims.cost import EXAMPLE_4, FROM_PRODUCT, largest_ratio, printed_seconds
 from papers.peet2019.claims.examples import COMPARISON, EXAMPLES_1_TO_3, FIG_1
 from papers.peet2019.claims.gains import (
@@ -29,6 +29,7 @@ from papers.peet2019.claims.theory import (
 )
 from papers.peet2019.errata import PROOFS
 from papers.peet2019.experiments.declared import EXPERIMENTS, MOVED
+from papers.peet2019.experiments.examples import LATE
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import FIGURES
 from papers.peet2019.printed import ACCURATE, COLUMNS, DATA, EXAMPLES, JORDAN, MEMORY, SAME
@@ -80,43 +81,28 @@ BRIEF = TOLD.brief(
 )
 
 
-def findings(results: Results) -> tuple[str, ...]:
-    """The sentences that lead the page of this paper."""
-    worst = max(abs(results[f"sos.ex{e}.d3"]["tensor"]["gamma"] / optimum_of(e, results) - 1.0) for e in EXAMPLES)
-    ratio = largest_ratio(printed_seconds())
-    one, negative = (results["roots"]["roots"][f"{JORDAN[name]:g}"] for name in ("jordan-one", "jordan-negative"))
-    wide, misses = len(conservative(results)), missed(results)
-    lumped = max(abs(lumped_error(example, results)) for example in EXAMPLES)
-    alone = 100 * max(followed(example, results) for example in EXAMPLES)
-    words = [
-        "stable" if ends["largest"] < 0.0 else "unstable" if ends["smallest"] > 0.0 else "unstable for some K"
-        for ends in (one, negative)
-    ]
-    return (
-        "If Corollary 2 holds, nothing satisfies the conditions of Theorem 3 as printed: the sign of Sᵢ(−τᵢ) in D "
-        "alone excludes every ε.",
-        f"The identity behind Theorem 3 needs {len(GROUPS)} groups of corrections, the signs among them; "
-        f"{len(OF_OUR_COPY)} may be slips of our copy.",
-        "Once corrected, Theorem 3 passes every test: its identity is proved, and each closed loop tried keeps its "
-        "level.",
-        "Theorem 1 asks for a bounded 𝒵. That of Theorem 3 evaluates histories at −τᵢ, so it is unbounded unless Z₂ᵢ "
-        "and Z₅ᵢⱼ vanish.",
-        "Theorem 4 asks for 𝒫: X → X, which Theorem 3 does not give; its formulas, once corrected, give an inverse "
-        "without that assumption.",
-        f"Degree three is within the fraction {at_most(worst, 1)} of each optimum if it counts in each variable; "
-        f"{wide or 'no'} other rules miss some printed digit.",
-        f"From degree two on, {len(misses)} of {len(RULES)} degree rules miss some printed level of Examples 2 and 3; "
-        "so these stay possible, not reproduced.",
-        "Under no degree rule tried does the degree-one level of Example 2 or of Example 3 agree; a fitted ε proves "
-        "nothing.",
-        "If the observer alone is lumped, each delay in twenty states, its error along the plants' unstable motion is "
-        f"at most {at_most(alone)} % of z.",
-        f"If plant and observer are lumped, H∞ norms move by up to {100 * lumped:.1f} %, by the error of the lumped "
-        "plant.",
-        "The text calls Example 4 unstable but leaves out the eigenvalue of J: "
-        f"with {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
-        f"At equal n·K printed seconds differ by a factor below {at_most(ratio, 3)}.",
-    )
+def facts(results: Results) -> dict[str, Any]:
+    """The numbers of the sentences that lead the page."""
+    roots = [results["roots"]["roots"][f"{JORDAN[name]:g}"] for name in ("jordan-one", "jordan-negative")]
+    return {
+        "groups": len(GROUPS),
+        "of_our_copy": len(OF_OUR_COPY),
+        "worst": at_most(
+            max(abs(results[f"sos.ex{e}.d3"]["tensor"]["gamma"] / optimum_of(e, results) - 1.0) for e in EXAMPLES), 1
+        ),
+        "wide": len(conservative(results)) or "no",
+        "misses": len(missed(results)),
+        "rules": len(RULES),
+        "alone": at_most(100 * max(followed(example, results) for example in EXAMPLES)),
+        "lumped": 100 * max(abs(lumped_error(example, results)) for example in EXAMPLES),
+        "one": JORDAN["jordan-one"],
+        "negative": -JORDAN["jordan-negative"],
+        "stable": [
+            "stable" if ends["largest"] < 0.0 else "unstable" if ends["smallest"] > 0.0 else "unstable for some K"
+            for ends in roots
+        ],
+        "ratio": at_most(largest_ratio(printed_seconds()), 3),
+    }
 
 
 PAPER = paper(
@@ -129,9 +115,9 @@ PAPER = paper(
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=TOLD.figures(FIGURES),
-    findings=findings,
+    findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common.common(results["common"], list(MULTIPLES)),
+    common=lambda results: common_levels(LATE, results["common"], f"L2 {POSITION}"),
     sensitivity=lambda results: tuple(
         move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"])
     ),

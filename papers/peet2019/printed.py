@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from papers.peet2019.plants import OWN
 from replication.audit.data import PrintedValue, read_printed
-from replication.audit.judge.printed import parse
+from replication.audit.judge.printed import number
 
 DATA = read_printed(Path(__file__).with_suffix(".toml"))
 COLUMNS = tuple(DATA["gamma-1"])
@@ -34,18 +32,11 @@ def published() -> list[tuple[int, int, PrintedValue]]:
 
 def plant(printed: Mapping[str, Any]) -> dict[str, Any]:
     """A plant in numbers. Where `a` is one matrix, it is that of the mean of the delayed states."""
-    numbers = {name: _numbers(value) for name, value in printed.items()}
+    numbers: dict[str, Any] = number(printed)
     if isinstance(printed["a"], str):
         count = len(numbers["delays"])
         numbers["a"] = [[[entry / count for entry in row] for row in numbers["a"]]] * count
     return numbers
-
-
-def _numbers(value: Any) -> Any:
-    if not isinstance(value, str):
-        return [_numbers(entry) for entry in value]
-    printed = parse(value)
-    return np.reshape([float(entry.value) for entry in printed.entries], printed.shape).tolist()
 
 
 EXAMPLES = {name: plant(DATA[f"example-{name}"]) for name in ("1", "2", "3")}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from papers._common import Maker, certificate
 from papers.shao.method.motor import Feedforward
 from papers.shao.method.readings import Structure
 from papers.shao.plants import LONGER
@@ -15,34 +16,17 @@ from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.response import Points
-from replication.verify.subjects import subject
 
-KEY = "shao"
 DESIGNS = {
     **{"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE},
     **{f"scalar-{ratio}": replace(COUNTEREXAMPLE, ratio=ratio) for ratio in LONGER},
 }
-BARE = (
-    "sampled-observer",
-    "error-equations",
-    "second-case",
-    "collected-constant",
-    "contraction",
-    "estimates-ordered",
-    "step-bound",
-    "coordinates",
-    "hurwitz",
-    "feedforward",
-)
-"""Statements that the verifier proves from the plant and the parameters alone."""
-
 Theorem = Mapping[str, Any]
 
 
 def make(name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json."""
-    theorem = subject(KEY, name)
-    return {**theorem, "bound": {}, "witness": {}, **MAKERS[theorem["statement"].removeprefix("dualrate.")](theorem)}
+    return certificate("shao", name, MAKERS)
 
 
 def _loop(theorem: Theorem) -> DualRateLoop:
@@ -71,8 +55,7 @@ def _constants(theorem: Theorem) -> dict[str, Any]:
     return {"witness": {"lyapunov": dualrate.lyapunov(theorem["plant"])}}
 
 
-MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
-    **dict.fromkeys(BARE, lambda theorem: {}),
+MAKERS: Mapping[str, Maker] = {
     "torque-constant": lambda theorem: _exactly(
         Fraction(3, 2) * Fraction(theorem["plant"]["p"]) * Fraction(theorem["plant"]["Psi"])
     ),

@@ -5,21 +5,23 @@ from __future__ import annotations
 import math
 from itertools import groupby
 from math import floor
+from typing import Any
 
-from papers._common import Told, curve, dots, label, signal, ticks
-from papers.shao import common
+from papers._common import Told, common_levels, curve, dots, label, signal, ticks
 from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
 from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
 from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
-from papers.shao.errata import ERRATA
+from papers.shao.errata import PROOFS
 from papers.shao.experiments.declared import EXPERIMENTS
+from papers.shao.experiments.motor import PREDICTORS
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import stability, tracking
 from papers.shao.printed import (
     APO,
     COLUMNS,
     COUNTEREXAMPLE,
+    DATA,
     DESIGN,
     FAST,
     FREQUENCIES,
@@ -30,13 +32,13 @@ from papers.shao.printed import (
     table_1,
 )
 from replication.audit.brief import Curve, Draws, Sketch, Traces
-from replication.audit.declare import Part, paper
+from replication.audit.declare import paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.project import about
 
-TOLD = Told.read(__file__)
+TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in DATA["frequency"].items()})
 STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
@@ -87,66 +89,47 @@ BRIEF = TOLD.brief(
 )
 
 
-def findings(results: Results) -> tuple[str, ...]:
+def facts(results: Results) -> dict[str, Any]:
     """The stability result, Table I, comparisons that depend on what is open, what the loop does, what was searched."""
     theorem, table = results["theorem"], results["table"]
-    constants, ratios = results["transients"]["time_constants"], results["table"]["ratios"]
-    search, shares = merged(results[name] for name in SEARCH), weak_gain_shares(table)
-    exact = table["innovation"]["1.0"]
-    pairs = ordering_counts(printed_forms(results["orderings"]))
+    search = merged(results[name] for name in SEARCH)
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
-    return (
-        "The stability result of Sec. IV is false: a scalar loop is unstable at every T that (18) admits, up to "
-        f"{floor(theorem['scalar']['allowed_period'] * 1e5) / 1e5:.5f} s.",
-        f"The same loop is unstable at each M tried from {min(unstable)} to {max(unstable)}: (18), which does not "
-        "contain M, cannot suffice.",
-        "Nor does (18) suffice with our restarted predictor: the loop is stable at "
-        f"M = {results['longer']['ratio'] - 1} and unstable at M = {results['longer']['ratio']}.",
-        f"We do not obtain Table I: at its lowest frequency DRC-APO errs by {ratios[APO][0]:.2f} % in the steady "
-        f"state, and the table prints {table_1('DRC-APO')[0]} %.",
-        "Whether DRC-APO tracks better depends on which DRC-PMI is meant: with one correction per slow instant DRC-PMI "
-        "errs less throughout Table I.",
-        "By integrated squared error against slow-observer DRC-PMI, the better transient depends on the unprinted "
-        f"start: DRC-APO {_starts(results)}.",
-        "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
-        "with T.",
-        "In (14) the factor t − t_k is missing, and perhaps the bars of |e_p|, which our copy may have lost; with both "
-        "(14) holds.",
-        "The printed motor does not meet (18), nor does the text say so: the left side is "
-        f"{short(theorem['motor']['condition'], 2)}.",
-        f"If DRC-PMI knew the state at each measurement, its error would rise from {exact[0]:.2f} to {exact[-1]:.2f} % "
-        "over Table I; the rest is the observer's.",
-        "Neither the corrected feedforward nor errors at fast instants explain Table I: they move our numbers by at "
-        f"most {at_most(100 * _largest_move(results))} %.",
-        f"{sum(search.hits.values()) or 'No'} simulation setting searched gives a whole column of tracking errors in "
-        f"Table I; at most {sum(search.distinct.values()):,} results differ from one another in print.",
-        NOT_SEARCHED,
-        "A maximum over the whole run is no explanation of Table I: the initial error alone is "
-        f"{abs(START[0]):.0%} of the amplitude.",
-        f"Of {sum(pairs.values())} stable combinations of feedforward and DRC-PMI that we count as open, DRC-APO has "
-        f"the smaller error at every frequency in {pairs['holds']}.",
-        _slowest(*settling(results)),
-        f"A true fast sensor settles faster than DRC-APO: time constants of {constants[FAST]:.1f} s and "
-        f"{constants[APO]:.1f} s.",
-        *_against_a_fast_sensor(results),
-        "At short periods the gain acts once in M of them: the estimation error follows A − LC/M, not A − LC.",
-        f"Slow-observer DRC-PMI with the gain L/M gets {100 * min(shares):.0f} to {100 * max(shares):.0f} % of the "
-        "reduction in error that DRC-APO brings.",
-        "Sampling folds the fast mode of the motor: DRC-APO is stable for T in at least "
-        f"{sum(stable for stable, _ in groupby(row[0] < 1.0 for row in results['eigenvalues']['moduli'][APO]))} "
-        "separate ranges.",
-        f"SRC is unstable, as the text says: in a slow period its dominant mode grows {table['radius'][SRC]:.2f}-fold "
-        f"with observer (2), {table['radius'][SRC_SINGLE]:.2f}-fold with one correction.",
-    )
+    constants = results["transients"]["time_constants"]
+    pairs = ordering_counts(printed_forms(results["orderings"]))
+    gaps = [own / fast - 1 for own, fast in zip(table["ratios"][APO], table["ratios"][FAST], strict=True)]
+    moduli = results["eigenvalues"]["moduli"][APO]
+    return {
+        "allowed": floor(theorem["scalar"]["allowed_period"] * 1e5) / 1e5,
+        "M": [min(unstable), max(unstable)],
+        "longer": [results["longer"]["ratio"] - 1, results["longer"]["ratio"]],
+        "first": [table["ratios"][APO][0], table_1("DRC-APO")[0]],
+        "starts": _starts(results),
+        "condition": short(theorem["motor"]["condition"], 2),
+        "exact": [table["innovation"]["1.0"][row] for row in (0, -1)],
+        "moved": at_most(100 * _largest_move(results)),
+        "hits": sum(search.hits.values()) or "No",
+        "distinct": sum(search.distinct.values()),
+        "not_searched": NOT_SEARCHED,
+        "start": abs(START[0]),
+        "pairs": sum(pairs.values()),
+        "holds": pairs["holds"],
+        **_slowest(*settling(results)),
+        "fast": constants[FAST],
+        "own": constants[APO],
+        "frequencies": FREQUENCIES,
+        "upper": at_most(100 * max(map(abs, gaps[1:]))),
+        "lowest": abs(gaps[0]),
+        "larger": "larger" if gaps[0] > 0 else "smaller",
+        "shares": [100 * end(weak_gain_shares(table)) for end in (min, max)],
+        "ranges": sum(stable for stable, _ in groupby(row[0] < 1.0 for row in moduli)),
+        "src": [table["radius"][observer] for observer in (SRC, SRC_SINGLE)],
+    }
 
 
-def _slowest(own: float, others: list[float]) -> str:
+def _slowest(own: float, others: list[float]) -> dict[str, Any]:
     """How the slowest mode of DRC-APO compares with that of the DRC-PMI that decays slowest."""
     slower = "each" if others[-1] < own else "not each" if others[0] < own else "no"
-    return (
-        f"The slowest mode of DRC-APO decays more slowly than that of {slower} stable DRC-PMI: time constant "
-        f"{own:.1f} s, against at most {others[-1]:.1f} s."
-    )
+    return {"slower": slower, "others": others[-1]}
 
 
 def _starts(results: Results) -> str:
@@ -173,79 +156,30 @@ def _largest_move(results: Results) -> float:
     return float(max(moves))
 
 
-def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
-    ratios = results["table"]["ratios"]
-    gaps = [own / fast - 1 for own, fast in zip(ratios[APO], ratios[FAST], strict=True)]
-    upper = max(abs(gap) for gap, sigma in zip(gaps, FREQUENCIES, strict=True) if sigma >= FREQUENCIES[1])
-    return (
-        f"In the steady state DRC-APO tracks nearly as with a fast sensor: from {FREQUENCIES[1]:g} rad/s on errors "
-        "agree "
-        f"within {at_most(100 * upper)} %.",
-        f"At {FREQUENCIES[0]:g} rad/s with a held reference, DRC-APO's steady-state error is {abs(gaps[0]):.0%} "
-        f"{'larger' if gaps[0] > 0 else 'smaller'} than with a fast sensor.",
-    )
-
-
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=(
+    parts=TOLD.parts(
         ABSTRACT,
         INTRODUCTION,
-        Part("Sec. I: motivation and literature", reason="Words without a checkable quantity."),
-        Part("Sec. II: problem formulation", reason="Definitions: plant, fast and slow period, held input and output."),
         OBSERVER,
-        Part(
-            "Sec. III: updates as fast as the actuator, an observation close to the measurement",
-            reason="Properties of the design by its definition, and words without a checkable quantity.",
-        ),
-        Part(
-            "Dots over symbols",
-            reason=(
-                "The text at hand is a conversion, which misreads dots easily: the misprints shao.feedforward-orders "
-                "and shao.third-state may be its own."
-            ),
-        ),
-        Part("Fig. 1", reason="A block diagram; it holds no data."),
         THEOREM,
-        Part(
-            "Sec. IV: eqs. (11), (16), (19) to (21)",
-            reason=(
-                "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) fails, and the "
-                "rate above it to order T; with the stability result (19) falls."
-            ),
-        ),
-        Part(
-            "Sec. IV: matrices L and K that make A − L C and A + B K Hurwitz exist; Case 2 is less restricted",
-            reason=(
-                "They exist if (A, B) is stabilisable and (A, C) detectable, which Sec. II does not ask; the printed "
-                "gains are such. Less restricted is no quantity; that Case 2 is a case of Case 1 is a claim."
-            ),
-        ),
         MOTOR,
         STABILITY,
         RESPONSES,
-        Part(
-            "Curves of Figs. 2 and 3, point by point",
-            reason="The text at hand holds no image and no data of the curves.",
-        ),
         TABLE,
         WHOLE,
         CONCLUDED,
-        Part(
-            "Sec. VI: conclusion",
-            also=("theory.stability", "order.transient", "order.apo-below-pmi", "order.bandwidth", "theory.condition"),
-        ),
-        Part(
-            "Sec. V and VI: simple implementation, more complex systems",
-            reason="Words without a checkable quantity, and work to come.",
-        ),
     ),
     experiments=EXPERIMENTS,
-    errata=ERRATA,
-    figures=(*tracking.FIGURES, *stability.FIGURES),
-    findings=findings,
+    errata=TOLD.errata(PROOFS),
+    figures=TOLD.figures({**tracking.FIGURES, **stability.FIGURES}),
+    findings=TOLD.findings(facts),
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
-    common=common.common,
+    common=lambda results: tuple(
+        row
+        for name, sensor in PREDICTORS.items()
+        for row in common_levels(sensor, [(e, e) for e in results["common"][name]], "noise to position in closed loop")
+    ),
 )

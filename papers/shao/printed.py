@@ -11,6 +11,7 @@ import numpy as np
 from papers.shao.method.motor import Feedforward, Motor
 from papers.shao.method.readings import ReadingSpace, Start, Structure
 from replication.audit.data import PrintedValue, read_printed
+from replication.audit.judge.printed import number
 from replication.estimation.dualrate.loop import DualRateLoop
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 from replication.estimation.dualrate.response import Points
@@ -36,12 +37,12 @@ def frequency(reference: str) -> float:
 MOTOR = Motor(pole_pairs=int(DATA["pole_pairs"]), **{name: float(DATA[name]) for name in PARAMETERS})
 DESIGN = dual_rate_design(
     MOTOR.system(),
-    feedback=[[float(k) for k in DATA["feedback"]]],
-    injection=[[float(gain)] for gain in DATA["injection"]],
+    feedback=[number(DATA["feedback"])],
+    injection=[[gain] for gain in number(DATA["injection"])],
     period=float(DATA["period"]),
     ratio=int(DATA["ratio"]),
 )
-START = np.array([float(x) for x in DATA["start"]])
+START = np.array(number(DATA["start"]))
 FREQUENCIES = tuple(frequency(reference) for reference in REFERENCES)
 READINGS = ReadingSpace(MOTOR, DESIGN, tuple(START.tolist()), FREQUENCIES)
 

@@ -12,9 +12,7 @@ import pytest
 from tables import read_csv
 
 import papers
-from papers.mustafa import figures as draws
 from papers.okajima2023 import figures as periods
-from papers.shao.figures import stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.draw import write_figure
 from replication.audit.store.sources import SourceTree
@@ -97,46 +95,41 @@ def changed(name: str, **columns: tuple[float, ...]) -> FigureData:
     return FigureData(columns=data(name).columns | columns)
 
 
+def title(name: str, **columns: tuple[float, ...]) -> str:
+    """The message of a figure with other columns."""
+    return cast(Any, FIGURES[name].title)(changed(name, **columns))
+
+
 def test_messages_follow_the_data() -> None:
     """A title that no longer holds is not printed: each of these says something else of other data."""
-    plain = changed("okajima2023-periods", gamma_synchronous=tuple(float(k) for k in range(36)))
-    assert "(5, 6) exceeds (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
-    assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
-    rates = data("shao-rates")
-    stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
-    assert "grows at every T shown" in stability._say_rates(rates)
-    assert "not unstable at every T shown" in stability._say_rates(stable)
+    plain = {"gamma_synchronous": tuple(float(k) for k in range(1, 37))}
+    assert "(5, 6) exceeds (6, 6)" in title("okajima2023-periods")
+    assert title("okajima2023-periods", **plain) == "Up to 6 instants a longer period never lowers the level"
+    rates = data("shao-rates").columns["alternating_predictive"]
+    assert "grows at every T shown" in title("shao-rates")
+    assert "not unstable at every T shown" in title("shao-rates", alternating_predictive=tuple(-x for x in rates))
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
     """Another number of draws, a larger error or a larger saving are told; a ratio that is called a bound is one."""
-    few = changed("mustafa-fig2", draws=(7.0,), band_high=(0.301,))
-    assert "of 7 draws of uniform periods at 0.31 at most" in draws.describe_responses(few)
-    assert draws.say_responses(few).startswith("In our uniform draws the error peaks at 0.31 at most")
-    half = changed("okajima2023-timing", gamma_3_3=(2.0, 1.0))
-    assert periods.say_levels_by_timing(half).startswith("For periods (3, 3) ") and "50.0 %" in (
-        periods.say_levels_by_timing(half)
-    )
+    few = {"draws": (7.0,), "band_high": (0.301,)}
+    alt = FIGURES["mustafa-fig2"].alt(changed("mustafa-fig2", **few))
+    assert "of 7 draws of uniform periods at 0.31 at most" in alt
+    assert title("mustafa-fig2", **few).startswith("In our uniform draws the error peaks at 0.31 at most")
+    half = title("okajima2023-timing", gamma_3_3=(2.0, 1.0))
+    assert half.startswith("For periods (3, 3) ") and "50.0 %" in half
     shown = data("okajima2023-fig2-5")
     sizes = {name: periods.rms_of_all(name, shown) for name in periods.CASES}
-    (stated,) = re.findall(r"at most (\d\.\d\d) of any other's", periods.say_cases(shown))
-    assert periods.say_cases(shown).startswith("One draw: ")
+    (stated,) = re.findall(r"^One draw: .* at most (\d\.\d\d) of any other's", title("okajima2023-fig2-5"))
     assert all(sizes["proposed"] <= float(stated) * sizes[name] for name in "ABC")
 
 
 def test_the_print_is_compared_with_the_errors_at_the_frequencies_of_the_table() -> None:
     """The extreme factors are the quotients themselves, as in the claims, whatever lies between the drawn points."""
-    drawn = data("shao-error-frequency")
-    errors = {name: drawn.columns[f"literal_{name}"] for name in ("pmi", "apo")}
-    drawn = changed(
-        "shao-error-frequency",
-        table_pmi=errors["pmi"],
-        table_apo=(errors["apo"][0], *(3 * x for x in errors["apo"][1:])),
-    )
-    assert "1.00 to 3.00 times" in tracking._say_error_curves(drawn)
-    last = (*drawn.columns["table_apo"][:-1], 4 * errors["apo"][-1])
-    assert "1.00 to 4.00 times" in tracking._say_error_curves(changed("shao-error-frequency", **(
-        {f"table_{name}": drawn.columns[f"table_{name}"] for name in errors} | {"table_apo": last})))  # fmt: skip
+    first, *others = data("shao-error-frequency").columns["literal_apo"]
+    tripled = (first, *(3 * x for x in others))
+    assert "1.00 to 3.00 times" in title("shao-error-frequency", table_apo=tripled)
+    assert "1.00 to 4.00 times" in title("shao-error-frequency", table_apo=(*tripled[:-1], 4 * others[-1]))
 
 
 def test_the_frequencies_of_the_table_lie_above_the_slowest_rate_of_the_printed_predictor() -> None:

@@ -112,7 +112,9 @@ def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
     case = {"periods": [3, 3], "offsets": [0, 1], "sensors": [0, 1], "gains": GAINS["39"]}
 
     def found(seed: int, parts: int) -> object:
-        answers = [draws(PLANT, {"own": case}, 0.2, 50, 60, 20, seed, part, parts) for part in range(parts)]
+        answers = [
+            draws(PLANT, {"own": case}, 20, seed, part, parts, sigma=0.2, noisy=50, last=60) for part in range(parts)
+        ]
         return distribution(answers, "own", {"own": 0.4})
 
     assert found(1, 1) == found(1, 3) != found(2, 3)
@@ -120,7 +122,7 @@ def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
 
 def test_timings_are_ranked_by_draws_as_by_their_variance() -> None:
     cases = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
-    found = timing_draws(PLANT, cases, 0.2, 500, 600, 200, SEED)
+    found = timing_draws(PLANT, cases, 200, SEED, sigma=0.2, noisy=500, last=600)
     assert sum(found["least"].values()) == pytest.approx(1.0)
     by_draws, by_variance = (sorted(cases, key=found[what].__getitem__) for what in ("mean_energy", "long_run"))
     assert by_draws == by_variance == ["timing-2", "timing-3", "timing-1"]

@@ -6,6 +6,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from papers._common import outcomes_of, solvers
 from papers.mustafa.claims.preliminaries import (
     NO_GRID,
     SLIP,
@@ -22,7 +23,7 @@ from papers.mustafa.experiments.declared import CELLS
 from papers.mustafa.method import CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Outcome, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, term
 
 CONSTANT_CHANGE, ANY_CHANGE, BOUND_9 = "constant change", "any change", "bound (9)"
@@ -120,7 +121,7 @@ def condition_8(e: int, results: Results) -> Evidence:
         cross_check="A norm of transfer matrices, and a formula in modal coordinates that shares no code with it.",
         holds=min(margins.values()) > 0,
         margin=min(margins.values()),
-        outcomes=tuple(Outcome(reading=name, holds=value > 0, margin=value) for name, value in margins.items()),
+        outcomes=outcomes_of(margins),
         quantities={
             "largest left side, constant change": r["constant"],
             "largest left side, constant change: at the period (s)": r["constant_at"],
@@ -183,11 +184,6 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
 
 
 ROBUST_PERFORMANCE = Part("Sec. V-A, eq. (12) and the remark on one level", reading=NO_READING)
-
-
-def solvers(result: dict[str, Any]) -> tuple[SolverRecord, ...]:
-    """The solver records of an experiment."""
-    return tuple(SolverRecord(**record) for record in result["solvers"])
 
 
 @ROBUST_PERFORMANCE.feasible(
@@ -280,7 +276,7 @@ def same_level_for_both(results: Results) -> Evidence:
         "favourable of two normalisations of Delta; less the level with one free multiplier for each cell, on the same "
         "cells in the same modal coordinates.",
         quantities=quantities,
-        solvers=tuple(record for e in EXAMPLES for record in solvers(results[f"robust.{e}"])),
+        solvers=solvers(*(results[f"robust.{e}"] for e in EXAMPLES)),
         note="The text says that it may: one example is enough. In Example 2 this comparison shows nothing if Delta is "
         "divided by its radius. With one cell, as in the paper's grids, the bound of Lemma 3 times alpha exceeds one "
         "in these coordinates in both examples, so the reconstructed (13) has no solution at all.",

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.claims.algorithm import solvers
+from papers._common import outcomes_of, solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, SLIP, of_example
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
-from papers.mustafa.printed import DATA, GAMMA, matrix
-from replication.audit.declare import Part
-from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from papers.mustafa.printed import DATA, GAMMA
+from replication.audit.declare import Part, number, positive
+from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
 LEVELS = Part(
@@ -172,7 +172,7 @@ def second_column(results: Results) -> Evidence:
 )
 def first_column(results: Results) -> Evidence:
     """The first column of A_f is that of Phi(0.05) - B_f C, as in an observer; the text does not say so."""
-    Phi, B = results["nominal.2"]["Phi"], matrix(PRINTED_FILTER["B_f"])
+    Phi, B = results["nominal.2"]["Phi"], number(PRINTED_FILTER["B_f"])
     return Evidence(
         method="First column of Phi(0.05) - B_f C, with B_f as printed.",
         value=tuple((r[0] - b[0],) for r, b in zip(Phi, B, strict=True)),
@@ -196,16 +196,12 @@ def attenuated(results: Results) -> Evidence:
     margins = {
         law: 1 - max(max(e, e / z) for e, z in zip(laws[law]["filter"], laws[law]["none"], strict=True)) for law in LAWS
     }
-    margin = min(1 - ordered[-1], *margins.values())
-    return Evidence(
+    return positive(
+        min(1 - ordered[-1], *margins.values()),
         method=f"Ratios of l2 norms. {len(ordered)} sequences of {len(r['k'])} independent periods, uniform in the "
         "range, and the one disturbance of the text; and fewer under each of three laws, with the printed filter and "
         "with none. Laws and length are assumptions of ours: the text states neither.",
-        holds=margin > 0,
-        margin=margin,
-        outcomes=tuple(
-            Outcome(reading=f"periods {law}", holds=value > 0, margin=value) for law, value in margins.items()
-        ),
+        outcomes=outcomes_of({f"periods {law}": value for law, value in margins.items()}),
         quantities={
             "smallest ratio": ordered[0],
             "median ratio": ordered[len(ordered) // 2],

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from papers.mustafa.claims.algorithm import ALGORITHM_1, CORRECTED_GRID, solvers
+from papers._common import solvers
+from papers.mustafa.claims.algorithm import ALGORITHM_1, CORRECTED_GRID
 from papers.mustafa.claims.preliminaries import (
     FILTER,
     SLIP,

@@ -134,11 +134,10 @@ def lemma_1(results: Results) -> Evidence:
     """If (6) holds at all periods of the range with one P, the error system has the level for every sequence."""
     # One Lyapunov function is the condition of the lemma; a sequence that exceeds its level would refute it.
     rooms = {e: results[f"bracket.{e}"]["common"] - results[f"bracket.{e}"]["lower"] for e in EXAMPLES}
-    return Evidence(
+    return positive(
+        min(rooms.values()),
         method="Proof: along the error system the form of (6) is the loss of V(x) = x'P^-1 x. Beside it, the level of "
         "one Lyapunov function in each example against the worst sequence found.",
-        holds=min(rooms.values()) > 0,
-        margin=min(rooms.values()),
         quantities={f"level less the largest ratio found, Example {e}": room for e, room in rooms.items()},
     )
 

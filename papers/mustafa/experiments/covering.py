@@ -26,7 +26,7 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
 
     constant: for each change held constant, in the coordinates of the plant. modal: for every sequence of changes, in
     modal coordinates; no coordinates have less for constant changes. Each with a bound between the nodes.
-    best: the least value of modal over `centres` other h_0, and there. elements: of a grid whose elements cover what
+    best: the least value of modal over `centres` other h_0. elements: of a grid whose elements cover what
     (8) covers, for constant changes; modal_elements: for every sequence, in modal coordinates. ends: those of (9), with
     what their proof bounds there.
     """
@@ -40,17 +40,13 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
     rates = np.linalg.eigvals(system.A)
     modal = _modal(rates, np.array([h_0]), h)[0]
     steep = np.abs(rates) * np.exp(rates.real * span.h_l) / (1 - np.exp(rates.real * h_0))
-    others = span.nodes(centres)
-    least = np.max(_modal(rates, others, h), axis=1)
     return {
         "constant": max(constant),
         "constant_at": float(h[int(np.argmax(constant))]),
         "constant_bound": max(constant) + method.small_gain_alpha(system, h_0) * float(steepest) * half,
         "modal": float(np.max(modal)),
-        "modal_at": float(h[int(np.argmax(modal))]),
         "modal_bound": float(np.max(modal) + np.max(steep) * half),
-        "best": float(np.min(least)),
-        "best_at": float(others[int(np.argmin(least))]),
+        "best": float(np.min(np.max(_modal(rates, span.nodes(centres), h), axis=1))),
         "elements": _elements(partial(_left_side, system), span),
         "modal_elements": _elements(lambda h_0, t: float(_modal(rates, np.array([h_0]), np.array([t]))[0, 0]), span),
         "ends": _ends(system, h_0),
@@ -90,7 +86,7 @@ def _around(left_side: LeftSide, h_0: float, span: PeriodRange, nodes: int) -> m
 
 
 def _ends(plant: SampledPlant, h_0: float) -> Json:
-    """For each end of (9): how far it lies from h_0, and alpha times what Lemma 3 bounds |Delta| by there.
+    """For each end of (9): alpha times what Lemma 3 bounds |Delta| by there.
 
     The bound is the integral of e^{mu t} by quadrature; size: alpha |Delta| itself, from the matrix exponential.
     """
@@ -106,7 +102,6 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
         reach = h_0 - interval.lower if sign < 0 else interval.upper - h_0
         mu = method.logarithmic_norm(sign * plant.A)
         found[name] = {
-            "reach": reach,
             "bound": alpha * float(quad(lambda t, mu=mu: np.exp(mu * t), 0.0, reach, epsabs=0.0, epsrel=1e-13)[0]),
             "size": alpha * float(np.linalg.norm(method.delta_block(plant, sign * reach), 2)),
         }

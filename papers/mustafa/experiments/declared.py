@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from papers._common import MULTIPLES, PLANT
-from papers.mustafa import common
 from papers.mustafa.experiments import covering, levels
 from papers.mustafa.experiments.draws import DRAWS, draws, laws
 from papers.mustafa.experiments.identities import identities
@@ -35,6 +34,8 @@ DURATION_EFFORT: dict[int, dict[str, Any]] = {
     2: {"horizon": 250, "final_horizon": 2000, "leaves": 150, "cuts": [0.02, 0.06]},
 }
 
+LOOSEST_EFFORT = {"horizon": 150, "final_horizon": 600, "leaves": 2}
+
 
 def _of_example(e: int) -> tuple[Experiment, ...]:
     case = example(e)
@@ -57,16 +58,8 @@ def _of_first() -> tuple[Experiment, ...]:
     plant, (h_l, h_u) = example(1).values()
     printed, ends = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, [float(h) for h in np.linspace(0.02, h_u, 5)]
     return (
-        experiment("sensitivity.1", common.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
-        experiment(
-            "loosest.1",
-            covering.loosest,
-            **example(1),
-            level=upper_end(GAMMA[1]),
-            horizon=150,
-            final_horizon=600,
-            leaves=2,
-        ),
+        experiment("sensitivity.1", levels.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
+        experiment("loosest.1", covering.loosest, **example(1), level=upper_end(GAMMA[1]), **LOOSEST_EFFORT),
         experiment("against-range", levels.against_range, plant=plant, h_l=h_l, ends=ends, horizon=200, leaves=12),
     )
 
@@ -80,13 +73,13 @@ def _of_second() -> tuple[Experiment, ...]:
     return (
         experiment("output-matrix", levels.output_matrix, **kept, angles=ANGLES),
         experiment("laws", laws, **response, seeds=TRIED_LAWS),
-        experiment("sensitivity.2", common.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
+        experiment("sensitivity.2", levels.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
         *(experiment(name, draws, **drawn, part=part) for part, name in enumerate(DRAWS)),
     )
 
 
 EXPERIMENTS = (
-    experiment("common", common.levels, plant=PLANT, multiples=TRIED, leaves=16, horizon=400),
+    experiment("common", levels.on_common_plant, plant=PLANT, multiples=TRIED, leaves=16, horizon=400),
     *(entry for e in EXAMPLES for entry in _of_example(e)),
     *_of_first(),
     *_of_second(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -24,26 +25,15 @@ LAWS = {
 """Laws of the sampling periods in words; the text states none."""
 
 
-def draws(
-    plant: Matrices,
-    periods: list[float],
-    printed: Matrices,
-    size: float,
-    decay: float,
-    frequency: float,
-    steps: int,
-    seeds: int,
-    seed: int,
-    part: int,
-    parts: int,
-) -> Json:
+def draws(plant: Matrices, periods: list[float], seeds: int, seed: int, part: int, parts: int, **given: Any) -> Json:
     """||e|| / ||w|| of the printed filter for `_disturbance` over every `parts`-th of
     `seeds` sequences of uniform random periods, from number `part` on, and the band of their errors.
 
-    The random numbers of all sequences are drawn each time, which costs little: none depends on the number of parts.
+    given: the printed filter, and what `_disturbance` takes. The random numbers of all sequences are drawn each time,
+    which costs little: none depends on the number of parts.
     """
     system, span = problem(plant, periods)
-    filter_, w = subject(system, span, printed), _disturbance(size, decay, frequency, steps)
+    filter_, w, steps = _given(system, span, **given)
     sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))[part::parts]
     errors = filter_.errors(system, sequences, w)[..., 0]
     return {
@@ -57,21 +47,11 @@ def draws(
     }
 
 
-def laws(
-    plant: Matrices,
-    periods: list[float],
-    printed: Matrices,
-    size: float,
-    decay: float,
-    frequency: float,
-    steps: int,
-    seeds: int,
-    seed: int,
-) -> Json:
+def laws(plant: Matrices, periods: list[float], seeds: int, seed: int, **given: Any) -> Json:
     """||e|| / ||w|| of the printed filter for `seeds` sequences under each law, and ||z|| / ||w||, which the error has
-    with no filter."""
+    with no filter; given: as in `draws`."""
     system, span = problem(plant, periods)
-    filter_, w = subject(system, span, printed), _disturbance(size, decay, frequency, steps)
+    filter_, w, steps = _given(system, span, **given)
     # One simulation gives both: the error of the estimate, and that of the estimate zero.
     both = SampledPlant(system.A, system.B, system.C, system.D, np.vstack([system.L, system.L]))
     beside = Filter(filter_.A, filter_.B, np.vstack([filter_.C, 0 * filter_.C]))
@@ -86,6 +66,13 @@ def laws(
             "none": [error_ratio(h, w, e[:, size_z:]) for h, e in zip(sequences, errors, strict=True)],
         }
     return found
+
+
+def _given(
+    system: SampledPlant, span: PeriodRange, printed: Matrices, steps: int, **wave: float
+) -> tuple[Filter, Array, int]:
+    """The printed filter, the disturbance of the text, and its number of samples."""
+    return subject(system, span, printed), _disturbance(steps=steps, **wave), steps
 
 
 def _disturbance(size: float, decay: float, frequency: float, steps: int) -> Array:

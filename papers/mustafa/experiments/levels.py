@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from papers.mustafa import method
+from replication.audit.judge.printed import Parameters, spread
+from replication.estimation import nonuniform
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
@@ -45,18 +47,12 @@ def nominal(plant: Matrices, periods: list[float]) -> Json:
     h = span.middle
     riccati = riccati_level(system, h)
     direct, printed = design_for_periods(system, [h]), method.printed_design(system, [h])
-    unknowns, order = method.lmi_size(system)
     return {
-        "h": h,
         "formula": closed_form(system, h),
         "riccati": riccati.level,
-        "riccati_norm": periodic_gain(system, riccati.filter, [h]).upper,
         "lmi": _design(system, direct, h),
         "printed_lmi": _design(system, printed, h),
-        "filter": {name: getattr(riccati.filter, name).tolist() for name in "ABC"},
         "Phi": system.discretise(h)[0].tolist(),
-        "unknowns": unknowns,
-        "order": order,
         "solvers": [direct.report.to_dict(), printed.report.to_dict()],
     }
 
@@ -129,7 +125,7 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
 
 
 def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, leaves: int, **effort: Any) -> Json:
-    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end.
+    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at the middle.
 
     effort: as in `worst_case_gain`.
     """
@@ -139,16 +135,13 @@ def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, lea
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
-        "constant": {end: periodic_gain(system, filter_, [getattr(span, end)]).value for end in ("h_l", "h_u")},
         **vars(method.stability(system, filter_)),
         "lower": found.lower,
         "upper": found.upper,
-        "runs": list(attack.runs),
         "periods": attack.periods.tolist(),
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
         "leaves": guarantee.leaves,
-        "depth": guarantee.depth,
         "history": [list(pair) for pair in guarantee.history],
         "common": guarantee.history[0][1],
         "solvers": [guarantee.report.to_dict()],
@@ -198,8 +191,6 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
         "exchange": exchanged.design.level,
-        "periods": list(exchanged.design.periods),
-        "rounds": exchanged.rounds,
         "dense": dense.level,
         "guaranteed": common.level,
         "lmi13": restored.level,
@@ -221,3 +212,50 @@ def against_range(plant: Matrices, h_l: float, ends: list[float], horizon: int, 
         )
         rows.append([end, found.lower, found.upper])
     return {"rows": rows}
+
+
+# The common plant under irregular sampling
+
+
+IRREGULAR = (
+    "irregular, not optimal: gaps of 1 to m steps between measurements; a cautious design of ours by (10), with one "
+    "Lyapunov function for all gaps"
+)
+
+
+def on_common_plant(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: int) -> list[list[float]]:
+    """Bracket of the gain of the robust design over all sequences of periods in [h, m h], for each multiple m."""
+    A, B, C = (np.array(plant[name]) for name in "ABC")
+    system = SampledPlant(A, np.hstack([B, 0 * B]), C, np.array([[0.0, plant["noise"]]]), C)
+    h, brackets = plant["h"], []
+    for m in multiples:
+        if m == 1:
+            brackets.append([riccati_level(system, h).level] * 2)
+        else:
+            found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
+            brackets.append([found.lower, found.upper])
+    return brackets
+
+
+# How far the nominal levels move with printed parameters within their rounding
+
+
+def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> dict[str, Any]:
+    """The nominal optimum at the middle of [h_l, h_u]; prints: A, B, C, D, L and h_l."""
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        plant = SampledPlant(*(np.atleast_2d(numbers[name]) for name in "ABCDL"))
+        return {claim: closed_form(plant, (numbers["h_l"] + h_u) / 2)}
+
+    return spread(prints, compute)
+
+
+def filter_norm(prints: Mapping[str, str], plant: dict[str, Any], claim: str) -> dict[str, Any]:
+    """The norm of the printed filter at the printed period; prints: A_f, B_f, C_f and h."""
+    sampled = SampledPlant(*(np.array(plant[name]) for name in "ABCDL"))
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        printed = Filter(*(np.array(numbers[name]) for name in ("A_f", "B_f", "C_f")))
+        return {claim: periodic_gain(sampled, printed, [numbers["h"]]).value}
+
+    return spread(prints, compute)

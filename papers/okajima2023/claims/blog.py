@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from math import lcm
 
-from papers.okajima2023.claims.levels import PREDICTORS, counterexamples, level, of_gains, solvers_of
+from papers._common import solvers
+from papers.okajima2023.claims.levels import PREDICTORS, counterexamples, level, of_gains
 from papers.okajima2023.experiments.declared import (
     DESIGNS,
     GAIN_SETS,
@@ -112,15 +113,12 @@ def periodic_matrices(results: Results) -> Evidence:
             quantities[f"level with one P, gains ({equation})"] = analysis["constant"]
     return positive(
         min(margins),
-        method=(
-            "Smallest level of Theorem 1 with one P for all instants minus that with P_k. Where no P exists: how far "
-            "some A_ek alone has its spectral radius above 1, which one P would forbid. The least of the four."
-        ),
-        cross_check=(
-            f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {found['constant']:.6f} with one P, {found['periodic']:.6f} with "
-            f"P_k; the gains found with one P have the exact norm {found['norm_constant']:.6f}."
-        ),
-        solvers=tuple(record for analysis in found["analyses"].values() for record in solvers_of(analysis)),
+        method="Smallest level of Theorem 1 with one P for all instants minus that with P_k. Where no P exists: how "
+        "far some A_ek alone has its spectral radius above 1, which one P would forbid. The least of the four.",
+        cross_check=f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {found['constant']:.6f} with one P, "
+        f"{found['periodic']:.6f} with P_k; the gains found with one P have the exact norm "
+        f"{found['norm_constant']:.6f}.",
+        solvers=solvers(*found["analyses"].values()),
         quantities=quantities,
     )
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from itertools import combinations, pairwise
 from typing import Any
 
+from papers._common import solvers
 from papers.okajima2023.experiments.declared import (
     CASES,
     DESIGNS,
@@ -21,7 +21,7 @@ from papers.okajima2023.experiments.declared import (
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
@@ -38,11 +38,6 @@ READ_AS = {
 }
 
 
-def solvers_of(result: Mapping[str, Any]) -> tuple[SolverRecord, ...]:
-    """The accounts of the solvers behind a result."""
-    return tuple(SolverRecord(**record) for record in result["solvers"])
-
-
 def optimal_level(experiment: str, results: Results) -> Evidence:
     """The exact optimum with its bracket, beside the levels of both matrix inequalities and their gains' norms."""
     result = results[experiment]
@@ -54,19 +49,15 @@ def optimal_level(experiment: str, results: Results) -> Evidence:
         f"k + 1 from measurements up to k. Filters, which use the newest measurement too, reach {result['filter']:.4f}."
     )
     return Evidence(
-        method=(
-            "Smallest level with a stabilising periodic Riccati solution, by doubling; necessary and sufficient for "
-            "observers of the form (15)."
-        ),
-        cross_check=(
-            f"Matrix inequality (30) as printed gives {result['lmi']['level']:.10f}, its reduced form "
-            f"{result['reduced_lmi']['level']:.10f}; their gains have exact norms {result['lmi']['norm']:.10f} and "
-            f"{result['reduced_lmi']['norm']:.10f}."
-        ),
+        method="Smallest level with a stabilising periodic Riccati solution, by doubling; necessary and sufficient for "
+        "observers of the form (15).",
+        cross_check=f"Matrix inequality (30) as printed gives {result['lmi']['level']:.10f}, its reduced form "
+        f"{result['reduced_lmi']['level']:.10f}; their gains have exact norms {result['lmi']['norm']:.10f} and "
+        f"{result['reduced_lmi']['norm']:.10f}.",
         value=best,
         lower=result["lower"],
         upper=result["upper"],
-        solvers=solvers_of(result),
+        solvers=solvers(result),
         quantities={
             "non-causal bound": result["noncausal"]["value"],
             "smallest level of filters": result["filter"],
@@ -91,17 +82,15 @@ def norm_of_printed_gains(equation: str, results: Results) -> Evidence:
         value=norm["value"],
         lower=norm["lower"],
         upper=norm["upper"],
-        solvers=solvers_of(result),
+        solvers=solvers(result),
         quantities={
             "optimum": best,
             "excess over the optimum": norm["value"] - best,
             "effect of rounding the gains": result["rounding_spread"],
             "spectral radius over one period": result["spectral_radius"],
         },
-        note=(
-            "Several gains may have the same level, so entries are not compared: the printed gains are judged by what "
-            "they achieve."
-        ),
+        note="Several gains may have the same level, so entries are not compared: the printed gains are judged by what "
+        "they achieve.",
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from papers._common import outcomes_of
 from papers.okajima2023.claims.levels import PREDICTORS, optimum
 from papers.okajima2023.experiments.declared import CASES, DRAWS, SEEDS, case
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution
@@ -45,10 +46,8 @@ def printed_ratio_among_draws(name: str, results: Results) -> Evidence:
     readings = {what: found["cases"][name]["readings"][what] for what in READING_OF}
     gains = "printed gains (33)" if name == "proposed" else "central optimal gains of ours, none being printed"
     return Evidence(
-        method=(
-            f"{found['seeds']} independent draws; two-sided rank of the printed value among them "
-            "(denominator over d and both sensor noises)."
-        ),
+        method=f"{found['seeds']} independent draws; two-sided rank of the printed value among them "
+        "(denominator over d and both sensor noises).",
         cross_check=f"The same draws under all {len(readings)} readings of the denominator; {gains}.",
         outcomes=tuple(
             Outcome(reading=READING_OF[what], holds=one["probability"] >= SMALLEST_PROBABILITY)
@@ -120,13 +119,9 @@ def smallest(results: Results) -> Evidence:
     margins = {what: min(printed, min(found[what].values()) - 0.5) for what in READING_OF}
     return positive(
         min(margins.values()),
-        method=(
-            "Distance of the printed values; and the fraction of common draws in which the same order holds, above a "
-            f"half, for each of {len(margins)} denominators: the smallest."
-        ),
-        outcomes=tuple(
-            Outcome(reading=READING_OF[what], holds=margin > 0, margin=margin) for what, margin in margins.items()
-        ),
+        method="Distance of the printed values; and the fraction of common draws in which the same order holds, above "
+        f"a half, for each of {len(margins)} denominators: the smallest.",
+        outcomes=outcomes_of({READING_OF[what]: margin for what, margin in margins.items()}),
         quantities={
             "distance of the printed values": printed,
             **{f"{what}: {who}": f for what, row in found.items() for who, f in _smaller(row).items()},
@@ -143,10 +138,8 @@ def lowest_error(results: Results) -> Evidence:
     fractions = all_draws(results)["reference_smaller_than"]
     return positive(
         min(fractions.values()) - 0.5,
-        method=(
-            "Energy of the estimation error under common noise: least fraction of draws below another case, above a "
-            "half."
-        ),
+        method="Energy of the estimation error under common noise: least fraction of draws below another case, above a "
+        "half.",
         quantities=_smaller(fractions),
     )
 
@@ -159,10 +152,7 @@ def more_outputs_are_better(results: Results) -> Evidence:
     return Evidence(
         method="Energy of the estimation error under common noise: least fraction of draws in which observers that use "
         "both outputs lie below those that use one, above a half.",
-        outcomes=(
-            Outcome(reading=OWN_PERIODS, holds=proposed > 0, margin=proposed),
-            Outcome(reading=ANY_PERIODS, holds=min(proposed, both) > 0, margin=min(proposed, both)),
-        ),
+        outcomes=outcomes_of({OWN_PERIODS: proposed, ANY_PERIODS: min(proposed, both)}),
         quantities={
             f"fraction of draws, {WHO[more]} below {WHO[one]}": fractions[more][one]
             for more in fractions
@@ -218,10 +208,8 @@ def least_error_of_timings(results: Results) -> Evidence:
     names = {name: name.replace("timing-", "Case ") for name in found["least"]}
     return positive(
         min(found["smaller"]["timing-2"].values()) - 0.5,
-        method=(
-            f"Energy of the estimation error with the gains (38)-(40) under common noise, {found['seeds']} draws: "
-            "least fraction in which Case 2 lies below another case, above a half."
-        ),
+        method=f"Energy of the estimation error with the gains (38)-(40) under common noise, {found['seeds']} draws: "
+        "least fraction in which Case 2 lies below another case, above a half.",
         cross_check="The expected size of the error in the long run, computed without draws, has the same order.",
         quantities={
             **{f"fraction of draws with the least energy, {who}": found["least"][name] for name, who in names.items()},

@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.claims.levels import OBSERVERS, of_gains, solvers_of
+from papers._common import by_margin, solvers
+from papers.okajima2023.claims.levels import OBSERVERS, of_gains
 from papers.okajima2023.experiments.declared import CASES, DESIGNS, GAIN_SETS, case, gain_set, times
-from papers.okajima2023.printed import DATA, PLANT, SCHEDULES, matrix
-from replication.audit.declare import Part, below, positive
-from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from papers.okajima2023.printed import DATA, PLANT, SCHEDULES
+from replication.audit.declare import Part, below, number, positive
+from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
 CYCLIC_FULL, CYCLIC_BLOCKS = "one full P", "P in blocks"
@@ -21,7 +22,7 @@ SIZES: dict[str, Any] = {
     "states": len(PLANT["A"]),
     "sensors": len(PLANT["C"]),
     "disturbances": len(PLANT["B_d"][0]),
-    "inputs": len(matrix(DATA["plant"]["B_u"])[0]),
+    "inputs": len(number(DATA["plant"]["B_u"])[0]),
 }
 """Of the example; the identities are stated for plants of that size."""
 
@@ -47,11 +48,10 @@ def cyclic_is_larger(results: Results) -> Evidence:
     """For N₁ = 2 and N₂ = 3 the one inequality of the cyclic reformulation has more rows than each of Theorem 2."""
     size = results[case("proposed")]["size"]
     margin = float(size["cyclic_rows"] - size["rows"])
-    return positive(
-        margin,
-        method="Rows counted: the cyclic plant has N times the states, disturbances and sensors.",
+    return by_margin(
         # The blocks of P do not change the rows, only the unknowns.
-        outcomes=tuple(Outcome(reading=name, holds=margin > 0, margin=margin) for name in (CYCLIC_FULL, CYCLIC_BLOCKS)),
+        {CYCLIC_FULL: margin, CYCLIC_BLOCKS: margin},
+        method="Rows counted: the cyclic plant has N times the states, disturbances and sensors.",
         quantities={
             "rows, cyclic": size["cyclic_rows"],
             "rows of each inequality, Theorem 2": size["rows"],
@@ -86,10 +86,8 @@ for _name, _printed in SCHEDULES.items():
     FORMULATION.matrix(
         f"schedule.{_name}",
         _printed["diagonals"],
-        statement=(
-            f"Diagonals of S₀, S₁, … for periods {tuple(_printed['periods'])} and offsets "
-            f"{tuple(_printed['offsets'])}, one row per instant."
-        ),
+        statement=f"Diagonals of S₀, S₁, … for periods {tuple(_printed['periods'])} and offsets "
+        f"{tuple(_printed['offsets'])}, one row per instant.",
         uses=f"schedule.{_name}",
         says=term("measured sensors", **times(_printed)),
     )(partial(diagonals_of_selection, _name))
@@ -172,10 +170,8 @@ def start_of_the_period(results: Results) -> Evidence:
             "difference if the product starts at 1 instead of 0": shifted,
             "difference if the factors are taken in the other order": ascending,
         },
-        note=(
-            "Conditions and printed gains count from 0 to N − 1, the product from 1 to N; the moduli are the same. "
-            "With later factors to the right, which the product sign alone could mean, they are others."
-        ),
+        note="Conditions and printed gains count from 0 to N − 1, the product from 1 to N; the moduli are the same. "
+        "With later factors to the right, which the product sign alone could mean, they are others.",
     )
 
 
@@ -263,11 +259,9 @@ def summation(results: Results) -> Evidence:
     return positive(
         # The sum must also telescope: what is left of it counts against the room.
         room - found["sum_residual"],
-        method=(
-            f"P_k of Theorem 1 at a level above its smallest one, ε of (22) from the least eigenvalue; both sides of "
-            f"(26) and (27) over the energy of the noise, and the root of (28), in {found['draws']} draws: least room."
-        ),
-        solvers=solvers_of(found),
+        method="P_k of Theorem 1 at a level above its smallest one, ε of (22) from the least eigenvalue; both sides "
+        f"of (26) and (27) over the energy of the noise, and the root of (28), in {found['draws']} draws: least room.",
+        solvers=solvers(found),
         quantities={
             "level": found["level"],
             "ε": found["epsilon"],
@@ -315,10 +309,8 @@ def theorem2_is_exact(results: Results) -> Evidence:
         ROUTE_REASON,
         method=f"Relative distance of Theorem 2's level from the exact optimum, largest of {len(DESIGNS)} designs.",
         quantities={"smallest eigenvalue of all P_k, Sec. IV-A": results[case("proposed")]["smallest_eigenvalue_P"]},
-        note=(
-            "The theorem says that the condition suffices, for all plants; for these designs it loses nothing. The "
-            "inequality forces P_k > WᵀW, more than the P_k > 0 that it is stated with."
-        ),
+        note="The theorem says that the condition suffices, for all plants; for these designs it loses nothing. The "
+        "inequality forces P_k > WᵀW, more than the P_k > 0 that it is stated with.",
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from papers.okajima2023.claims.levels import solvers_of
+from papers._common import solvers
 from papers.okajima2023.experiments.declared import HALF_UNIT_OF_POLES
 from papers.okajima2023.printed import DATA, bracketed, poles
 from replication.audit.declare import Part, below, positive
@@ -23,7 +23,6 @@ ANY_ENTRIES, STATED_DESIGNS = "unstable.any-entries", "unstable.stated-designs"
 DIAGONAL = "diagonal-of-a"
 TIMES = ("periods", "offsets")
 FOUND, _ = theorems("okajima2023")
-FITTING = FOUND["section-4c-poles"].parameters
 """With the plants that the search finds, in exact numbers; the certificates are made only if it finds them again."""
 
 SETTLED_BY = "eq. (41) as the authors have it; the program linked from the blog has other plants"
@@ -226,7 +225,7 @@ def designable(results: Results) -> Evidence:
         "Relative distance from the optimum at which a design counts as optimal.",
         method="Exact norm of the gains of Theorem 2 (reduced form) relative to the exact optimum, for each A tried: "
         "both diagonals with the stated poles, and an A that differs elsewhere. Largest.",
-        solvers=tuple(record for one in found.values() for record in solvers_of(one)),
+        solvers=solvers(*found.values()),
         quantities={f"optimum, {name}": one["optimum"] for name, one in found.items()},
         note="The A that our copy prints is stable: a design for it would not bear the sentence out.",
     )

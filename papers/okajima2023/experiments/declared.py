@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from papers._common import INPUTS
-from papers.okajima2023 import common
 from papers.okajima2023.experiments import designs, identities, simulations, unstable
-from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, matrix, poles
-from replication.audit.declare import experiment
+from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
+from replication.audit.declare import experiment, number
 from replication.audit.model import Results
 
 Json = dict[str, Any]
@@ -86,11 +85,26 @@ _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DA
 _DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
 _SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
-PRINTED_A = matrix(DATA["unstable-A"])
+PRINTED_A = number(DATA["unstable-A"])
 _STATED = {
     "printed_gains": GAINS["42"],
     "stated_poles": poles(DATA["poles"]),
     "stated_error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
+}
+_OF_41 = {**_STATED, "printed_A": PRINTED_A, "C": PLANT["C"]}
+_DESIGNED = {
+    "plant": {**PLANT, "A": PRINTED_A},
+    "step": DIAGONAL_STEP,
+    "diagonal_decimals": SECOND_DECIMALS,
+    "decimals": ENTRY_DECIMALS,
+}
+_SEARCHED = {
+    "printed_A": PRINTED_A,
+    "printed_inputs": {name: PLANT[name] for name in ("B_d", "D")},
+    "half_unit": HALF_UNIT_OF_GAINS,
+    "step": DIAGONAL_STEP,
+    "bound": LARGEST_ENTRY,
+    "wider_bound": WIDER,
 }
 _WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
 _ROUNDED = [
@@ -121,7 +135,7 @@ EXPERIMENTS = (
         experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), **_printed_gains(name))
         for name, inputs in GAIN_SETS.items()
     ),
-    experiment("common", common.levels, **INPUTS),
+    experiment("common", designs.on_common_plant, **INPUTS),
     experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
     *(experiment(f"schedule.{name}", designs.selections, **times(found)) for name, found in SCHEDULES.items()),
     experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
@@ -142,41 +156,8 @@ EXPERIMENTS = (
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, **_WORST, seed=SEED),
     experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
-    experiment(
-        "unstable.diagonals",
-        unstable.diagonals,
-        **_STATED,
-        printed_A=PRINTED_A,
-        C=PLANT["C"],
-        half_unit=HALF_UNIT_OF_POLES,
-        bound=LARGEST_ENTRY,
-    ),
-    experiment(
-        "unstable.any-entries",
-        unstable.any_entries,
-        **_STATED,
-        printed_A=PRINTED_A,
-        C=PLANT["C"],
-        decimals=ENTRY_DECIMALS,
-    ),
-    experiment(
-        "unstable.stated-designs",
-        unstable.stated_designs,
-        **_STATED,
-        plant={**PLANT, "A": PRINTED_A},
-        step=DIAGONAL_STEP,
-        diagonal_decimals=SECOND_DECIMALS,
-        decimals=ENTRY_DECIMALS,
-    ),
-    experiment(
-        "unstable.recovered",
-        unstable.recovered,
-        **_STATED,
-        printed_A=PRINTED_A,
-        printed_inputs={name: PLANT[name] for name in ("B_d", "D")},
-        half_unit=HALF_UNIT_OF_GAINS,
-        step=DIAGONAL_STEP,
-        bound=LARGEST_ENTRY,
-        wider_bound=WIDER,
-    ),
+    experiment("unstable.diagonals", unstable.diagonals, **_OF_41, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY),
+    experiment("unstable.any-entries", unstable.any_entries, **_OF_41, decimals=ENTRY_DECIMALS),
+    experiment("unstable.stated-designs", unstable.stated_designs, **_STATED, **_DESIGNED),
+    experiment("unstable.recovered", unstable.recovered, **_STATED, **_SEARCHED),
 )

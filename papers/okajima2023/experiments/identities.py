@@ -99,24 +99,17 @@ def _schur_residual(
 
 
 def summation(
-    plant: dict[str, Matrix],
-    periods: list[int],
-    offsets: list[int],
-    sensors: list[int],
-    gains: list[Matrix],
-    slack: float,
-    draws: int,
-    last: int,
-    seed: int,
+    plant: dict[str, Matrix], gains: list[Matrix], slack: float, draws: int, last: int, seed: int, **sensing: list[int]
 ) -> Json:
     """The steps (26)-(28) of the proof of Theorem 1, for given gains under random noise d⁎(k), k = 0 ... last.
 
-    slack: by how much the level exceeds the smallest one of Theorem 1, relative, which leaves an epsilon > 0 in (22).
+    sensing: periods, offsets and sensors. slack: by how much the level exceeds the smallest one of Theorem 1, relative,
+    which leaves an epsilon > 0 in (22).
     Returns the level, that epsilon, and over all draws, relative to the energy of d⁎: the largest distance of the sum
     of xi' Theta_k xi from the left-hand side of (26), and the least excess of the left-hand side over the right-hand
     side in (26) and (27); and the largest ratio of l2 norms beside the bound in (28).
     """
-    problem, L = build(plant, periods, offsets, sensors), np.array(gains)
+    problem, L = build(plant, **sensing), np.array(gains)
     found = lmi_analysis(problem, L, accept=("optimal", "optimal_inaccurate"))
     level, N, P = (1 + slack) * found.level, problem.schedule.period, list(found.P)
     theta = [np.block(theorem1_matrix(problem, L, P, k, level**2)) for k in range(N)]

@@ -17,13 +17,13 @@ DENOMINATORS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w 
 PERCENTILES = (0.0, 2.5, 50.0, 97.5, 100.0)
 
 
-def response(plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noisy: int, last: int, seed: int) -> Json:
-    """Estimation errors e(k), k = 0 ... last, of several observers under the same noise, zero after k = noisy.
+def response(plant: dict[str, Matrix], cases: dict[str, Json], seed: int, **noise: Any) -> Json:
+    """Estimation errors e(k), k = 0 ... last, of several observers under the same noise, as `_noise` takes it.
 
     cases: periods, offsets, sensors, and gains unless the central optimal ones are meant. The noise is that of all
     sensors of `plant`, so the observers see the same draw. One seeded draw: the published figures are another.
     """
-    d, w = _noise(np.random.default_rng(seed), 1, plant, sigma, noisy, last)
+    d, w = _noise(np.random.default_rng(seed), 1, plant, **noise)
     errors = {
         name: simulate(_system(plant, case), np.hstack([d[0], w[0][:, case["sensors"]]])).tolist()
         for name, case in cases.items()
@@ -32,24 +32,14 @@ def response(plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noi
 
 
 def draws(
-    plant: dict[str, Matrix],
-    cases: dict[str, Json],
-    sigma: float,
-    noisy: int,
-    last: int,
-    seeds: int,
-    seed: int,
-    part: int,
-    parts: int,
+    plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, part: int, parts: int, **noise: Any
 ) -> Json:
     """g_sim of eq. (34) over every `parts`-th of `seeds` independent draws, from number `part` on, for all observers.
 
     Returns per case the ratios under all readings of the denominator, the error energies, and the effect of the tail
     that the sums leave out. All draws are drawn each time, which costs little: none depends on the number of parts.
     """
-    d, w = (
-        all_draws[part::parts] for all_draws in _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
-    )
+    d, w = (every[part::parts] for every in _noise(np.random.default_rng(seed), seeds, plant, **noise))
     found: Json = {}
     for name, case in cases.items():
         system = _system(plant, case)
@@ -69,15 +59,13 @@ def draws(
     return found
 
 
-def timing_draws(
-    plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noisy: int, last: int, seeds: int, seed: int
-) -> Json:
+def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, **noise: Any) -> Json:
     """Error energies of several observers under common noise, over `seeds` independent draws.
 
     Returns how often each has the least energy; how often each has less than each other one; the mean energies; and the
     expected size of the error in the long run, the root of its variance per unit variance of the noise.
     """
-    d, w = _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
+    d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
     systems = {name: _system(plant, case) for name, case in cases.items()}
     energies = np.array(
         [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -28,9 +29,18 @@ PERIODS, OFFSETS = [2, 3], [0, 0]
 
 def as_printed(plant: dict[str, Matrix], gains: list[Matrix]) -> Json:
     """Poles of the printed A, and of A_e for the printed A, C and gains (42)."""
-    poles = np.linalg.eigvals(np.array(plant["A"]))
-    monodromy = build(plant, PERIODS, OFFSETS, [0, 1]).error_system(np.array(gains)).monodromy()
-    return {"poles": upper_half(poles), "error_poles": by_modulus(np.linalg.eigvals(monodromy))}
+    poles, error_poles = np.linalg.eigvals(np.array(plant["A"])), _error_poles(plant["A"], plant["C"], gains)
+    return {"poles": upper_half(poles), "error_poles": by_modulus(error_poles)}
+
+
+def _monodromy(A: Matrix | Array, C: Matrix, gains: list[Matrix]) -> Array:
+    """A_e over one period; what disturbs plant and sensors plays no part."""
+    plant: dict[str, Any] = {"A": A, "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()}
+    return build(plant, PERIODS, OFFSETS, list(range(len(C)))).error_system(np.array(gains)).monodromy()
+
+
+def _error_poles(A: Matrix | Array, C: Matrix, gains: list[Matrix]) -> Array:
+    return np.asarray(np.linalg.eigvals(_monodromy(A, C, gains)))
 
 
 def recovered(
@@ -44,44 +54,35 @@ def recovered(
     bound: int,
     wider_bound: int,
 ) -> Json:
-    """Search A, then C, then B_d and D, and check the plant that comes out by a design of its own.
+    """Search A, then C, then B_d and D, and evaluate the gains for the plant that comes out.
 
     printed_inputs: the B_d and D of Sec. IV-A, for which the gains are evaluated too.
     bound: largest entry of C in the search that counts; wider_bound: how far it is looked for rivals of its result.
     attained: the largest entry of a small change of the gains with which A_e has the stated poles, beside the half unit
-    by which rounding may have changed them, and the poles with the changed gains.
+    by which rounding may have changed them.
     """
     state = recover_poles(printed_A, stated_poles, step)
     A = np.array(printed_A)
     A[np.diag_indices(len(A))] = state["fits"][0]
     outputs = recover_outputs(A.tolist(), printed_gains, stated_error_poles, bound)
-    other = recover_outputs(A.tolist(), printed_gains[::-1], stated_error_poles, bound)
     wider = recover_outputs(A.tolist(), printed_gains, stated_error_poles, wider_bound)
     inputs = recover_inputs(A.tolist(), outputs["C"], printed_gains)
     plant = {"A": A.tolist(), "B_d": inputs["B_d"], "C": outputs["C"], "D": inputs["D"]}
     same = build({**plant, **printed_inputs}, PERIODS, OFFSETS, [0, 1])
     gains = np.array(printed_gains)
     change = smallest_change(plant, gains, np.array(stated_error_poles))
-    monodromy = build(plant, PERIODS, OFFSETS, [0, 1]).error_system(gains + change).monodromy()
     return {
         "state": state,
         "outputs": {
             **outputs,
             "error_poles": error_poles(A.tolist(), printed_gains, outputs["C"]),
             "error_poles_printed_C": error_poles(A.tolist(), printed_gains, PLANT["C"]),
-            "reversed_fits": other["fits"],
-            "reversed_best_misfit": other["best_misfit"],
         },
         "wider": wider,
         "inputs": inputs,
-        "design": design(plant, PERIODS, OFFSETS, [0, 1]),
         "gains": norm_of_gains(plant, PERIODS, OFFSETS, printed_gains, half_unit),
         "printed_inputs": {"norm": l2_gain(same.error_system(gains)).value, "optimum": optimum(same).value},
-        "attained": {
-            "largest_change": float(np.abs(change).max()),
-            "half_unit": half_unit,
-            "error_poles": by_modulus(np.linalg.eigvals(monodromy)),
-        },
+        "attained": {"largest_change": float(np.abs(change).max()), "half_unit": half_unit},
     }
 
 
@@ -96,9 +97,9 @@ def diagonals(
 ) -> Json:
     """All real diagonals of A with the stated poles, other entries as printed, and what the gains do with this C.
 
-    For each: the diagonal, the spectral radius of A_e, and its least and largest value while the stated poles move to
-    the ends and the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound`
-    explain the stated poles of A_e.
+    For each: the diagonal, the spectral radius of A_e, and its least value while the stated poles move to the ends and
+    the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound` explain the
+    stated poles of A_e.
     """
     rows = [_row(printed_A, diagonal) for diagonal in exact_diagonals(printed_A, stated_poles)]
     parts = [part for pole in stated_poles for part in pole]
@@ -108,10 +109,8 @@ def diagonals(
         moved = [part + by for part, by in zip(parts, move, strict=True)]
         found = exact_diagonals(printed_A, [moved[i : i + 2] for i in range(0, len(moved), 2)])
         for row, diagonal in zip(rows, found, strict=True):
-            A = _row(printed_A, diagonal)["A"]
-            plant = {"A": A, "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()}
-            system = build(plant, PERIODS, OFFSETS, list(range(len(C)))).error_system(np.array(printed_gains))
-            row["radii"].append(float(np.abs(np.linalg.eigvals(system.monodromy())).max()))
+            error_poles_there = _error_poles(_row(printed_A, diagonal)["A"], C, printed_gains)
+            row["radii"].append(float(np.abs(error_poles_there).max()))
     return {
         "moved": len(rows[0]["radii"]),
         "bound": bound,
@@ -120,7 +119,6 @@ def diagonals(
                 "diagonal": row["diagonal"],
                 "radius": row["radii"][len(row["radii"]) // 2],
                 "least_radius": min(row["radii"]),
-                "largest_radius": max(row["radii"]),
                 "fits": recover_outputs(row["A"], printed_gains, stated_error_poles, bound)["fits"],
             }
             for row in rows
@@ -208,23 +206,20 @@ def any_entries(
     start = np.array(_row(printed_A, exact_diagonals(printed_A, stated_poles)[0])["A"])
     known = [complex(*pole) for pole in stated_poles]
     target = np.poly([*known, *(pole.conjugate() for pole in known if pole.imag)]).real[1:]
-    gains, error_target = np.array(printed_gains), np.poly(stated_error_poles)[1:]
-
-    def monodromy(A: Array) -> Array:
-        plant = {"A": A.tolist(), "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()}
-        return build(plant, PERIODS, OFFSETS, list(range(len(C)))).error_system(gains).monodromy()
+    error_target = np.poly(stated_error_poles)[1:]
 
     def residual(entries: Array) -> Array:
         A = entries.reshape(start.shape)
-        found = (np.poly(A) - [1.0, *target], np.poly(monodromy(A)) - [1.0, *error_target])
+        monodromy = _monodromy(A, C, printed_gains)
+        found = (np.poly(A) - [1.0, *target], np.poly(monodromy) - [1.0, *error_target])
         return np.real(np.concatenate([difference[1:] for difference in found]))
 
     A = _root(residual, start.ravel()).reshape(start.shape)
     rounded = np.round(A, decimals)
     return {
-        "error_poles": by_modulus(np.linalg.eigvals(monodromy(A))),
+        "error_poles": by_modulus(_error_poles(A, C, printed_gains)),
         "furthest": float(np.abs(A - printed_A).max()),
         "rounded": rounded.tolist(),
         "poles": upper_half(np.linalg.eigvals(rounded)),
-        "radius": float(np.abs(np.linalg.eigvals(monodromy(rounded))).max()),
+        "radius": float(np.abs(_error_poles(rounded, C, printed_gains)).max()),
     }

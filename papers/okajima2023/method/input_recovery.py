@@ -58,7 +58,7 @@ def recover_inputs(A: Matrix, C: Matrix, printed_gains: list[Matrix], bound: flo
 
     Tried: B_d (n, 1) with entries in halves up to `bound`, one of each +-B_d, and diagonal D with D[0][0] = 1 and
     RATIOS for the others. Excesses are relative (norm / optimum - 1). central_level is gamma at the centre whose gains
-    differ least from the printed ones in the largest entry, central_gap_relative its excess over the optimum;
+    differ least from the printed ones in the largest entry;
     second_gain_difference is that smallest difference for the runner-up. Error poles are [real, imaginary] by
     decreasing modulus. Raises InvalidInputError if the shapes do not fit or the non-zero columns of the gains are not
     those of periodic sensors, InfeasibleError if the gains do not stabilise A_e.
@@ -76,12 +76,9 @@ def recover_inputs(A: Matrix, C: Matrix, printed_gains: list[Matrix], bound: flo
         "second_excess": second.excess,
         "B_d": best.problem.plant.B_d.tolist(),
         "D": best.problem.plant.D.tolist(),
-        "second_B_d": second.problem.plant.B_d.tolist(),
-        "second_D": second.problem.plant.D.tolist(),
         "optimum": best.optimum,
         "norm_printed_gains": best.norm,
         "central_level": point.level,
-        "central_gap_relative": point.level / best.optimum - 1,
         "largest_gain_difference": _difference(point, gains),
         "second_gain_difference": _difference(runner_up, gains),
         "gains_central": point.gains.tolist(),

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
+from papers._common import outcomes_of, solvers
 from papers.peet2019.claims.theory import SIGNS, unmet
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, SMALL_CONE_CELLS
 from papers.peet2019.experiments.scaling import ROUGH, level_of
 from papers.peet2019.printed import DATA, DAY, JORDAN, MEMORY, SAME, published
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.numerals import short
-from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results
 from replication.verify.predicate import term
 
 FROM_PRODUCT = 5
@@ -72,10 +73,8 @@ def instability(results: Results) -> Evidence:
             for name, ends in found["roots"].items()
             for end, value in ends.items()
         },
-        note=(
-            "With λ < 0 there is a positive real root for every K. With λ = 0 all roots are zero and, for n states, "
-            "some free motion grows like t to the power n - 1: not at all for n = 1. With 1 all are stable."
-        ),
+        note="With λ < 0 there is a positive real root for every K. With λ = 0 all roots are zero and, for n states, "
+        "some free motion grows like t to the power n - 1: not at all for n = 1. With 1 all are stable.",
     )
 
 
@@ -104,11 +103,11 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
         f"CPU seconds of the authors' machine. Ours ({cone}, assembly and solver), of our programs on "
         f"{'; '.join(where)}, stand beside them and do not compare."
     )
-    solvers: tuple[SolverRecord, ...] = ()
     note = "This cell is not part of the default run: `benchmarks/bench_delay.py --full` measures it again."
+    said = solvers(results[run]) if run else ()
     if run:
         found = results[run]
-        solvers, note = (SolverRecord(**found["solver"]),), SMALL_CONE if "full" in found else ""
+        note = SMALL_CONE if "full" in found else ""
         quantities |= {"equalities": float(found["equalities"]), "level reached": found["gamma"]}
         full = found.get("full", {})
         quantities |= {f"full program of degree 1: {words}": float(full[name]) for name, words in IN_FULL if full}
@@ -119,7 +118,7 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
             "level certified": small["gamma"],
             "residual of the certificate in the full program": small["residual"],
         }
-    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=solvers, note=note)
+    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=said, note=note)
 
 
 for _n, _k, _seconds in published():
@@ -169,15 +168,11 @@ def function_of_product(results: Results) -> Evidence:
             "exponent of our equalities": exponent([(n * k, equalities[n, k]) for n, k in grown]),
             **_measured_growth(cells, set(grown)),
         },
-        outcomes=tuple(
-            Outcome(reading=name, holds=ratio < allowed, margin=allowed - ratio) for name, allowed in SAME.items()
-        ),
-        note=(
-            f"The seconds compared span {short(min(printed.values()), 2)} to {short(max(printed.values()), 2)} s. The "
-            "printed seconds all come from one program; they do not show that it must be so. Ours, of other "
-            "programs and solvers, stand beside them: they have more equalities, and take longer, with many states "
-            "than with many delays. Runs of the full cone that only certify a level are left out."
-        ),
+        outcomes=outcomes_of({name: allowed - ratio for name, allowed in SAME.items()}),
+        note=f"The seconds compared span {short(min(printed.values()), 2)} to {short(max(printed.values()), 2)} s. The "
+        "printed seconds all come from one program; they do not show that it must be so. Ours, of other "
+        "programs and solvers, stand beside them: they have more equalities, and take longer, with many states "
+        "than with many delays. Runs of the full cone that only certify a level are left out.",
     )
 
 
@@ -188,10 +183,8 @@ WANTED = {(n, k) for n, k, _ in published() if n * k < DATA["largest-product"]}
 @EXAMPLE_4.order(
     "scaling.desktop",
     place="Sec. I",
-    statement=(
-        f"On a desktop computer the algorithm runs if n·K is below {DATA['largest-product']}: the {len(WANTED)} cells "
-        f"of Table I, n·K at most {max(n * k for n, k in WANTED)}, at degree 1 and by our program."
-    ),
+    statement=f"On a desktop computer the algorithm runs if n·K is below {DATA['largest-product']}: the {len(WANTED)} "
+    f"cells of Table I, n·K at most {max(n * k for n, k in WANTED)}, at degree 1 and by our program.",
     pinned="compatible",
     erratum=SIGNS,
     uses=("measured", "printed-signs"),
@@ -209,10 +202,8 @@ def desktop(results: Results) -> Evidence:
     seconds, peak = (max((c[name] for c in solved), default=math.inf) for name in ("cpu_seconds", "peak"))
     return positive(
         1.0 - max(seconds / DAY, peak / MEMORY) if len(solved) == len(WANTED) else -1.0,
-        method=(
-            "Our programs of Theorem 3 as corrected for the cells of Table I with n·K below 50: full cone of degree 1, "
-            "as once measured."
-        ),
+        method="Our programs of Theorem 3 as corrected for the cells of Table I with n·K below 50: full cone of degree "
+        "1, as once measured.",
         quantities={
             "n·K below 50, cells of Table I": float(len(WANTED)),
             "n·K below 50, cells of Table I with a level reached": float(len(solved)),
@@ -220,13 +211,11 @@ def desktop(results: Results) -> Evidence:
             "most CPU seconds": seconds,
             "most memory [GB]": peak,
         },
-        note=(
-            "Example 4 alone, and no product between the largest but one in Table I and 50, on a machine of ours with "
-            "two processors; not the authors' code, nor higher degrees. "
-            f"{len(solved) - len(down)} cells with one delay certify a given level; the others lower γ until the "
-            f"solver stops (duality gap {ROUGH.gap:g}; {sum('pdFEAS' in c['outcome'] for c in down)} with a status "
-            "that says feasible and not optimal), not to the infimum, zero."
-        ),
+        note="Example 4 alone, and no product between the largest but one in Table I and 50, on a machine of ours with "
+        "two processors; not the authors' code, nor higher degrees. "
+        f"{len(solved) - len(down)} cells with one delay certify a given level; the others lower γ until the "
+        f"solver stops (duality gap {ROUGH.gap:g}; {sum('pdFEAS' in c['outcome'] for c in down)} with a status "
+        "that says feasible and not optimal), not to the infimum, zero.",
         as_printed=unmet(results),
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from functools import partial
 
+from papers._common import solvers
 from papers.peet2019.claims.gains import OF_ITS_OWN, by_pade, least_gain, optimum_of, reaches
 from papers.peet2019.claims.theory import CORRECTED, SIGNS, unmet
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
@@ -12,7 +13,7 @@ from papers.peet2019.experiments.readings import HOUSE
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
 from replication.audit.declare import Part, positive
-from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
+from replication.audit.model import NO_READING, Evidence, Kind, Results
 from replication.verify.predicate import Predicate, term
 
 SMALL = str(DATA["small-gain"]).removeprefix("<")
@@ -52,10 +53,8 @@ def cpu_seconds(cell: str, results: Results) -> Evidence:
     ours = results["timed"][cell]
     return Evidence(
         method="",
-        not_checkable=(
-            f"CPU seconds of the authors' machine. Ours, of our programs on {ours['machine']}, {ours['date']}, one "
-            "thread, stand beside them and do not compare."
-        ),
+        not_checkable=f"CPU seconds of the authors' machine. Ours, of our programs on {ours['machine']}, "
+        f"{ours['date']}, one thread, stand beside them and do not compare.",
         value=ours["assembly"] + ours["solver"],
         quantities={"our assembly, CPU [s]": ours["assembly"], "our solver, CPU [s]": ours["solver"]},
     )
@@ -126,10 +125,8 @@ def _table(example: str) -> None:
     EXAMPLES_1_TO_3.order(
         f"{name}.not-conservative",
         place="Secs. I and X",
-        statement=(
-            f"Example {example}: the bound is not conservative: at degree 3 the least level of Theorem 3 rounds to the "
-            f"gain printed for Padé, {gamma['pade']}."
-        ),
+        statement=f"Example {example}: the bound is not conservative: at degree 3 the least level of Theorem 3 rounds "
+        f"to the gain printed for Padé, {gamma['pade']}.",
         pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
         erratum=SIGNS,
         uses=(f"sos.{name}.d3", reference, "rules", "printed-signs"),
@@ -161,12 +158,10 @@ def small_gains(results: Results) -> Evidence:
         float(SMALL) - max(one["level"] for one in found.values()),
         method="Theorem 3 as ε → 0, degree 1, solved at ε = 0 at this level, where B is a column of ones.",
         quantities={f"level reached, Example {name}": one["level"] for name, one in found.items()},
-        solvers=tuple(SolverRecord(**one["solver"]) for one in found.values()),
-        note=(
-            "The text says so of examples in the literature, typically, and has B = [1; 1] for them; that Examples 1-3 "
-            "had it is our assumption, so that no printed number is reproduced. A level that is reached, not the "
-            "least: lower ones, and so arbitrarily small gains, were not tried."
-        ),
+        solvers=solvers(*found.values()),
+        note="The text says so of examples in the literature, typically, and has B = [1; 1] for them; that Examples "
+        "1-3 had it is our assumption, so that no printed number is reproduced. A level that is reached, not the "
+        "least: lower ones, and so arbitrarily small gains, were not tried.",
         as_printed=unmet(results),
     )
 
@@ -205,12 +200,11 @@ def no_lower_bound(results: Results) -> Evidence:
     """Example 1: a lower H∞ bound than the printed gain is not achievable."""
     least = float(NO_LESS)
     optimum = optimum_of("1", results)
-    return Evidence(
+    return positive(
+        optimum - least,
         method="Least gain of any observer, by collocation and the Riccati equation, less what rounds to the print.",
         cross_check="A disturbance that the measurement does not see has that gain for every observer: the "
         "certificate.",
-        holds=optimum > least,
-        margin=optimum - least,
         quantities={"least gain of any observer": optimum, "least number that rounds to the print": least},
         note="Down to the printed digits.",
     )
@@ -255,20 +249,16 @@ def below_level(results: Results) -> Evidence:
     """Some observer by Theorem 3 keeps the gain below the level of Fig. 1 for every disturbance."""
     found, least = results["fig1"], results[f"sos.ex2.d{FIGURE_DEGREE}"]["tensor"]
     largest = max(run["gain"] for run in found["scan"])
-    margin = found["level"] - max(least["gamma"], largest)
-    return Evidence(
-        method=(
-            f"Level of Fig. 1 less the least one of Theorem 3 for all disturbances, degree {FIGURE_DEGREE}, or "
-            f"the largest simulated gain of the {len(found['scan'])} sincs of the scan if that is larger."
-        ),
-        holds=margin > 0.0,
-        margin=margin,
+    return positive(
+        found["level"] - max(least["gamma"], largest),
+        method=f"Level of Fig. 1 less the least one of Theorem 3 for all disturbances, degree {FIGURE_DEGREE}, or "
+        f"the largest simulated gain of the {len(found['scan'])} sincs of the scan if that is larger.",
         quantities={
             "least level of Theorem 3, all disturbances": least["gamma"],
             "largest gain of the simulated sincs": largest,
             "level of Fig. 1 less that gain": found["level"] - largest,
         },
-        solvers=(SolverRecord(**found["solver"]), SolverRecord(**least["solver"])),
+        solvers=solvers(found, least),
         note=OF_ITS_OWN.format("simulated here"),
         as_printed=unmet(results),
     )
@@ -282,10 +272,8 @@ def sinc_gain(results: Results) -> Evidence:
     target = float(DATA["sinc-gain"])
     return Evidence(
         method="",
-        not_checkable=(
-            "The sinc is not specified: shape, centre, horizon and channels are open. With one "
-            "observer the simulated gain depends on all of them. Its gains, which are not printed, were not varied."
-        ),
+        not_checkable="The sinc is not specified: shape, centre, horizon and channels are open. With one "
+        "observer the simulated gain depends on all of them. Its gains, which are not printed, were not varied.",
         settled_by="the authors' sinc and observer gains",
         quantities={
             "smallest gain of the scan": min(scan),

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from functools import partial
 
+from papers._common import by_margin, outcomes_of, solvers
 from papers.peet2019.claims.theory import SIGNS, UNMET, unmet
 from papers.peet2019.experiments.declared import ABOVE, NEAR, OFF_THE_PRINT
 from papers.peet2019.experiments.readings import HOUSE, inside, runs
@@ -13,7 +14,7 @@ from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.printed import ACCURATE, DATA, DEGREES, EXAMPLES
 from replication.audit.declare import Part, below
 from replication.audit.judge.numerals import at_most, short
-from replication.audit.model import Evidence, Outcome, Results, SolverRecord
+from replication.audit.model import Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
 
 ONE_RULE_OF_MANY = (
@@ -57,13 +58,11 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             **{f"γ with ε = {epsilon}": value for epsilon, value in found["epsilon"].items()},
         }
     return Evidence(
-        method=(
-            f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by SDPA "
-            f"at ε = 0; {len(RULES)} degree rules."
-        ),
+        method=f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by "
+        f"SDPA at ε = 0; {len(RULES)} degree rules.",
         cross_check=f"Optimum without sums of squares: {optimum:.7f}; we measured the residuals and the gap.",
         value=gamma,
-        solvers=tuple(SolverRecord(**found[rule]["solver"]) for rule in ("tensor", "total")),
+        solvers=solvers(found["tensor"], found["total"]),
         quantities={
             "excess over the optimum": gamma - optimum,
             "excess, Z₂ of total degree d": found["total"]["gamma"] - optimum,
@@ -147,10 +146,8 @@ def by_pade(example: str, results: Results) -> Evidence:
     """LMI (3) on the lossless Padé model."""
     found = results[f"reference.ex{example}"]
     return Evidence(
-        method=(
-            f"LMI (3), Z eliminated, Clarabel ({found['pade_status']}), Padé of order {DATA['pade-order']} as a "
-            f"lossless ladder ({found['pade_states']} states)."
-        ),
+        method=f"LMI (3), Z eliminated, Clarabel ({found['pade_status']}), Padé of order {DATA['pade-order']} as a "
+        f"lossless ladder ({found['pade_states']} states).",
         cross_check=f"Riccati equation of the unmeasured part: {found['pade_riccati']:.9f}.",
         value=found["pade"],
         quantities={
@@ -196,17 +193,12 @@ def _missing(prints: Iterable[tuple[str, int, str]], results: Results) -> tuple[
 def reaches(example: str, results: Results) -> Evidence:
     """Degree 3 under each rule against the gain printed for Padé, and against the least gain."""
     optimum, levels = optimum_of(example, results), levels_at(3, example, results)
-    margins = {name: room(str(DATA[f"gamma-{example}"]["pade"]), level) for name, level in levels.items()}
-    return Evidence(
-        method=(
-            f"Theorem 3 at degree 3 under {len(RULES)} degree rules, solved by SDPA at ε = 0: how far the least level "
-            "found lies inside what rounds to the gain printed for Padé."
-        ),
+    return by_margin(
+        {name: room(str(DATA[f"gamma-{example}"]["pade"]), level) for name, level in levels.items()},
+        method=f"Theorem 3 at degree 3 under {len(RULES)} degree rules, solved by SDPA at ε = 0: how far the least "
+        "level found lies inside what rounds to the gain printed for Padé.",
         cross_check=f"Least gain of any observer, from the plant's gain or the Riccati equation: {optimum:.7f}.",
-        holds=margins[HOUSE] > 0.0,
-        margin=margins[HOUSE],
         settled_by=BY_PART_1 if example in OFF_THE_PRINT else "",
-        outcomes=tuple(Outcome(reading=name, holds=margin > 0.0, margin=margin) for name, margin in margins.items()),
         quantities={
             "least gain of any observer": optimum,
             **{f"relative excess of the level found, {name}": level / optimum - 1.0 for name, level in levels.items()},
@@ -266,11 +258,9 @@ def lumped_states(results: Results) -> Evidence:
         max(alone.values()),
         allowed,
         "The paper calls the results accurate and gives no number: one part in a hundred.",
-        method=(
-            f"Observers of Examples 1-3 by forward difference, {DATA['lumped-states']} states per delay: the error "
-            "along the rightmost motion of the exact plant, over z. With the plant lumped too: H∞ norms of the closed "
-            "loops against those by Chebyshev collocation."
-        ),
+        method=f"Observers of Examples 1-3 by forward difference, {DATA['lumped-states']} states per delay: the error "
+        "along the rightmost motion of the exact plant, over z. With the plant lumped too: H∞ norms of the closed "
+        "loops against those by Chebyshev collocation.",
         quantities={
             **{f"observer alone, |z_e| over |z|, Example {example}": error for example, error in alone.items()},
             **{f"plant too, relative error, Example {example}": error for example, error in errors.items()},
@@ -283,21 +273,15 @@ def lumped_states(results: Results) -> Evidence:
             **{f"norm over the gain from w₁, relative excess, Example {name}": gap for name, gap in unseen.items()},
             "plant too, relative error of the simulated gain, Example 2, sinc(t - τ)": sinc,
         },
-        outcomes=(
-            Outcome(
-                reading="lumps-observer-alone",
-                holds=max(alone.values()) < allowed,
-                margin=allowed - max(alone.values()),
-            ),
-            *(Outcome(reading=name, holds=worst < most, margin=most - worst) for name, most in ACCURATE.items()),
+        outcomes=outcomes_of(
+            {"lumps-observer-alone": allowed - max(alone.values())}
+            | {name: most - worst for name, most in ACCURATE.items()}
         ),
-        note=(
-            "The text gives no accuracy and does not say whether the plant is lumped too, for which systems it holds, "
-            "and whether N is the number per delay. Observer alone: it follows the plants' unstable motion within "
-            f"{at_most(100 * max(alone.values()))} % of z. Both: the norm errs by up to {100 * worst:.1f} %, by "
-            "the lumped plant: in Examples 2 and 3 the gain from w₁ to x₁ is that of the plant, whatever the observer, "
-            f"and the norm of the loops is that gain to a relative {at_most(max(map(abs, unseen.values())), 1)}."
-        ),
+        note="The text gives no accuracy and does not say whether the plant is lumped too, for which systems it holds, "
+        "and whether N is the number per delay. Observer alone: it follows the plants' unstable motion within "
+        f"{at_most(100 * max(alone.values()))} % of z. Both: the norm errs by up to {100 * worst:.1f} %, by "
+        "the lumped plant: in Examples 2 and 3 the gain from w₁ to x₁ is that of the plant, whatever the observer, "
+        f"and the norm of the loops is that gain to a relative {at_most(max(map(abs, unseen.values())), 1)}.",
         settled_by="the authors, if they state the accuracy, and whether the plant is lumped too",
     )
 
@@ -314,14 +298,10 @@ def closed_loop(name: str, results: Results) -> Evidence:
     found = results[f"loop.{name}"]
     norm = found["norms"][-1]
     return Evidence(
-        method=(
-            "H∞ norm of plant and observer, gains of Lemma 5 as corrected, collocated at "
-            f"{found['orders'][-1]} points per history, by the Hamiltonian test."
-        ),
-        cross_check=(
-            f"At {found['orders'][0]} points: {found['norms'][0]:.8f}. The norm is {norm / found['optimum']:.8f} times "
-            "the optimum by the Riccati equation."
-        ),
+        method="H∞ norm of plant and observer, gains of Lemma 5 as corrected, collocated at "
+        f"{found['orders'][-1]} points per history, by the Hamiltonian test.",
+        cross_check=f"At {found['orders'][0]} points: {found['norms'][0]:.8f}. The norm is "
+        f"{norm / found['optimum']:.8f} times the optimum by the Riccati equation.",
         holds=norm <= found["level"] and found["abscissa"] < 0.0,
         margin=found["level"] - norm if found["abscissa"] < 0.0 else -found["abscissa"],
         quantities={
@@ -332,7 +312,7 @@ def closed_loop(name: str, results: Results) -> Evidence:
             "least eigenvalue of 𝒫": found["storage"],
             "largest eigenvalue of the dissipation form": found["dissipation"],
         },
-        solvers=(SolverRecord(**found["solver"]),),
+        solvers=solvers(found),
         note=OF_ITS_OWN.format("collocated here") + (f" {NOT_SEEN}" if name == "ex2" else ""),
         as_printed=unmet(results),
     )
@@ -351,10 +331,8 @@ for _name, _what, _factor, _degree in (
     CLOSED_LOOPS.feasible(
         f"loop.{_name}",
         place="Secs. I and X",
-        statement=(
-            f"{_what}: an observer designed by Theorem 3, degree {_degree}, keeps its bound, here at most {_factor} "
-            "times the least gain."
-        ),
+        statement=f"{_what}: an observer designed by Theorem 3, degree {_degree}, keeps its bound, here at most "
+        f"{_factor} times the least gain.",
         pinned="compatible",
         erratum=SIGNS,
         uses=(f"loop.{_name}", "printed-signs"),

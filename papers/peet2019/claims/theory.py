@@ -6,10 +6,11 @@ from functools import partial
 
 import msgspec
 
+from papers._common import solvers
 from papers.peet2019.experiments.readings import HOUSE
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.numerals import short
-from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
+from replication.audit.model import NO_READING, Evidence, Results, Verdict
 from replication.verify.predicate import Predicate, term
 
 ROUNDING = 1e-10
@@ -75,14 +76,10 @@ def lmi_3(results: Results) -> Evidence:
     holds = found["storage"] > 0.0
     return positive(
         1.0 - found["largest"] if holds else found["storage"],
-        method=(
-            f"{found['trials']} random plants of three states, with D: gain of (6), by the Hamiltonian test, against "
-            "the least γ at which (3) holds for P and Z."
-        ),
-        cross_check=(
-            f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed the bound "
-            f"fails in {found['reversed']} cases."
-        ),
+        method=f"{found['trials']} random plants of three states, with D: gain of (6), by the Hamiltonian test, "
+        "against the least γ at which (3) holds for P and Z.",
+        cross_check=f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed "
+        f"the bound fails in {found['reversed']} cases.",
         quantities={
             "largest gain over γ": found["largest"],
             "smallest gain over γ": found["smallest"],
@@ -117,20 +114,16 @@ def theorem_1(results: Results) -> Evidence:
     kept, room = loops_that_meet(results)
     return Evidence(
         holds=min(room, 1.0 - results["lmi-3"]["largest"]) > 0.0,
-        method=(
-            f"{kept} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
-            f"{results['lmi-3']['trials']} random ones without delays: H∞ norm against γ."
-        ),
+        method=f"{kept} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
+        f"{results['lmi-3']['trials']} random ones without delays: H∞ norm against γ.",
         quantities={
             "loops with delays that meet the inequality": kept,
             "least room of our loops below γ, with delays, relative": room,
             "largest gain over γ, without delays": results["lmi-3"]["largest"],
         },
-        note=(
-            "The runs are instances; in general as for LMI (3). That the text's solutions have this derivative is not "
-            "checked. The theorem takes 𝒵 as bounded on Y; that of (10) evaluates histories at -τᵢ, which L₂ does not "
-            "allow. How the proof carries over is not checked here."
-        ),
+        note="The runs are instances; in general as for LMI (3). That the text's solutions have this derivative is not "
+        "checked. The theorem takes 𝒵 as bounded on Y; that of (10) evaluates histories at -τᵢ, which L₂ does not "
+        "allow. How the proof carries over is not checked here.",
         as_printed=without_symmetry(results),
     )
 
@@ -172,10 +165,8 @@ def vanishing(results: Results) -> Evidence:
         -max(abscissas.values()),
         method="Spectral abscissa of five closed loops with certificates (collocated): if negative, e dies out with w.",
         quantities={f"spectral abscissa, {name} [1/s]": value for name, value in abscissas.items()},
-        note=(
-            "Instances. In general V' ≤ -(ε/c)V + γ‖w‖², with c the norm of 𝒫, makes V, and so ‖e‖, tend to zero "
-            "with w."
-        ),
+        note="Instances. In general V' ≤ -(ε/c)V + γ‖w‖², with c the norm of 𝒫, makes V, and so ‖e‖, tend to zero "
+        "with w.",
         as_printed=without_symmetry(results),
     )
 
@@ -285,7 +276,7 @@ def feasible(results: Results) -> Evidence:
         holds=met,
         margin=loop["storage"] if met else min(loop["storage"], -loop["dissipation"]),
         quantities={"least eigenvalue of 𝒫": loop["storage"], "largest eigenvalue of the form": loop["dissipation"]},
-        solvers=(SolverRecord(**loop["solver"]),),
+        solvers=solvers(loop),
         as_printed=unmet(results),
     )
 
@@ -310,21 +301,17 @@ def theorem_3(results: Results) -> Evidence:
     residual = results["identities"]["theorem_3"]["none"]["largest"]
     return Evidence(
         holds=room > 0.0 and residual < ROUNDING,
-        method=(
-            f"Its argument in two steps: the identity of Sec. VI, in {results['identities']['trials']} random cases, "
-            f"and the bound of Theorem 1, in {kept} closed loops whose certificates meet the conditions."
-        ),
+        method=f"Its argument in two steps: the identity of Sec. VI, in {results['identities']['trials']} random "
+        f"cases, and the bound of Theorem 1, in {kept} closed loops whose certificates meet the conditions.",
         quantities={
             "largest residual of the identity": residual,
             "allowed residual, for rounding": ROUNDING,
             "closed loops that meet the conditions": kept,
             "least room of our loops below γ, relative": room,
         },
-        note=(
-            "Both steps are proved in general. Not followed here: Corollary 2, whose cone Part 1 defines, by which the "
-            "two inclusions make both forms of one sign; that 𝒫 then has a bounded inverse; and whether the text's "
-            "solutions have this derivative. The text has < for ≤, which fails for w = 0 alone."
-        ),
+        note="Both steps are proved in general. Not followed here: Corollary 2, whose cone Part 1 defines, by which "
+        "the two inclusions make both forms of one sign; that 𝒫 then has a bounded inverse; and whether the text's "
+        "solutions have this derivative. The text has < for ≤, which fails for w = 0 alone.",
         as_printed=Evidence(method=UNMET, not_checkable="Nothing meets its conditions, so it says nothing."),
     )
 
@@ -339,10 +326,8 @@ def without_gains(results: Results) -> Evidence:
         found["gap"],
         ROUNDING,
         WHY_ROUNDING,
-        method=(
-            "Matrix of plant and observer with all gains zero, collocated, Example 2: the observer's rows against the "
-            "plant's."
-        ),
+        method="Matrix of plant and observer with all gains zero, collocated, Example 2: the observer's rows against "
+        "the plant's.",
         cross_check=f"With the gains of a certificate the same difference is {found['with_gains']:.2g}.",
         quantities={"largest difference, relative": found["gap"], "the same with gains": found["with_gains"]},
     )
@@ -388,10 +373,8 @@ def present_only(results: Results) -> Evidence:
         max(found["corrected"]["largest"], found["l0"]["largest"]),
         ROUNDING,
         WHY_ROUNDING,
-        method=(
-            f"Lemma 5 on {results['inversion']['trials']} random operators: the gains of the histories against zero, "
-            "and L₀ against P⁻¹Z₀."
-        ),
+        method=f"Lemma 5 on {results['inversion']['trials']} random operators: the gains of the histories against "
+        "zero, and L₀ against P⁻¹Z₀.",
         cross_check=f"With Qᵢ as drawn the gains of the histories reach {found['injected']['largest']:.2g}.",
         quantities={
             "largest gain of a history": found["corrected"]["largest"],

@@ -6,7 +6,6 @@ from dataclasses import asdict
 from typing import Any
 
 from papers._common import INPUTS
-from papers.peet2019 import common
 from papers.peet2019.experiments import examples, measured, scaling
 from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint, value_over_norm
 from papers.peet2019.experiments.identities import identities
@@ -60,7 +59,7 @@ GRID = {"states": list(STATES), "delays": list(DELAY_COUNTS)}
 LEVEL = scaling.SMALL_LEVEL
 
 EXPERIMENTS = (
-    experiment("common", common.levels, **INPUTS, degree=2),
+    experiment("common", examples.on_common_plant, **INPUTS, degree=2),
     *(
         experiment(
             f"sensitivity.ex{name}", pade_level, plant=EXAMPLES[name], order=DATA["pade-order"],

@@ -6,10 +6,10 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
+from papers._common import by_margin
 from papers.shao.claims.table import (
     TIED,
     UNSTABLE_SRC,
-    by_margin,
     none_gives_the_table,
     printed_forms,
     radius_of,
@@ -78,9 +78,8 @@ def stable_interpolation(results: Results) -> Evidence:
         method=RADIUS,
         cross_check=POLYNOMIAL,
         quantities={f"radius, {LABELS[observer]}": radius[observer] for observer in INTERPOLATIONS.values()},
-        note=(
-            "With u frozen over M T DRC-PMI is unstable; below (2) the text says that u is updated at each instant k T."
-        ),
+        note="With u frozen over M T DRC-PMI is unstable; below (2) the text says that u is updated at each instant k "
+        "T.",
     )
 
 
@@ -104,11 +103,9 @@ def better_estimate(sigma: float, results: Results) -> Evidence:
         {reading: 1 - errors[APO][at] / errors[observer][at] for reading, observer in ESTIMATES.items()},
         method="largest |θ − θ̂| at the fast instants in the steady state, over the amplitude of the reference",
         quantities={f"{LABELS[name]}, percent": errors[name][at] for name in (APO, *ESTIMATES.values())},
-        note=(
-            "Judged in the steady state, and of the state the position alone, as in the caption of Fig. 2; how much "
-            "better is not judged. With one correction per slow instant DRC-PMI estimates better. "
-            f"{none_gives_the_table(results)}"
-        ),
+        note="Judged in the steady state, and of the state the position alone, as in the caption of Fig. 2; how much "
+        "better is not judged. With one correction per slow instant DRC-PMI estimates better. "
+        f"{none_gives_the_table(results)}",
     )
 
 
@@ -148,10 +145,8 @@ def better_transient(results: Results) -> Evidence:
     own, others = settling(results)
     return by_margin(
         {SLOWEST: constants[PMI] / constants[APO] - 1, **{choice: min(gain) for choice, gain in gains.items()}},
-        method=(
-            "slowest mode: time constant −M T/ln(monodromy radius). From a start: integral of the square of what the "
-            "tracking error is apart from its steady state; the smaller gain of the two frequencies counts"
-        ),
+        method="slowest mode: time constant −M T/ln(monodromy radius). From a start: integral of the square of what "
+        "the tracking error is apart from its steady state; the smaller gain of the two frequencies counts",
         cross_check="the integral against time responses less their steady state, in the tests",
         settled_by="the authors, if they state the start and the observer of DRC-PMI",
         quantities={
@@ -170,15 +165,13 @@ def better_transient(results: Results) -> Evidence:
                 other < own for other in others
             ),
         },
-        note=(
-            "ζ(0) is not printed, and from a start the outcome hangs on it. The verdict compares with the slow "
-            "observer of DRC-PMI; one correction per slow instant, which the text allows too, and y held, which it "
-            "rules out, are told beside it, and the loops counted have the first two. By the slowest mode DRC-APO as "
-            f"printed has a time constant of {constants[APO]:.1f} s, slow-observer DRC-PMI one of "
-            f"{constants[PMI]:.1f} s. With the restarted predictor it is {constants[RESTARTED]:.1f} s, with a true "
-            f"fast sensor {constants[FAST]:.1f} s: what is beyond comes from (6), with which L acts once in M periods. "
-            "How much better is not judged."
-        ),
+        note="ζ(0) is not printed, and from a start the outcome hangs on it. The verdict compares with the slow "
+        "observer of DRC-PMI; one correction per slow instant, which the text allows too, and y held, which it "
+        "rules out, are told beside it, and the loops counted have the first two. By the slowest mode DRC-APO as "
+        f"printed has a time constant of {constants[APO]:.1f} s, slow-observer DRC-PMI one of "
+        f"{constants[PMI]:.1f} s. With the restarted predictor it is {constants[RESTARTED]:.1f} s, with a true "
+        f"fast sensor {constants[FAST]:.1f} s: what is beyond comes from (6), with which L acts once in M periods. "
+        "How much better is not judged.",
     )
 
 
@@ -225,10 +218,8 @@ def like_a_fast_sensor(results: Results) -> Evidence:
             "steady-errors": ALIKE - max(abs(ratio - 1) for ratio in errors),
             "bandwidths": ALIKE - max(abs(ratio - 1) for ratio in widths),
         },
-        method=(
-            "printed loop with (6) against that with a true measurement at every fast instant: time constant of the "
-            "slowest mode, no larger; steady-state errors and bandwidths, apart by at most five per cent"
-        ),
+        method="printed loop with (6) against that with a true measurement at every fast instant: time constant of the "
+        "slowest mode, no larger; steady-state errors and bandwidths, apart by at most five per cent",
         cross_check="limit T → 0: distance of the rates to eig(A − LC/M) and to eig(A − LC)",
         quantities={
             **{f"radius, {words}": radius[name] for name, words in predictors.items()},
@@ -245,11 +236,9 @@ def like_a_fast_sensor(results: Results) -> Evidence:
             "rates to eig(A − LC), 1/s": gaps["printed_full_gain"][-1],
             **{f"noise gain, {words}": noise[name] for name, words in predictors.items()},
         },
-        note=(
-            "The text does not say in what the two loops are alike. In their bandwidths they are; the slowest mode "
-            "is much slower, and the steady-state error differs by more than five per cent at the lowest frequency. "
-            "The five per cent are ours; errors and bandwidths are with the command as printed, held over T."
-        ),
+        note="The text does not say in what the two loops are alike. In their bandwidths they are; the slowest mode "
+        "is much slower, and the steady-state error differs by more than five per cent at the lowest frequency. "
+        "The five per cent are ours; errors and bandwidths are with the command as printed, held over T.",
     )
 
 
@@ -269,22 +258,18 @@ def higher_bandwidth(results: Results) -> Evidence:
             reading: min(a / p - 1 for a, p in zip(bandwidth[APO], bandwidth[observer], strict=True))
             for reading, observer in family.items()
         },
-        method=(
-            "first σ at which the steady-state error reaches 10 %, 29.3 % and 50 % of the amplitude, by root finding; "
-            "the smallest of the three gains counts"
-        ),
+        method="first σ at which the steady-state error reaches 10 %, 29.3 % and 50 % of the amplitude, by root "
+        "finding; the smallest of the three gains counts",
         quantities={
             f"{LABELS[name]}, error {level:.1%}, rad/s": sigma
             for name in (*family.values(), APO, RESTARTED, STATE)
             for level, sigma in zip(levels, bandwidth[name], strict=True)
             if sigma is not None
         },
-        note=(
-            "The text defines no bandwidth; the three levels are ours. The outcome depends on the reading of DRC-PMI: "
-            "with one correction per slow instant and then the model alone DRC-PMI has the higher bandwidth at "
-            f"{sum(p > a for a, p in zip(bandwidth[APO], bandwidth[SINGLE], strict=True))} of them. "
-            f"{none_gives_the_table(results)} Other timings of the reference are not compared."
-        ),
+        note="The text defines no bandwidth; the three levels are ours. The outcome depends on the reading of DRC-PMI: "
+        "with one correction per slow instant and then the model alone DRC-PMI has the higher bandwidth at "
+        f"{sum(p > a for a, p in zip(bandwidth[APO], bandwidth[SINGLE], strict=True))} of them. "
+        f"{none_gives_the_table(results)} Other timings of the reference are not compared.",
     )
 
 
@@ -295,10 +280,8 @@ def mild_conditions(results: Results) -> Evidence:
     return Evidence(
         method="α₄ λ_max(P) T with spectral norms and P from its Lyapunov equation, for the printed example",
         quantities={"left side of (18), printed example": motor["condition"], "α₄, printed example": motor["alpha4"]},
-        not_checkable=(
-            "Sec. I does not name the conditions, and mild is no quantity. Those of Sec. IV are a claim of their own, "
-            "and do not suffice. Nor is (18) necessary: the printed example does not meet it, which the manuscript "
-            "does not claim, and its loop is stable."
-        ),
+        not_checkable="Sec. I does not name the conditions, and mild is no quantity. Those of Sec. IV are a claim of "
+        "their own, and do not suffice. Nor is (18) necessary: the printed example does not meet it, which the "
+        "manuscript does not claim, and its loop is stable.",
         settled_by="the authors, if they name the conditions",
     )

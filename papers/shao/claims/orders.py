@@ -8,12 +8,12 @@ from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
+from papers._common import by_margin
 from papers.shao.claims.table import (
     READ,
     SIMULATED,
     STEADY,
     TIED,
-    by_margin,
     error_under,
     family,
     none_gives_the_table,
@@ -79,14 +79,12 @@ def smaller_error(results: Results) -> Evidence:
             f"DRC-PMI at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][PMI],
             f"DRC-APO at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][APO],
         },
-        note=(
-            "It depends on DRC-PMI, which the text leaves open. "
-            f"{where_larger(printed_forms(results['orderings']))}{none_gives_the_table(results)} The outcomes "
-            "listed are with the printed feedforward. The steady state is our choice of window: from the printed "
-            "start a maximum over the whole time is half the amplitude at least. This is also the better static "
-            "tracking of Sec. V; how much better is not judged. The pairs counted take each feedforward, with "
-            "the reference held; (6) to (8) and L in continuous time as printed."
-        ),
+        note="It depends on DRC-PMI, which the text leaves open. "
+        f"{where_larger(printed_forms(results['orderings']))}{none_gives_the_table(results)} The outcomes "
+        "listed are with the printed feedforward. The steady state is our choice of window: from the printed "
+        "start a maximum over the whole time is half the amplitude at least. This is also the better static "
+        "tracking of Sec. V; how much better is not judged. The pairs counted take each feedforward, with "
+        "the reference held; (6) to (8) and L in continuous time as printed.",
     )
 
 
@@ -120,13 +118,11 @@ def growing(column: str, results: Results) -> Evidence:
             "searched, stable loops, those that the text excludes too": len(every),
             "searched, stable loops in which it fails": len(every) - among,
         },
-        note=(
-            f"The text does not say it. It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"
-            f"{' and fails only for forms that the text excludes' if only_excluded else ''}. L as a discrete gain, the "
-            "current form of the observer, predictors other than (6), and a reference that is previewed or changes "
-            "between instants are no readings: (3) has the gain in continuous time, (7) and (8) the form, (6) the "
-            "predictor, and Sec. II an input that is held over T."
-        ),
+        note=f"The text does not say it. It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"
+        f"{' and fails only for forms that the text excludes' if only_excluded else ''}. L as a discrete gain, the "
+        "current form of the observer, predictors other than (6), and a reference that is previewed or changes "
+        "between instants are no readings: (3) has the gain in continuous time, (7) and (8) the form, (6) the "
+        "predictor, and Sec. II an input that is held over T.",
     )
 
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
+from papers._common import by_margin
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.method.motor import ReferenceTiming
 from papers.shao.method.search import Near, reading_of
@@ -31,12 +32,6 @@ from replication.verify.predicate import Predicate, Term, term
 
 TIED = 1e-9
 """Errors whose ratio is this near to one are equal up to rounding."""
-
-
-def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
-    """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""
-    outcomes = tuple(Outcome(reading=reading, holds=margin > 0, margin=margin) for reading, margin in margins.items())
-    return Evidence(holds=outcomes[0].holds, margin=outcomes[0].margin, outcomes=outcomes, **told)
 
 
 def by_value(values: Mapping[str, float], **told: Any) -> Evidence:
@@ -98,9 +93,8 @@ def any_reading(results: Results) -> Evidence:
     found = merged(results[name] for name in SEARCH)
     columns = (found.joint[name].values for name in COLUMNS)
     return Evidence(
-        method=(
-            "the nearest of the readings searched; distance is the largest |ln(computed/printed)| of the twelve numbers"
-        ),
+        method="the nearest of the readings searched; distance is the largest |ln(computed/printed)| of the twelve "
+        "numbers",
         cross_check="planted columns are found, in the tests",
         value=tuple(tuple(100 * value for value in row) for row in zip(*columns, strict=True)),
         quantities={
@@ -114,10 +108,8 @@ def any_reading(results: Results) -> Evidence:
             "nearest for DRC-PMI alone": found.nearest["pmi"].distance,
             "nearest for DRC-APO alone": found.nearest["apo"].distance,
         },
-        note=(
-            f"Nearest common reading, {nearness(found.joint)}. Nearest to one column alone, {nearness(found.nearest)}. "
-            f"{NOT_SEARCHED}"
-        ),
+        note=f"Nearest common reading, {nearness(found.joint)}. Nearest to one column alone, "
+        f"{nearness(found.nearest)}. {NOT_SEARCHED}",
     )
 
 
@@ -130,13 +122,10 @@ def any_window(results: Results) -> Evidence:
     cells = [cell for column in COLUMNS for cell in found[column]]
     hit = {length: sum(cell["hits"][length] > 0 for cell in cells) for length in ("long", "short")}
     return Evidence(
-        method=(
-            "largest errors in the lifted form over all windows of whole slow periods, from the printed x(0); of each "
-            "cell the one nearest to its print"
-        ),
-        cross_check=(
-            "the responses of the cells against a brute-force simulation of the printed algorithm, transients included"
-        ),
+        method="largest errors in the lifted form over all windows of whole slow periods, from the printed x(0); of "
+        "each cell the one nearest to its print",
+        cross_check="the responses of the cells against a brute-force simulation of the printed algorithm, transients "
+        "included",
         value=tuple(zip(*([cell["nearest"] for cell in found[column]] for column in COLUMNS), strict=True)),
         quantities={
             "windows of half a period or more tried, over all readings and starts": float(
@@ -145,10 +134,8 @@ def any_window(results: Results) -> Evidence:
             "printed numbers met over a window of half a period or more": float(hit["long"]),
             "printed numbers met over a shorter window": float(hit["short"]),
         },
-        note=(
-            "Half a period of the reference holds the largest modulus of a sinusoid; a shorter window may miss it. For "
-            "windows that start at any time, fitted to each number by itself, see the cells."
-        ),
+        note="Half a period of the reference holds the largest modulus of a sinusoid; a shorter window may miss it. "
+        "For windows that start at any time, fitted to each number by itself, see the cells.",
     )
 
 
@@ -184,10 +171,8 @@ def unbounded(index: int, results: Results) -> Evidence:
             reading: min(radius[name] - 1, *(excited[name][choice][index] for choice in STARTS))
             for reading, name in SINGLE_RATES.items()
         },
-        method=(
-            "monodromy radius less one, and the share of the unstable mode in the offset from the periodic solution at "
-            "t = 0 from three starts: the smallest of the four"
-        ),
+        method="monodromy radius less one, and the share of the unstable mode in the offset from the periodic solution "
+        "at t = 0 from three starts: the smallest of the four",
         cross_check="the growth of the response in the lifted form, in the tests",
         quantities={
             **{f"radius, {LABELS[name]}": radius[name] for name in SINGLE_RATES.values()},
@@ -197,11 +182,9 @@ def unbounded(index: int, results: Results) -> Evidence:
                 for choice in STARTS
             },
         },
-        note=(
-            "The dash is not explained; the text says that the loop is unstable and for that reason not plotted. The "
-            "same fact as in Sec. V. That the error of SRC is unbounded from each of three starts, with either "
-            "observer, certificates prove."
-        ),
+        note="The dash is not explained; the text says that the loop is unstable and for that reason not plotted. The "
+        "same fact as in Sec. V. That the error of SRC is unbounded from each of three starts, with either "
+        "observer, certificates prove.",
     )
 
 
@@ -230,14 +213,12 @@ def cell(column: str, index: int, results: Results) -> Evidence:
         quantities={"lifted against simulated, rad": table["agreement"][observer][index]},
         settled_by="the authors, if they state the time from which the largest error is taken"
         f"{', and the observer of DRC-PMI' if column == 'pmi' else ''}",
-        note=(
-            "The manuscript leaves the simulation open, the time window too. The number by itself is met under "
-            f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of whole slow periods "
-            f"of half a reference period or more, and under {searched['hits']['short']} with a shorter one, which "
-            "may miss the maximum that the text asks for, and so is no reading. From a time t₀ on, the largest error "
-            "falls without a jump to that of the steady state as t₀ grows: where the print lies above the latter, some "
-            "t₀ gives it. Whether all twelve are met under one setting is a remark of ours."
-        ),
+        note="The manuscript leaves the simulation open, the time window too. The number by itself is met under "
+        f"{searched['hits']['long']} of {searched['long']:,} settings searched with a window of whole slow periods "
+        f"of half a reference period or more, and under {searched['hits']['short']} with a shorter one, which "
+        "may miss the maximum that the text asks for, and so is no reading. From a time t₀ on, the largest error "
+        "falls without a jump to that of the steady state as t₀ grows: where the print lies above the latter, some "
+        "t₀ gives it. Whether all twelve are met under one setting is a remark of ours.",
     )
 
 

@@ -101,11 +101,9 @@ def prediction_bound(results: Results) -> Evidence:
     smallest = theorem["periods"][-1]
     return positive(
         1 - own / own_bound,
-        method=(
-            "left over right side of (15) at the first instant after a measurement, for the scalar loop of the "
-            f"counter-example at T = {scalar['period']:g} s, which meets (18), from the exact "
-            "y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}), V(χ(t_{k−1})) = 1 and the worst ξ"
-        ),
+        method="left over right side of (15) at the first instant after a measurement, for the scalar loop of the "
+        f"counter-example at T = {scalar['period']:g} s, which meets (18), from the exact "
+        "y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}), V(χ(t_{k−1})) = 1 and the worst ξ",
         cross_check="the same for the printed loop",
         quantities={
             f"left over right, scalar loop at T = {scalar['period']:g} s": own / own_bound,
@@ -119,14 +117,12 @@ def prediction_bound(results: Results) -> Evidence:
                 for T, gap in zip(theorem["periods"], motor, strict=True)
             },
         },
-        note=(
-            f"The scalar loop meets (18), and the left side of (15) is {short(own / own_bound, 3)} times the right. "
-            f"For the printed loop it is {short(worst / bound, 3)} times at T = {smallest:g} s, and "
-            f"{short(printed / enough, 3)} times at the printed T = {DATA['period']} s; (18) holds at neither. The "
-            "left side is an estimation error, which does not vanish with T; the right side does. With the restarted "
-            "predictor the right side is the larger at this instant and the smallest T; that does not mend the result, "
-            "since (18) has no M. The certificates take the largest V over two fast periods."
-        ),
+        note=f"The scalar loop meets (18), and the left side of (15) is {short(own / own_bound, 3)} times the right. "
+        f"For the printed loop it is {short(worst / bound, 3)} times at T = {smallest:g} s, and "
+        f"{short(printed / enough, 3)} times at the printed T = {DATA['period']} s; (18) holds at neither. The "
+        "left side is an estimation error, which does not vanish with T; the right side does. With the restarted "
+        "predictor the right side is the larger at this instant and the smallest T; that does not mend the result, "
+        "since (18) has no M. The certificates take the largest V over two fast periods.",
     )
 
 
@@ -135,11 +131,9 @@ def stability_result(results: Results) -> Evidence:
     scalar, radius, longer = results["theorem"]["scalar"], results["theorem"]["radius"], results["longer"]
     (below, above), ratio = longer["radius"], longer["ratio"]
     return Evidence(
-        method=(
-            "counter-example A = B = C = 1, K = −2, L = 2, M = 5: left side of (18) and monodromy radius at "
-            f"T = {scalar['period']:g} s, spectral norms; the same with the restarted predictor and a longer M, "
-            "bisected"
-        ),
+        method="counter-example A = B = C = 1, K = −2, L = 2, M = 5: left side of (18) and monodromy radius at "
+        f"T = {scalar['period']:g} s, spectral norms; the same with the restarted predictor and a longer M, "
+        "bisected",
         cross_check="det(I − Φ) < 0 for every T that (18) allows, in exact arithmetic: the certificate",
         holds=scalar["condition"] >= 1 or max(radius[APO], above) < 1,
         margin=max(scalar["condition"] - 1, 1 - max(radius[APO], above)),
@@ -155,15 +149,13 @@ def stability_result(results: Results) -> Evidence:
             f"radius with the restarted predictor, M = {ratio}": above,
             **{f"radius with the restarted predictor, M = {M}": value for M, value in longer["beyond"].items()},
         },
-        note=(
-            "(18) bounds T and does not contain M, so that it cannot suffice: measured rarely enough, the loop "
-            "diverges "
-            "with either predictor, as certificates prove for the printed one at four M and for the restarted one at "
-            f"M = {ratio}. As T → 0 the rates of the error with (6) tend to eig(A − LC/M), and A − LC/M need not be "
-            "Hurwitz. The counter-example converges neither to zero, as Sec. IV has it, nor to a bounded region, as "
-            "Sec. I has it under mild conditions that it does not name. The text numbers no theorem: the claim gathers "
-            "the conditions and the conclusion of Sec. IV. With it fall (19) and the decrease of V by φ² below (22)."
-        ),
+        note="(18) bounds T and does not contain M, so that it cannot suffice: measured rarely enough, the loop "
+        "diverges "
+        "with either predictor, as certificates prove for the printed one at four M and for the restarted one at "
+        f"M = {ratio}. As T → 0 the rates of the error with (6) tend to eig(A − LC/M), and A − LC/M need not be "
+        "Hurwitz. The counter-example converges neither to zero, as Sec. IV has it, nor to a bounded region, as "
+        "Sec. I has it under mild conditions that it does not name. The text numbers no theorem: the claim gathers "
+        "the conditions and the conclusion of Sec. IV. With it fall (19) and the decrease of V by φ² below (22).",
     )
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from papers._common import INPUTS
-from papers.shao import common
 from papers.shao.experiments import motor, theorem, tracking
 from papers.shao.experiments.tracking import SEARCH, block, windows
 from papers.shao.printed import COLUMNS, DATA, FREQUENCIES
 from replication.audit.declare import experiment
 
 EXPERIMENTS = (
-    experiment("common", common.levels, **INPUTS),
+    experiment("common", motor.on_common_plant, **INPUTS),
     experiment(
-        "sensitivity", common.table, prints=common.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
+        "sensitivity", motor.sensitivity, prints=motor.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
         period=float(DATA["period"]), ratio=int(DATA["ratio"]),
         cells=[
             {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}

@@ -68,7 +68,6 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
         "rate_gap": {
             "printed": rate_gaps(APO, 1 / DESIGN.ratio),
             "printed_full_gain": rate_gaps(APO, 1),
-            "restarted": rate_gaps(RESTARTED, 1),
         },
     }
 

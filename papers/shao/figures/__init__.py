@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from functools import partial
 from typing import Any
 
 from papers.shao.printed import APO, FAST, HELD, PMI, RESTARTED, SINGLE, SLOW_INPUT, STATE
-from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, REFUTED
 
 _LOOKS: dict[str, tuple[str, Any, float]] = {
@@ -32,15 +29,8 @@ NAMES = {
 }
 """The literal readings of both controllers are called after them, the others after what they change."""
 
-ours = partial(Figure, published=False)
-
 
 def look(loop: str) -> dict[str, Any]:
     """Keywords of `Axes.plot` for the curve of a loop: its colour, dashes and weight, the same in every figure."""
     colour, dashes, width = _LOOKS[loop]
     return {"color": colour, "linestyle": dashes, "linewidth": width}
-
-
-def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
-    """Columns of plain floats."""
-    return FigureData(columns={name: tuple(float(x) for x in values) for name, values in columns.items()})

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from itertools import groupby, pairwise
 from typing import Any
 
+from papers._common import figure_data
 from papers.shao.experiments.tracking import SEARCH, merged
-from papers.shao.figures import NAMES, columns_of, look, ours
+from papers.shao.figures import NAMES, look
 from papers.shao.printed import (
     APO,
     APO_READINGS,
@@ -34,7 +34,7 @@ def counter_example(results: Results) -> FigureData:
     found = results["divergence"]
     own = {name: found["own"][name] for name in (APO, RESTARTED, FAST)}
     longer = {f"longer_{name}": found["longer"][name] for name in (RESTARTED, FAST)}
-    return columns_of({"time_s": found["time"]} | own | longer | {"longer_ratio": [found["ratio"]]})
+    return figure_data({"time_s": found["time"]} | own | longer | {"longer_ratio": [found["ratio"]]})
 
 
 def plot_counter_example(drawn: FigureData) -> Any:
@@ -76,18 +76,16 @@ def _grown(drawn: FigureData) -> float:
     return min(zip(drawn.columns["time_s"], drawn.columns[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1]
 
 
-def _describe_counter_example(drawn: FigureData) -> str:
+def _told_counter_example(drawn: FigureData) -> dict[str, Any]:
     c = drawn.columns
-    size = max(map(abs, c[f"longer_{RESTARTED}"]))
-    return (
-        f"The state x of the counter-example from x(0) = {c[APO][0]:g}. Measured at every {COUNTEREXAMPLE.ratio}th "
-        "fast "
-        f"instant, DRC-APO as printed reaches {_grown(drawn):.1f} after {ENDS[0]:g} s; with the restarted predictor "
-        "and "
-        f"with a true fast sensor x decays. Measured at every {c['longer_ratio'][0]:.0f}th one, the restarted "
-        "predictor "
-        f"diverges too: |x| reaches {size:.0f} in {c['time_s'][-1]:g} s."
-    )
+    return {
+        "grown": _grown(drawn),
+        "until": ENDS[0],
+        "ratio": COUNTEREXAMPLE.ratio,
+        "start": c[APO][0],
+        "size": max(map(abs, c[f"longer_{RESTARTED}"])),
+        "end": c["time_s"][-1],
+    }
 
 
 def eigenvalues(results: Results) -> FigureData:
@@ -96,7 +94,7 @@ def eigenvalues(results: Results) -> FigureData:
     moduli = found["moduli"][APO]
     columns = {"period_s": found["periods"]}
     columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
-    return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
+    return figure_data(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
 
 
 LOW, TOP = 0.2, 1.4
@@ -127,44 +125,26 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
     return figure
 
 
-def _at_print(drawn: FigureData, key: str) -> float:
-    """The value of a column at the period nearest to the printed one."""
-    periods = drawn.columns["period_s"]
-    nearest = min(range(len(periods)), key=lambda k: abs(periods[k] - DESIGN.period))
-    return drawn.columns[key][nearest]
-
-
-def _at_short(drawn: FigureData) -> float:
-    """The largest modulus under DRC-APO at the short periods."""
-    c = drawn.columns
-    return max(value for T, value in zip(c["period_s"], c[f"{APO}_1"], strict=True) if T < SHORT)
-
-
-def _ranges(drawn: FigureData) -> int:
-    """How many ranges of periods there are, on the grid, in which DRC-APO is stable."""
-    return sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in drawn.columns[f"{APO}_1"]))
-
-
-def _say_eigenvalues(drawn: FigureData) -> str:
-    return f"DRC-APO is stable for T in {_ranges(drawn)} separate ranges, and diverges between them"
-
-
-def _describe_eigenvalues(drawn: FigureData) -> str:
-    c = drawn.columns
-    slower = sum(own > fast for own, fast in zip(c[f"{APO}_1"], c[FAST], strict=True))
-    unstable = sum(value > 1.0 for value in c[f"{APO}_1"])
-    return (
-        f"Moduli of the eigenvalues of the motor loop over one slow period, {len(c[FAST])} periods T from "
-        f"{c['period_s'][0]:g} to {c['period_s'][-1]:g} s. The largest under DRC-APO is at most {_at_short(drawn):.4f} "
-        f"up to {1000 * SHORT:g} ms, and exceeds one at {unstable} periods, between "
-        f"{_ranges(drawn)} ranges in which it does not. It exceeds that with a true fast sensor at "
-        f"{slower} periods; nearest to the printed T they are {_at_print(drawn, f'{APO}_1'):.2f} and "
-        f"{_at_print(drawn, FAST):.2f}."
-    )
-
-
 SHORT = 0.006
 """Periods in s below the first at which the fast mode of the motor is folded."""
+
+
+def _told_eigenvalues(drawn: FigureData) -> dict[str, Any]:
+    """The largest moduli under DRC-APO at short periods, over all of them, and nearest to the printed one."""
+    periods, own, fast = (drawn.columns[name] for name in ("period_s", f"{APO}_1", FAST))
+    nearest = min(range(len(periods)), key=lambda k: abs(periods[k] - DESIGN.period))
+    return {
+        "count": len(fast),
+        "end": periods[-1],
+        "at_short": max(value for T, value in zip(periods, own, strict=True) if T < SHORT),
+        "short": 1000 * SHORT,
+        "unstable": sum(value > 1.0 for value in own),
+        # In how many ranges of periods, on the grid, DRC-APO is stable.
+        "ranges": sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in own)),
+        "slower": sum(value > other for value, other in zip(own, fast, strict=True)),
+        "own": own[nearest],
+        "fast": fast[nearest],
+    }
 
 
 def rates(results: Results) -> FigureData:
@@ -172,7 +152,7 @@ def rates(results: Results) -> FigureData:
     found = results["rates"]
     a, gain = COUNTEREXAMPLE.model.A[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.C)[0, 0]
     ends = [found["periods"][0], found["periods"][-1]]
-    return columns_of(
+    return figure_data(
         {"period_s": found["periods"]}
         | dict(found["rates"])
         | {"limit_period_s": ends, "shared_gain": [a - gain / COUNTEREXAMPLE.ratio] * 2, "full_gain": [a - gain] * 2}
@@ -200,20 +180,13 @@ def plot_rates(drawn: FigureData) -> Any:
     return figure
 
 
-def _say_rates(drawn: FigureData) -> str:
+def _told_rates(drawn: FigureData) -> dict[str, Any]:
     least = min(drawn.columns[APO])
-    if least <= 0:
-        return "With (6) the counter-example is not unstable at every T shown"
-    return f"The counter-example grows at every T shown, by {least:.2f} 1/s or more"
-
-
-def _describe_rates(drawn: FigureData) -> str:
-    c = drawn.columns
-    return (
-        f"At T = {c['period_s'][0]:g} s the slowest rate is {c[APO][0]:.4f} 1/s with the virtual measurement (6), "
-        f"near A − LC/M = {c['shared_gain'][0]:.4f} and never below {min(c[APO]):.2f}, and "
-        f"{c[RESTARTED][0]:.4f} with the restarted predictor."
-    )
+    grows = f"The counter-example grows at every T shown, by {least:.2f} 1/s or more"
+    return {
+        "least": least,
+        "message": grows if least > 0 else "With (6) the counter-example is not unstable at every T shown",
+    }
 
 
 def reading_scores(results: Results) -> FigureData:
@@ -221,7 +194,7 @@ def reading_scores(results: Results) -> FigureData:
     blocks = [results[name] for name in SEARCH]
     observers = merged(blocks).by_observer
     columns: dict[str, list[float]] = {"structure": [float(block["structure"]) for block in blocks]}
-    return columns_of(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
+    return figure_data(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
 
 
 def plot_reading_scores(drawn: FigureData) -> Any:
@@ -254,72 +227,23 @@ def rounding() -> float:
     return max(math.log1p(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text)) for text in texts)
 
 
-def _nearest(drawn: FigureData, group: Iterable[str]) -> float:
-    """The factor by which the nearest reading of a column misses its worst number."""
-    return math.exp(min(min(drawn.columns[name]) for name in group))
+def _told_reading_scores(drawn: FigureData) -> dict[str, Any]:
+    """The factors by which the nearest readings miss the worst number of a column, by observer and by column."""
+    observers = {name: math.exp(min(distances)) for name, distances in _observers(drawn).items()}
+    pmi, apo = (min(observers[name] for name in group) for group in (PMI_READINGS, APO_READINGS))
+    return {
+        "structures": len(drawn.columns["structure"]),
+        "observers": "; ".join(f"{NAMES[name]}: {factor:.2f}" for name, factor in observers.items()),
+        "pmi": pmi,
+        "apo": apo,
+        "more": "more" if min(pmi, apo) > math.exp(rounding()) else "not more",
+    }
 
 
-def _describe_reading_scores(drawn: FigureData) -> str:
-    parts = [f"{NAMES[name]}: {math.exp(min(distances)):.2f}" for name, distances in _observers(drawn).items()]
-    pmi, apo = (_nearest(drawn, group) for group in (PMI_READINGS, APO_READINGS))
-    return (
-        f"By observer, the factor by which the nearest of {len(drawn.columns['structure'])} structures misses its "
-        "worst "
-        "number of a column. "
-        f"{'; '.join(parts)}. "
-        f"The nearest setting searched of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
-        f"up to {apo:.2f}, {'more' if min(pmi, apo) > math.exp(rounding()) else 'not more'} than rounding allows."
-    )
-
-
-FIGURES = (
-    ours(
-        name="counter-example",
-        place="Sec. IV",
-        title=lambda drawn: (
-            f"As printed x grows to {_grown(drawn):.1f} in {ENDS[0]:g} s; restarted, it diverges at longer periods"
-        ),
-        caption="A = B = C = 1, K = −2, L = 2, T = 1 ms, from x(0) = 1 and ζ(0) = 0. Condition (18) holds in both "
-        "panels: it does not contain the measuring period.",
-        uses=("divergence",),
-        data=counter_example,
-        plot=plot_counter_example,
-        alt=_describe_counter_example,
-    ),
-    ours(
-        name="motor-eigenvalues",
-        place="Sec. V",
-        title=_say_eigenvalues,
-        caption="The largest modulus of the eigenvalues over one slow period at the printed M, for each loop; the "
-        "table has all of DRC-APO. Above one the loop is unstable; sampling folds the fast mode of the motor.",
-        uses=("eigenvalues",),
-        data=eigenvalues,
-        plot=plot_eigenvalues,
-        alt=_describe_eigenvalues,
-    ),
-    ours(
-        name="rates",
-        place="Sec. IV",
-        title=_say_rates,
-        caption="With the virtual measurement as printed the gain acts once in M periods: the rate tends to that of "
-        "A − LC/M, which is positive here.",
-        uses=("rates",),
-        data=rates,
-        plot=plot_rates,
-        alt=_describe_rates,
-    ),
-    ours(
-        name="readings",
-        place="Table I",
-        title=lambda drawn: (
-            "No setting gives a column of Table I; factors of the nearest: "
-            f"{_nearest(drawn, PMI_READINGS):.2f} and {_nearest(drawn, APO_READINGS):.2f}"
-        ),
-        caption="A mark for each simulation setting: feedforward, timing of the reference, kind of gain, form of the "
-        "observer. Filled: the nearest one. A setting on the line would reproduce all six numbers of a column.",
-        uses=SEARCH,
-        data=reading_scores,
-        plot=plot_reading_scores,
-        alt=_describe_reading_scores,
-    ),
-)
+FIGURES = {
+    "counter-example": (counter_example, plot_counter_example, _told_counter_example),
+    "motor-eigenvalues": (eigenvalues, plot_eigenvalues, _told_eigenvalues),
+    "rates": (rates, plot_rates, _told_rates),
+    "readings": (reading_scores, plot_reading_scores, _told_reading_scores),
+}
+"""What gives the data of each, draws them, and finds what their words name; told.toml has the rest."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.shao.figures import NAMES, columns_of, look, ours
+from papers._common import Drawn, figure_data
+from papers.shao.figures import NAMES, look
 from papers.shao.printed import (
     APO,
     COLUMNS,
@@ -22,7 +23,7 @@ from papers.shao.printed import (
     table_1,
 )
 from replication.audit.model import Results
-from replication.audit.parts import Figure, FigureData
+from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes, rms
 
 ROWS = {
@@ -55,7 +56,7 @@ def responses(sigma: str, results: Results) -> FigureData:
     for short in found:
         for key in ("output", "error", "estimate", "estimation_error"):
             columns[f"{key}_{short}"] = found[short][key]
-    return columns_of(columns)
+    return figure_data(columns)
 
 
 def plot_responses(drawn: FigureData) -> Any:
@@ -82,48 +83,18 @@ def plot_responses(drawn: FigureData) -> Any:
     return drawing
 
 
-def late(drawn: FigureData, short: str, key: str = "error") -> float:
-    """Root mean square of a signal in the second half, from ζ(0) = 0."""
-    values = drawn.columns[f"{key}_{short}"]
-    return rms(values[len(values) // 2 :])
-
-
-def _describe_responses(drawn: FigureData) -> str:
-    times = len(drawn.columns["error_pmi"])
+def _told_responses(drawn: FigureData) -> dict[str, Any]:
+    """Errors early on from either start, and their root mean squares in the second half, from ζ(0) = 0."""
+    c, times = drawn.columns, len(drawn.columns["error_pmi"])
     early = [
         "{:.3f} and {:.3f} rad".format(
-            *(max(abs(e) for e in drawn.columns[f"error_{short}{end}"][times // 40 : times // 8]) for short in COLUMNS)
+            *(max(abs(e) for e in c[f"error_{short}{end}"][times // 40 : times // 8]) for short in COLUMNS)
         )
         for end in FROM.values()
     ]
-    length = drawn.columns["time_s"][-1]
-    return (
-        f"Position, tracking error and estimation error over {length:.0f} s under DRC-PMI and DRC-APO. "
-        f"Between {length / 40:.0f} s and {length / 8:.0f} s the errors reach {early[0]} from ζ(0) = 0, and {early[1]} "
-        f"from ζ(0) = [y(0), 0, 0]. In the second half their root mean squares are {late(drawn, 'pmi'):.3f} "
-        f"and {late(drawn, 'apo'):.3f} rad from ζ(0) = 0."
-    )
-
-
-_RESPONSES = tuple(
-    Figure(
-        name=f"fig{number}",
-        place=f"Fig. {number}",
-        title=lambda drawn: (
-            f"From a zero estimate DRC-APO's late RMS error is {late(drawn, 'apo'):.3f} rad, slow-observer "
-            f"DRC-PMI's {late(drawn, 'pmi'):.3f} rad"
-        ),
-        caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, DRC-PMI "
-        "with a slow observer. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean squares over the "
-        "second half of the time shown. The text at hand holds no image of the figure: the axes are ours.",
-        published=True,
-        uses=("transients",),
-        data=partial(responses, sigma),
-        plot=plot_responses,
-        alt=_describe_responses,
-    )
-    for number, sigma in DATA["frequency"].items()
-)
+    late = {short: rms(c[f"error_{short}"][times // 2 :]) for short in COLUMNS}
+    length = c["time_s"][-1]
+    return {**late, "early": early, "length": length, "from": length / 40, "to": length / 8}
 
 
 SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
@@ -136,7 +107,7 @@ def error_curves(results: Results) -> FigureData:
     columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
     columns["table_frequency_rad_s"] = FREQUENCIES
     columns |= {f"literal_{short}": results["table"]["ratios"][loop] for short, loop in COLUMNS.items()}
-    return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
+    return figure_data(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
 SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
@@ -176,19 +147,9 @@ def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
     return min(factors), max(factors)
 
 
-def _say_error_curves(drawn: FigureData) -> str:
-    low, high = _print_over_ours(drawn, "apo")
-    return f"For DRC-APO Table I prints {low:.2f} to {high:.2f} times the errors that we compute"
-
-
-def _describe_error_curves(drawn: FigureData) -> str:
-    c = drawn.columns
-    told = (f"DRC-{short.upper()} {'{:.2f} to {:.2f}'.format(*_print_over_ours(drawn, short))}" for short in COLUMNS)
-    return (
-        f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
-        f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO. The printed "
-        f"errors are multiples of ours: {', '.join(told)}."
-    )
+def _told_error_curves(drawn: FigureData) -> dict[str, Any]:
+    factors = {short: "{:.2f} to {:.2f}".format(*_print_over_ours(drawn, short)) for short in COLUMNS}
+    return {**factors, "last": drawn.columns["frequency_rad_s"][-1]}
 
 
 def lag_curves(results: Results) -> FigureData:
@@ -196,7 +157,7 @@ def lag_curves(results: Results) -> FigureData:
     found = results["lags"]
     halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
     columns = {"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves}
-    return columns_of(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
+    return figure_data(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
 
 
 LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, RESTARTED: 0.0}
@@ -217,16 +178,9 @@ def plot_lag_curves(drawn: FigureData) -> Any:
     return drawing
 
 
-def _describe_lag_curves(drawn: FigureData) -> str:
-    c = drawn.columns
-    return (
-        f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[HELD][-1]:.3f} s late with a held measurement, "
-        f"{c[PMI][-1]:.3f} s if the model alone carries the estimate between the slow instants, "
-        f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[RESTARTED][-1]:.3f} s with the restarted one; "
-        f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s. At M = {DESIGN.ratio} the slowest mode with (6) "
-        f"has the rate {c['rate_at_printed_ratio'][0]:.3f} 1/s; the lowest frequency of Table I is "
-        f"{min(FREQUENCIES):g} rad/s."
-    )
+def _told_lag_curves(drawn: FigureData) -> dict[str, Any]:
+    last = {f"last_{name}": values[-1] for name, values in drawn.columns.items()}
+    return {**last, "printed_ratio": DESIGN.ratio, "lowest": min(FREQUENCIES)}
 
 
 DISTURBED = (PMI, APO, HELD, RESTARTED, FAST)
@@ -240,7 +194,7 @@ def robustness_curves(results: Results) -> FigureData:
     for parameter in PARAMETERS:
         for name in DISTURBED:
             columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in found[parameter][name]]
-    return columns_of(columns)
+    return figure_data(columns)
 
 
 def plot_robustness_curves(drawn: FigureData) -> Any:
@@ -274,63 +228,27 @@ def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
     return max(drawn.columns[f"{parameter}_{loop}"])
 
 
-def _say_wrong_flux(drawn: FigureData) -> str:
-    """The error of DRC-APO where it is largest, and by which factor the flux is off there."""
+def _told_robustness_curves(drawn: FigureData) -> dict[str, Any]:
+    """The error of DRC-APO where it is largest, by which factor the flux is off there, and the largest of all."""
     apo, fast, factors = (drawn.columns[name] for name in (f"flux_{APO}", f"flux_{FAST}", "factor"))
     at = apo.index(max(apo))
-    against = "more" if apo[at] > fast[at] else "less"
-    return f"At {factors[at]:g} times the flux DRC-APO errs by {apo[at]:.0f} %, {against} than a fast sensor"
+    return {
+        "at": factors[at],
+        "error": apo[at],
+        "against": "more" if apo[at] > fast[at] else "less",
+        "last": factors[-1],
+        "loops": "; ".join(f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED),
+        "largest": "; ".join(f"{words} {_largest(drawn, name):.0f} %" for name, words in PARAMETERS.items()),
+    }
 
 
-def _describe_robustness_curves(drawn: FigureData) -> str:
-    largest = [f"{words} {_largest(drawn, parameter):.0f} %" for parameter, words in PARAMETERS.items()]
-    loops = [f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED]
-    factors = drawn.columns["factor"]
-    return (
-        f"Largest tracking errors where the model has a wrong parameter, true over nominal from {factors[0]:g} to "
-        f"{factors[-1]:g}. Wrong flux: {'; '.join(loops)}. DRC-APO by parameter: {'; '.join(largest)}."
-    )
-
-
-_TRACKING = (
-    ours(
-        name="robustness",
-        place="Sec. V",
-        title=_say_wrong_flux,
-        caption="Reference of 1 rad/s, steady state, DRC-PMI with a slow observer. Observer, gains and command keep "
-        "the printed parameters; the torque constant changes with the flux. A wrong inertia or resistance matters far "
-        "less.",
-        uses=("robustness",),
-        data=robustness_curves,
-        plot=plot_robustness_curves,
-        alt=_describe_robustness_curves,
-    ),
-    ours(
-        name="error-frequency",
-        place="Table I",
-        title=_say_error_curves,
-        caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which "
-        "DRC-PMI is meant; three are drawn.",
-        uses=("frequencies", "table"),
-        data=error_curves,
-        plot=plot_error_curves,
-        alt=_describe_error_curves,
-    ),
-    ours(
-        name="lag",
-        place="eqs. (2) and (6)",
-        title=lambda drawn: (
-            f"At the largest M DRC-APO's estimate is {drawn.columns[APO][-1]:.3f} s late, the restarted "
-            f"predictor's {drawn.columns[RESTARTED][-1]:.3f} s"
-        ),
-        caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
-        "late by about half the hold, and so does (6), for references far below the rate of its slowest mode. The "
-        "frequencies of Table I lie above that rate: the lag shown here does not tell its columns apart.",
-        uses=("lags", "transients"),
-        data=lag_curves,
-        plot=plot_lag_curves,
-        alt=_describe_lag_curves,
-    ),
-)
-
-FIGURES = (*_RESPONSES, *_TRACKING)
+FIGURES: Drawn = {
+    **{
+        f"fig{number}": (partial(responses, sigma), plot_responses, _told_responses)
+        for number, sigma in DATA["frequency"].items()
+    },
+    "robustness": (robustness_curves, plot_robustness_curves, _told_robustness_curves),
+    "error-frequency": (error_curves, plot_error_curves, _told_error_curves),
+    "lag": (lag_curves, plot_lag_curves, _told_lag_curves),
+}
+"""What gives the data of each, draws them, and finds what their words name; told.toml has the rest."""

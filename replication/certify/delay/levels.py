@@ -229,11 +229,6 @@ def unstable(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": {}, "witness": {"left": left, "right": right}}
 
 
-def no_witness(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """For theorems that the verifier proves from their parameters alone."""
-    return {"bound": {}, "witness": {}}
-
-
 # Certificates of LMI (3) on the Pade approximation of a system with delays: its least level from both sides.
 #
 # With the continued fraction tanh(x) = 1/(1/x + 1/(3/x + ..)), x = s tau / 2, cut off after N terms, the approximant is

@@ -17,9 +17,10 @@ from faults import Fault, Results, all_of, full, put, verdict
 from scipy.integrate import simpson
 from scipy.linalg import expm
 
+from papers._common import by_margin
 from papers.shao import PAPER
 from papers.shao.claims.orders import ordering_counts, where_larger
-from papers.shao.claims.table import by_margin, described
+from papers.shao.claims.table import described
 from papers.shao.experiments import motor as motor_experiments
 from papers.shao.experiments.tracking import SEARCH, _energy, _over_windows, merged, table_columns
 from papers.shao.method.lyapunov import prediction_gap, rate_gap
