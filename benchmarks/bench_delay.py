@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import resource
 import subprocess
 import sys
@@ -27,7 +26,7 @@ from typing import Any
 
 import cvxpy
 
-from benchmarks.clock import processor_seconds
+from benchmarks.clock import append, machine, markdown, processor_seconds
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.experiments import scaling
 from papers.peet2019.experiments.measured import PLAIN, RECORD, Cell, recorded
@@ -72,38 +71,24 @@ def measured(cone: str, states: int, delays: int, threads: int) -> Cell:
     seconds, cpu_seconds = time.perf_counter() - wall, processor_seconds() - cpu
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 1e6
     verb = "minimised" if level is None else "certified"
-    return Cell(
-        cone=cone,
-        states=states,
-        delays=delays,
+    return cell_of(
+        (cone, states, delays),
+        threads,
+        seconds,
+        f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations",
         equalities=found["equalities"],
-        seconds=seconds,
         cpu_seconds=cpu_seconds,
         peak=peak,
         gamma=found["gamma"],
-        outcome=f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations",
         residual=found["full"]["residual"] if "full" in found else None,
-        **_conditions(threads),
     )
 
 
-def _conditions(threads: int) -> dict[str, Any]:
-    """Under what a run was measured."""
-    return {
-        "threads": threads,
-        "load": os.getloadavg()[0],
-        "processors": os.cpu_count() or 1,
-        "machine": _machine(),
-        "date": datetime.now(UTC).date().isoformat(),
-    }
-
-
-def _machine() -> str:
-    """Name of the processor."""
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()
+def cell_of(place: tuple[str, int, int], threads: int, seconds: float, outcome: str, **found: float | None) -> Cell:
+    """A cell of this run, with the conditions under which it was measured; what was not found is None."""
+    conditions = threads, os.getloadavg()[0], os.cpu_count() or 1, machine(), datetime.now(UTC).date().isoformat()
+    equalities, cpu, peak, gamma = map(found.get, ("equalities", "cpu_seconds", "peak", "gamma"))
+    return Cell(*place, equalities, seconds, cpu, peak, gamma, outcome, *conditions, found.get("residual"))
 
 
 def isolated(cone: str, states: int, delays: int, threads: int) -> Cell:
@@ -119,19 +104,7 @@ def isolated(cone: str, states: int, delays: int, threads: int) -> Cell:
             return Cell(**json.loads(answer.stdout.splitlines()[-1]))
         said = (answer.stderr.strip() or "no message").splitlines()[-1]
         failure = f"failed with exit code {answer.returncode}: {said}"
-    return Cell(
-        cone=cone,
-        states=states,
-        delays=delays,
-        equalities=None,
-        seconds=time.perf_counter() - start,
-        cpu_seconds=None,
-        peak=None,
-        gamma=None,
-        outcome=failure,
-        residual=None,
-        **_conditions(threads),
-    )
+    return cell_of((cone, states, delays), threads, time.perf_counter() - start, failure)
 
 
 def _text(value: float | None, form: str) -> str:
@@ -140,23 +113,15 @@ def _text(value: float | None, form: str) -> str:
 
 def table(cells: list[Cell]) -> str:
     """The measured cells as a Markdown table."""
-    lines = [
-        "| n | K | equalities | clock [s] | CPU [s] | printed [s] | peak [GB] | γ | residual | outcome | CPUs | load |",
-        "|--:|--:|--:|--:|--:|--:|--:|--:|--:|:--|--:|--:|",
-    ]
-    for c in cells:
-        fields = (
-            *(str(c.states), str(c.delays), _text(c.equalities, "d"), f"{c.seconds:.2f}", _text(c.cpu_seconds, ".2f")),
-            *(
-                printed_seconds(c.states, c.delays),
-                _text(c.peak, ".2f"),
-                _text(c.gamma, ".2e"),
-                _text(c.residual, ".0e"),
-            ),
-            *(c.outcome, str(c.threads), f"{c.load:.1f}"),
-        )
-        lines.append(f"| {' | '.join(fields)} |")
-    return "\n".join(lines) + "\n"
+    head = "n", "K", "equalities", "clock [s]", "CPU [s]", "printed [s]", "peak [GB]", "γ", "residual", "outcome"
+    rows = [
+        (str(c.states), str(c.delays), _text(c.equalities, "d"), f"{c.seconds:.2f}", _text(c.cpu_seconds, ".2f"),
+         printed_seconds(c.states, c.delays), _text(c.peak, ".2f"), _text(c.gamma, ".2e"), _text(c.residual, ".0e"),
+         c.outcome, str(c.threads), f"{c.load:.1f}")
+        for c in cells
+    ]  # fmt: skip
+    rule = "|".join(":--" if name == "outcome" else "--:" for name in (*head, "CPUs", "load"))
+    return "\n".join(markdown((*head, "CPUs", "load"), rows, rule)) + "\n"
 
 
 def growth(cells: list[Cell]) -> str:
@@ -186,20 +151,18 @@ def _published(cells: list[Cell]) -> list[Cell]:
 
 def comparison(cells: list[Cell]) -> str:
     """CPU seconds of the three ways for the cells that the plain one was tried on, and how many times faster."""
-    of = {(cell.cone, cell.states, cell.delays): cell for cell in cells}
-    lines = [
-        "| n | K | plain CPU [s] | full cone CPU [s] | times faster | small cone CPU [s] | times faster |",
-        "|--:|--:|--:|--:|--:|--:|--:|",
-    ]
+    spent = {(cell.cone, cell.states, cell.delays): cell.cpu_seconds for cell in cells}
+    head, rows = ["n", "K", "plain CPU [s]"], []
+    for title in ("full", "small"):
+        head += [f"{title} cone CPU [s]", "times faster"]
     for cell in (cell for cell in cells if cell.cone == PLAIN):
         fields = [str(cell.states), str(cell.delays), _text(cell.cpu_seconds, ".2f")]
         for cone in (DegreeRule.TOTAL, DegreeRule.BESSEL):
-            other = of.get((cone.value, cell.states, cell.delays))
-            seconds = other.cpu_seconds if other else None
+            seconds = spent.get((cone.value, cell.states, cell.delays))
             ratio = cell.cpu_seconds / seconds if cell.cpu_seconds and seconds else None
             fields += [_text(seconds, ".2f"), _text(ratio, ".3g")]
-        lines.append(f"| {' | '.join(fields)} |")
-    return "\n".join(lines) + "\n"
+        rows.append(fields)
+    return "\n".join(markdown(head, rows, "--:")) + "\n"
 
 
 def page(cells: list[Cell]) -> str:
@@ -234,8 +197,7 @@ def run_full(cone: str, largest: int, threads: int) -> None:
     for states, delays in cells_of(cone, largest):
         if (cone, states, delays) not in done:
             cell = isolated(cone, states, delays, threads)
-            with RECORD.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(cell)) + "\n")
+            append(RECORD, asdict(cell))
             TABLE.write_text(page(recorded()), encoding="utf-8")
             print(f"n = {states}, K = {delays}: {cell.seconds:.2f} s, {cell.outcome}", flush=True)
     TABLE.write_text(page(recorded()), encoding="utf-8")

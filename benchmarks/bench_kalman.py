@@ -12,8 +12,8 @@ import control
 import numpy as np
 import pytest
 import scipy.linalg
-from clock import median_times
 
+from benchmarks.clock import median_times
 from papers.okajima2023.printed import PLANT as PRINTED
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.kalman import filter_gains, kalman_design

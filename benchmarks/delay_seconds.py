@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import partial
-from pathlib import Path
 from typing import Any
 
+from benchmarks.clock import machine
 from papers.peet2019.experiments import scaling
 from papers.peet2019.experiments.measured import SECONDS, Timed
 from papers.peet2019.method import lmi_gain, pade_model
@@ -41,7 +41,7 @@ def measure(cell: str, build: Callable[[], Any], solve: Callable[[Any], Any] | N
         cell=cell,
         assembly=built - start,
         solver=None if solve is None else time.process_time() - built,
-        machine=_machine(),
+        machine=machine(),
         date=datetime.now(UTC).date().isoformat(),
         load=os.getloadavg()[0],
     )
@@ -72,13 +72,6 @@ def _least(task: Program) -> Solution:
 
 def _example_4(minimised: bool, task: Program) -> Solution:
     return solve_sdpa(task, scaling.ROUGH if minimised else scaling.CERTIFY)
-
-
-def _machine() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return os.uname().machine
 
 
 if __name__ == "__main__":
