@@ -191,8 +191,9 @@ def total(row: dict[str, Any]) -> str:
 
 COLUMNS: dict[str, dict[str, str | Callable[[dict[str, Any]], str]]] = {
     "examples": {
-        "published": "published", "degree": "degree", "least level": "{least:.6f}", "least of any observer": "{limit:.6f}",
-        "no estimator below": "{smoother:.6f}", "excess": above, "CPU (s)": total,
+        "published": "published", "degree": "degree", "least level": "{least:.6f}",
+        "least of any observer": "{limit:.6f}", "no estimator below": "{smoother:.6f}", "excess": above,
+        "CPU (s)": total,
     },
     "late": {
         "delay (s)": "delay", "least level": "{least:.4f}", "least of any observer": "{limit:.4f}",
