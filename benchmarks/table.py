@@ -1,4 +1,4 @@
-"""Turn the JSON of pytest-benchmark into a table: `python benchmarks/table.py RUN.json RESULTS.md`.
+"""Turn the JSON of pytest-benchmark into a table: `python -m benchmarks.table RUN.json RESULTS.md`.
 
 Benchmarks whose `extra_info` names a row and a column are set side by side, with the ratio to the last column; the
 others are listed with what they noted. How the time of each column grows with its `sizes` comes first; all from one
@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from benchmarks.clock import markdown
 
 SOLVED = ("Solved", "optimal", "noncausal limit", "causal limit")
 """Words of a solver that need no mention in the table."""
@@ -36,15 +38,9 @@ def median(benchmark: dict[str, Any]) -> float:
 def noted(benchmark: dict[str, Any], names: tuple[str, ...] | None = None) -> str:
     """What a benchmark noted, all but its place in a table unless `names` are asked for."""
     info = benchmark["extra_info"]
-    wanted = (
-        [name for name in info if name not in PLACED] if names is None else [name for name in names if name in info]
-    )
-    return ", ".join(
-        f"{name.replace('_', ' ')} {info[name]:.3g}"
-        if isinstance(info[name], float)
-        else f"{name.replace('_', ' ')} {info[name]}"
-        for name in wanted
-    )
+    wanted = [name for name in info if (name not in PLACED if names is None else name in names)]
+    shown = ((name.replace("_", " "), info[name]) for name in wanted)
+    return ", ".join(f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}" for name, value in shown)
 
 
 def cell(benchmark: dict[str, Any] | None, base: float) -> str:
@@ -87,35 +83,38 @@ def measured(benchmarks: list[dict[str, Any]]) -> str:
 
 def growths(groups: dict[str, list[dict[str, Any]]]) -> list[str]:
     """A table of the growth of each column of each group."""
-    lines = ["| benchmark | by | sizes | time ∝ |", "|---|---|---|---|"]
+    rows = []
     for title, benchmarks in groups.items():
         for column in dict.fromkeys(b["extra_info"].get("column", "") for b in benchmarks):
             own = [b for b in benchmarks if b["extra_info"].get("column", "") == column]
             if law := growth(own):
-                lines.append(f"| {title} | {column} | {measured(own)} | {law} |")
-    return lines
+                rows.append((title, column, measured(own), law))
+    return markdown(("benchmark", "by", "sizes", "time ∝"), rows, "---")
 
 
 def side_by_side(benchmarks: list[dict[str, Any]]) -> list[str]:
     """A table of rows and columns; the ratio in each row is to its last column."""
-    rows = list(dict.fromkeys(b["extra_info"]["row"] for b in benchmarks))
-    columns = list(dict.fromkeys(b["extra_info"]["column"] for b in benchmarks))
     at = {(b["extra_info"]["row"], b["extra_info"]["column"]): b for b in benchmarks}
-    lines = ["| | " + " | ".join(columns) + " |", "|---|" + "---|" * len(columns)]
-    for row in rows:
-        base = median(at[row, columns[-1]])
-        lines.append(f"| {row} | " + " | ".join(cell(at.get((row, column)), base) for column in columns) + " |")
-    return lines
+    columns = list(dict.fromkeys(column for _, column in at))
+    rows = [
+        (row, *(cell(at.get((row, column)), median(at[row, columns[-1]])) for column in columns))
+        for row in dict.fromkeys(row for row, _ in at)
+    ]
+    return markdown(("", *columns), rows, "---")
 
 
 def listed(benchmarks: list[dict[str, Any]]) -> list[str]:
     """A list of names, times and notes."""
-    lines = ["| benchmark | median | rounds | noted |", "|---|---|---|---|"]
-    for b in benchmarks:
-        name = b["name"].removeprefix("test_").replace("_", " ")
-        notes = ", ".join(part for part in (noted(b, ("status",)), noted(b)) if part)
-        lines.append(f"| {name} | {seconds(median(b))} | {b['stats']['rounds']} | {notes} |")
-    return lines
+    rows = [
+        (
+            b["name"].removeprefix("test_").replace("_", " "),
+            seconds(median(b)),
+            str(b["stats"]["rounds"]),
+            ", ".join(part for part in (noted(b, ("status",)), noted(b)) if part),
+        )
+        for b in benchmarks
+    ]
+    return markdown(("benchmark", "median", "rounds", "noted"), rows, "---")
 
 
 def document(run: dict[str, Any]) -> str:
