@@ -27,7 +27,7 @@ from replication.estimation.dualrate.slow.controller import (
 )
 from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
 from replication.estimation.linear.norms import l2_gain
-from tests.estimation.api.test_c_code import EXACT, STEPS, Compiled
+from tests.estimation.compiled import EXACT, STEPS, Compiled
 
 BALL = dualrate.make_plant(*LEVITATION)
 FAST: dict[str, Any] = {"period": 1e-3, "at": "slow"}
