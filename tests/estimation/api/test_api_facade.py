@@ -308,11 +308,6 @@ def test_multirate_levels_are_those_of_other_packages() -> None:
     assert isinstance(limit, float) and limit <= result.value <= kalman * (1 + LEVELS)
 
 
-def test_a_plant_that_is_not_stable_has_no_level_without_sensors() -> None:
-    cart = MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=C, D=D)
-    assert multirate.design(cart, periods=(1, 1)).fact("level without sensors").value == "infinite"
-
-
 @pytest.mark.parametrize(("noise", "told"), [(0.1, False), (50.0, True)])
 def test_sensors_that_gain_little_are_told(noise: float, told: bool) -> None:
     result = multirate.design(MultiratePlant(A=A, B_d=B_D, C=C, D=noise * np.eye(2)), periods=(1, 3))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.estimation import delay, dualrate, nonuniform
 from replication.estimation.api.running import MOST_STATES, PeriodicObserver, Phase, require_small, statespace, vector
 from replication.estimation.delay import result as delay_result
 from replication.estimation.delay.sos.observer import error_system, spectral_abscissa
@@ -35,21 +35,6 @@ def running(method: str) -> Any:
 def sizes(method: str) -> tuple[int, int]:
     signals = result_of(method).signals
     return len(signals.inputs), len(signals.measurements)
-
-
-def test_multirate_agrees_with_the_error_system() -> None:
-    result, rng = result_of("multirate"), np.random.default_rng(1)
-    plant, schedule = result.problem.plant, result.problem.schedule
-    d, w, u = (rng.standard_normal((40, size)) for size in (1, 2, 1))
-    expected = multirate.simulate(result, 40, disturbance=np.hstack([d, w])).signals["error"]
-    observer, x = result.observer(), np.zeros(2)
-    for k in range(40):
-        assert np.allclose(x - observer.estimate, expected[k], atol=EXACT)
-        y = plant.C @ x + plant.D @ w[k]
-        # A sensor that is not due may show anything.
-        observer.step(u[k], [value if due else np.nan for value, due in zip(y, schedule.mask[k % 4], strict=True)])
-        x = plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k]
-    assert (observer.instant, observer.missed) == (40, 0)
 
 
 def test_nonuniform_agrees_with_the_simulation() -> None:

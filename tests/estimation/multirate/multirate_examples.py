@@ -52,6 +52,19 @@ PUBLISHED = {
 }
 """The problems that the paper solves; its Case 1 is the last column of its table."""
 
+
+def drawn_plant(rng: np.random.Generator, n: int, q: int, drives: int, weights: int | None = None) -> MultiratePlant:
+    """An unstable plant; weights: rows of W, the identity unless given."""
+    A = rng.normal(size=(n, n))
+    return MultiratePlant(
+        A=1.1 * A / np.max(np.abs(np.linalg.eigvals(A))),
+        B_d=rng.normal(size=(n, drives)),
+        C=rng.normal(size=(q, n)),
+        D=np.diag(rng.uniform(0.5, 1.5, q)),
+        W=None if weights is None else rng.normal(size=(weights, n)),
+    )
+
+
 KINDS = ("stable", "unstable", "circle", "rotation", "singular", "repeated", "undisturbed", "undisturbed unstable")
 
 
