@@ -37,14 +37,8 @@ STABLE = 1 - 1e-12
 class Controller:
     """At each instant of the period: u = K o, o = (x^, u before); x^+ = A x^ + B u + L y.
 
-    Attributes
-    ----------
-    A : array (N, n, n)
-        Of the observer; L (N, n, p) is zero for sensors that do not deliver.
-    L : array (N, n, p)
-        Gain on the readings.
-    K : array (N, m, n + m)
-        Rows of inputs that do not change repeat the input before.
+    A (N, n, n); L (N, n, p), zero for sensors that do not deliver; K (N, m, n + m), of which rows of inputs that do not
+    change repeat the input before.
     """
 
     A: Array
