@@ -385,6 +385,7 @@ def test_help_of_a_method_lists_the_keys_of_its_file(method: str, capsys: pytest
         main(["design", method, "--help"])
     text = capsys.readouterr().out
     assert "keys of the plant file:" in text and "exit codes:" in text
+    assert all(f"  {field.name} " in text for field in METHODS[method].fields)
     assert all(
         f"--{option.name} " in text and option.help in " ".join(text.split()) for option in METHODS[method].options
     )

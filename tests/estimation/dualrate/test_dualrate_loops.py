@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
-from papers.shao.method.motor import SIMULATED, simulate
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     close_loop,
@@ -19,7 +18,7 @@ from replication.estimation.dualrate.loop import (
     monodromy,
     noise_gain,
 )
-from replication.estimation.dualrate.observers import OBSERVERS, Harmonic, sampled_model
+from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.dualrate.response import Points, fast_errors, tracking_error_ratio
 from replication.estimation.validation import ComplexArray
@@ -62,19 +61,6 @@ def test_single_rate_loop_is_the_textbook_sampled_data_loop() -> None:
     textbook = np.block([[Ad, Bd @ K], [GH[:, 1:] @ C, F + GH[:, :1] @ K]])
     ours = leading_eigenvalues(close_loop(MOTOR_DESIGN, OBSERVERS["single_rate"]), 6)
     assert farthest(ours, np.linalg.eigvals(textbook)) < 1e-7
-
-
-@pytest.mark.parametrize("name", SIMULATED)
-def test_simulated_outputs_obey_the_characteristic_polynomial_of_the_monodromy_matrix(name: str) -> None:
-    """Cayley and Hamilton: Σ c_i y(n + i) = 0 at the slow instants; the simulation shares no matrix with the loop."""
-    loop = close_loop(MOTOR_DESIGN, OBSERVERS[name])
-    rest = Harmonic(1.0, np.zeros(1))
-    trace = simulate(MOTOR_DESIGN, name, rest, START, 2 * START, slow_periods=loop.size + 12, substeps=1)
-    outputs = trace.output[:: MOTOR_DESIGN.ratio]
-    coefficients = np.poly(monodromy(loop))[::-1]
-    for first in range(10):
-        terms = coefficients * outputs[first : first + loop.size + 1]
-        assert abs(terms.sum()) < 1e-7 * np.abs(terms).max()
 
 
 @settings(max_examples=25)
@@ -135,20 +121,6 @@ def test_discrete_gain_and_running_prediction_separate_exactly() -> None:
     values = np.linalg.eigvals(running)
     for target in np.linalg.eigvals(feedback):
         assert np.min(np.abs(values - target)) < 1e-7
-
-
-def test_noise_gain_is_the_standard_deviation_of_a_long_simulation() -> None:
-    loop = close_loop(MOTOR_DESIGN, OBSERVERS["alternating_predictive"])
-    rng = np.random.default_rng(5)
-    z = np.zeros((loop.size, 4000))
-    squares = np.zeros(MOTOR_DESIGN.ratio)
-    settle, keep = 120, 60
-    for k in range(settle + keep):
-        for phase, step in enumerate(loop.steps):
-            if k >= settle:
-                squares[phase] += np.mean(z[0] ** 2) / keep
-            z = step.state @ z + step.noise @ rng.normal(size=(1, 4000))
-    assert np.sqrt(squares.max()) == pytest.approx(noise_gain(loop), rel=0.02)
 
 
 def test_lifted_system_carries_the_same_noise() -> None:
