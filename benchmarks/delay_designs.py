@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -298,46 +299,40 @@ def measured(index: int, *, hinf: bool) -> dict[str, Any]:
     else:
         row["closed level"], row["closed rms"] = closed_level(case), closed_rms(case)
 
-    def attempt(what: str, compute: Callable[[], None]) -> None:
+    def attempt(what: str, compute: Callable[[], dict[str, Any]]) -> None:
+        begin = processor_seconds()
         try:
-            compute()
+            row.update(compute())
         except ReplicationError as error:
             row["errors"].append(f"{what}: {type(error).__name__}: {error}")
         except Exception as error:  # noqa: BLE001 - the bar is that there is none of these
             row["errors"].append(f"{what}: CRASH {type(error).__name__}: {error}")
+        else:
+            row[f"{what} seconds"] = processor_seconds() - begin
 
-    def timed(goal: str) -> tuple[Any, float]:
-        begin = processor_seconds()
-        return design(plant, goal=goal), processor_seconds() - begin
-
-    def levels() -> None:
+    def levels() -> dict[str, Any]:
         least = limit(plant)
-        row["limit"], row["settled"] = least.level / level_unit, least.moving <= 1e-3 * least.level
+        return {"limit": least.level / level_unit, "settled": least.moving <= 1e-3 * least.level}
 
-    def h2() -> None:
-        result, row["h2 seconds"] = timed("h2")
-        values = {fact.what: fact.value for fact in result.evidence}
-        row["rms"] = float(values["rms error of z"]) / rms_unit
-        least = values["least rms error of any observer"]
-        row["least rms"] = least if isinstance(least, str) else least / rms_unit
-        row["gain"] = result.value / level_unit
-
-    def level() -> None:
-        result, row["hinf seconds"] = timed("hinf")
-        row["proved"] = result.value / level_unit
-        row["hinf rms"] = float(result.fact("rms error of z").value) / rms_unit
-        row["least proved"] = float(result.fact("least level").value) / level_unit
-        row["exact"] = result.bracket.lower / level_unit
-
-    def mixed() -> None:
-        result, row["mixed seconds"] = timed("mixed")
-        row["mixed"] = result.value / level_unit, float(result.fact("rms error of z").value) / rms_unit
+    def designed(goal: str) -> dict[str, Any]:
+        result = design(plant, goal=goal)
+        gain, rms = result.value / level_unit, float(result.fact("rms error of z").value) / rms_unit
+        if goal == "mixed":
+            return {"mixed": (gain, rms)}
+        if goal == "hinf":
+            proved = float(result.fact("least level").value) / level_unit
+            exact = result.bracket.lower / level_unit
+            return {"proved": gain, "hinf rms": rms, "least proved": proved, "exact": exact}
+        least_rms = result.fact("least rms error of any observer").value
+        return {
+            "rms": rms,
+            "least rms": least_rms if isinstance(least_rms, str) else least_rms / rms_unit,
+            "gain": gain,
+        }
 
     attempt("limit", levels)
-    attempt("h2", h2)
-    if hinf:
-        attempt("hinf", level)
-        attempt("mixed", mixed)
+    for goal in ("h2", "hinf", "mixed")[: 3 if hinf else 1]:
+        attempt(goal, partial(designed, goal))
     row["seconds"] = processor_seconds() - start
     return row
 
