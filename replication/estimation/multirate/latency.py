@@ -123,11 +123,7 @@ def sampled_statespace(system: Any, time: float, dt: float) -> Any:
     import control
 
     A, B = held_over(np.asarray(system.A, dtype=float), np.asarray(system.B, dtype=float), time)
-    names = {
-        "states": list(system.state_labels),
-        "inputs": list(system.input_labels),
-        "outputs": list(system.output_labels),
-    }
+    names = {f"{kind}s": list(getattr(system, f"{kind}_labels")) for kind in ("state", "input", "output")}
     return control.StateSpace(A, B, system.C, system.D, dt, **names)
 
 
