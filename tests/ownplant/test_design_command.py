@@ -398,9 +398,12 @@ def test_the_best_timing_is_searched_on_every_core(here: Path, capsys: pytest.Ca
     assert len(alone.optima) > FEW
     assert main(["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "9,9", "--offsets", "best"]) == 0
     assert f"periods {periods}, offsets {alone.best}" in capsys.readouterr().out
-    together = search_timing(MultiratePlant(**plant.values), periods, apply=every_core)
-    assert together.optima == alone.optima
     assert not Path("cart-multirate.timings").exists()
+    for apply in (every_core, *[partial(every_core, store=here / "store")] * 2):
+        assert search_timing(MultiratePlant(**plant.values), periods, apply=apply).optima == alone.optima
+    kept = [*(here / "store" / "kept").iterdir()]
+    search_timing(MultiratePlant(**{**plant.values, "dt": 0.25}), periods, apply=apply)
+    assert len(kept) == len(alone.optima) and len([*kept[0].parent.iterdir()]) == 2 * len(kept)
 
 
 def noted(folder: Path, item: int) -> int:
@@ -471,17 +474,6 @@ def test_what_lies_in_the_folder_of_a_search_is_never_run_nor_trusted(here: Path
     assert not (here / "exploded").exists()
     pickle.loads(poison)
     assert (here / "exploded").exists()
-
-
-def test_a_kept_optimum_is_the_computed_one(here: Path) -> None:
-    values = read_plant(EXAMPLES / "cart.toml", "multirate").values
-    apply = partial(every_core, store=here / "store")
-    first, again = (search_timing(MultiratePlant(**values), (2, 4), apply=apply) for _ in range(2))
-    assert first == again == search_timing(MultiratePlant(**values), (2, 4))
-    kept = len(list((here / "store" / "kept").iterdir()))
-    assert kept == len(first.optima)
-    search_timing(MultiratePlant(**{**values, "dt": 0.25}), (2, 4), apply=apply)
-    assert len(list((here / "store" / "kept").iterdir())) == 2 * kept
 
 
 @pytest.mark.parametrize("offsets", ["best", "0,0"])

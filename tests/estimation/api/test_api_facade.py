@@ -18,7 +18,6 @@ import control
 import numpy as np
 import pytest
 import scipy.io
-from scipy.optimize import minimize_scalar
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate, nonuniform
@@ -28,6 +27,7 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
 from tests.estimation.api.api_plants import CASES, METHODS, result_of
 from tests.estimation.api.running_cases import DT, innovations
+from tests.estimation.dualrate.slow_loops import largest
 
 ROOT = Path(__file__).parents[3]
 HEAVY = ("numpy", "scipy", "control", "cvxpy", "clarabel", "sdpap", "matplotlib", "rich", "jinja2", "joblib", "msgspec")
@@ -286,16 +286,7 @@ LEVELS = 1e-7
 
 
 def gain(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> float:
-    """The largest singular value on the unit circle, by a scan that is refined around its maximum."""
-
-    def at(angle: float) -> float:
-        response = C @ np.linalg.solve(np.exp(1j * angle) * np.eye(len(A)) - A, B)
-        return float(np.linalg.norm(response, 2))
-
-    angles = np.linspace(0, np.pi, 400)
-    best = angles[int(np.argmax([at(angle) for angle in angles]))]
-    near = (max(best - angles[1], 0), min(best + angles[1], np.pi))
-    return max(at(0.0), -minimize_scalar(lambda angle: -at(angle), bounds=near, options={"xatol": 1e-10}).fun)
+    return largest(A, B, C, np.zeros((len(C), B.shape[1])))
 
 
 def test_multirate_levels_are_those_of_other_packages() -> None:

@@ -330,18 +330,20 @@ BIAS = MultiratePlant(A=[[1, 0.1, 0], [0, 0.9, 0.1], [0, 0, 1]], B_d=[[0], [1], 
 """Its third state is a constant that nothing disturbs."""
 
 
-@pytest.mark.parametrize(
-    "plant",
-    [
-        BIAS,
-        MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]),
-        MultiratePlant(A=[[0, 1], [-1, 0]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
-        MultiratePlant(A=[[1, 1], [0, 1]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
-        MultiratePlant(A=[[0.9, 1, 0], [0, 1, 1], [0, 0, 1]], B_d=[[1], [0], [0]], C=[[1, 1, 1]], D=[[1]]),
-    ],
-    ids=["bias", "diagonal", "rotation", "ramp", "ramp of the input"],
-)
-def test_an_undisturbed_mode_on_the_circle_is_named(plant: MultiratePlant) -> None:
+MARGINAL = {
+    "bias": BIAS,
+    "diagonal": MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]),
+    "rotation": MultiratePlant(A=[[0, 1], [-1, 0]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+    "ramp": MultiratePlant(A=[[1, 1], [0, 1]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+    "ramp of the input": MultiratePlant(
+        A=[[0.9, 1, 0], [0, 1, 1], [0, 0, 1]], B_d=[[1], [0], [0]], C=[[1, 1, 1]], D=[[1]]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MARGINAL)
+def test_an_undisturbed_mode_on_the_circle_is_named(name: str) -> None:
+    plant = MARGINAL[name]
     marginal = problem(plant, (3,))
     for design in (optimum, optimal_design, kalman_design, lambda it: riccati_design(it, 100.0)):
         with pytest.raises(InvalidInputError, match=r"the mode .* on the unit circle is not disturbed"):
