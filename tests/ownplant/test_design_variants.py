@@ -24,34 +24,15 @@ from replication.estimation.nonuniform.bounds.worst_case import simulate_error
 from replication.estimation.nonuniform.stamped.design import StampedFilter
 from replication.verify import run as first
 from replication.verify.run import check
-
-PLANT = """
-A = [[0.0, 1.0], [22.0, 0.0]]
-B = [[0.0], [1.0]]
-C = [[1.0, 0.0], [0.0, 1.0]]
-sensor_noise = [[1.0, 0.0], [0.0, 4.0]]
-
-[names]
-measurements = ["camera", "gyro"]
-"""
-CALL = ("--period", "0.02", "--ratio", "10,2", "--at", "slow", "--hold", "2")
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "ball.toml"
-    path.write_text(PLANT, encoding="utf-8")
-    return path
-
-
-def designed(file: Path, *options: str) -> int:
-    return main(["design", "dualrate", str(file), *options, "--output", str(file.with_name("out"))])
+from tests.ownplant.test_design_command import BALL, SLOW
 
 
 @pytest.mark.parametrize("goal", ["h2", "hinf"])
-def test_the_file_gives_what_the_library_gives(goal: str, file: Path) -> None:
-    assert designed(file, *CALL, "--goal", goal) == 0
-    written = json.loads((file.with_name("out") / "gains.json").read_text(encoding="utf-8"))
+def test_the_file_gives_what_the_library_gives(goal: str, tmp_path: Path) -> None:
+    file, out = tmp_path / "ball.toml", tmp_path / "out"
+    file.write_text(f'{BALL}[names]\nmeasurements = ["camera", "gyro"]\n', encoding="utf-8")
+    assert main(["design", "dualrate", str(file), *SLOW.split(), "--goal", goal, "--output", str(out)]) == 0
+    written = json.loads((out / "gains.json").read_text(encoding="utf-8"))
     plant = dualrate.make_plant([[0, 1], [22, 0]], [[0], [1]], np.eye(2))
     own = dualrate.design(
         plant, period=0.02, ratio=[10, 2], hold=[2], at="slow", goal=goal, sensor_noise=np.diag([1.0, 4.0])
@@ -59,7 +40,7 @@ def test_the_file_gives_what_the_library_gives(goal: str, file: Path) -> None:
     assert written["value"] == pytest.approx(own.value, rel=1e-9)
     assert np.allclose(written["gains"]["K"]["value"], own.gains["K"], rtol=1e-6)
     assert written["signals"]["measurements"] == ["camera", "gyro"]
-    assert "level of the Kalman filter" in (file.with_name("out") / "index.html").read_text(encoding="utf-8")
+    assert "level of the Kalman filter" in (out / "index.html").read_text(encoding="utf-8")
 
 
 ROOT = Path(__file__).parents[2]

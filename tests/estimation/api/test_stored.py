@@ -70,14 +70,10 @@ def test_other_files_are_refused(change: dict[str, Any], words: str, tmp_path: P
     path.write_text(json.dumps({**held, **change}), encoding="utf-8")
     with pytest.raises(InvalidInputError, match=words):
         load(path)
-
-
-def test_no_file_and_no_json_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match="cannot be read"):
-        load(tmp_path / "none.json")
-    (tmp_path / "text.json").write_text("{", encoding="utf-8")
-    with pytest.raises(InvalidInputError, match="cannot be read as JSON"):
-        load(tmp_path / "text.json")
+    path.write_text("{", encoding="utf-8")
+    for unread in (path, tmp_path / "none.json"):
+        with pytest.raises(InvalidInputError, match="cannot be read as JSON"):
+            load(unread)
 
 
 def test_the_matlab_file_has_the_matrices() -> None:

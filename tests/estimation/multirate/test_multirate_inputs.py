@@ -267,23 +267,17 @@ class TestFromStateSpace:
         inputs=["force", "gust", "drift"],
     )  # fmt: skip
 
-    def test_all_inputs_are_disturbances_unless_chosen(self) -> None:
-        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2))
-        assert plant.dt == 0.1
-        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B)
+    @pytest.mark.parametrize(
+        ("chosen", "columns"),
+        [(None, [0, 1, 2]), (["gust", "drift"], [1, 2]), ([np.int64(1), 2], [1, 2]), ((0, "drift"), [0, 2])],
+    )
+    def test_all_inputs_are_disturbances_unless_some_are_chosen(self, chosen: Any, columns: list[int]) -> None:
+        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2), disturbances=chosen)
+        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B[:, columns])
+        np.testing.assert_array_equal(plant.B_u, np.delete(self.SYSTEM.B, columns, axis=1))
         np.testing.assert_array_equal(plant.W, np.eye(2))
-        assert plant.B_u.shape == (2, 0)
-
-    @pytest.mark.parametrize("chosen", [["gust", "drift"], [1, 2], [np.int64(1), "drift"], (1, "drift")])
-    def test_disturbances_by_label_or_index(self, chosen: Any) -> None:
-        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2), disturbances=chosen, W=[[1, 0]])
-        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B[:, [1, 2]])
-        np.testing.assert_array_equal(plant.B_u, self.SYSTEM.B[:, [0]])
-        assert plant.W.shape == (1, 2)
-
-    def test_a_discrete_system_of_unspecified_period_has_period_one(self) -> None:
-        system = control.ss([[0.5]], [[1]], [[1]], [[0]], True)
-        assert MultiratePlant.from_statespace(system, [[1]]).dt == 1.0
+        unspecified = control.ss([[0.5]], [[1]], [[1]], [[0]], True)
+        assert (plant.dt, MultiratePlant.from_statespace(unspecified, [[1]]).dt) == (0.1, 1.0)
 
     @pytest.mark.parametrize(
         ("system", "options", "message"),
