@@ -16,7 +16,7 @@ from papers.shao.method.motor import bandwidth
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
-from replication.estimation.dualrate.problem import MAX_RATIO, DualRateDesign, dual_rate_design, make_plant, plant_of
+from replication.estimation.dualrate.problem import MAX_RATIO, DualRateDesign, as_plant, dual_rate_design, make_plant
 from replication.estimation.dualrate.response import Points, steady_state, time_response, tracking_error_ratio
 
 APO, FAST, STATE = (OBSERVERS[name] for name in ("alternating_predictive", "fast_sensor", "state_feedback"))
@@ -124,8 +124,8 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("held over T = 0.1 s loses the unstable mode 0.1", lambda: gainless(TURNING, 0.1, 1)),
     ("overflows over M T = 2000 s", lambda: stability_radius(close_loop(gainless(FIXED, 0.1, 20000), APO))),
     ("overflows", lambda: close_loop(gainless(make_plant([[1e6]], [[1]], [[1]]), 0.2, 5), FAST)),
-    ("continuous-time", lambda: plant_of(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1))),
-    ("strictly proper", lambda: plant_of(control.ss([[-1.0]], [[1.0]], [[1.0]], [[1.0]]))),
+    ("continuous-time", lambda: as_plant(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1))),
+    ("strictly proper", lambda: as_plant(control.ss([[-1.0]], [[1.0]], [[1.0]], [[1.0]]))),
     ("one of OBSERVERS, such as OBSERVERS['fast_sensor']", lambda: close_loop(MOTOR_DESIGN, "fast_sensor")),
     *((f"one amplitude for each of the 1 inputs, got {size}",
        lambda size=size: close_loop(MOTOR_DESIGN, APO, harmonic=Harmonic(1.0, np.zeros(size), continuous=size > 2)))
@@ -157,7 +157,7 @@ def test_what_does_not_fit_is_named(words: str, work: Callable[[], Any]) -> None
 
 def test_what_is_next_to_a_refusal_is_taken() -> None:
     assert replace(MOTOR_DESIGN, ratio=MAX_RATIO).ratio == MAX_RATIO
-    assert plant_of(control.ss([[-1.0]], [[1.0]], [[1.0]], [[0.0]])).order == 1
+    assert as_plant(control.ss([[-1.0]], [[1.0]], [[1.0]], [[0.0]])).order == 1
     # Two outputs see both eigenvectors that sampling folds together, and half the period folds none.
     assert gainless(TURNING, 0.05, 2).slow_period == 0.1
     loop = motor_loop("held_measurement", 2.5)

@@ -19,7 +19,7 @@ from replication.estimation.api.shown import Measures
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.result import Weights, continuous_gains
+from replication.estimation.dualrate.result import DualRateResult, Weights
 from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
 from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, monodromy
@@ -394,10 +394,10 @@ def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
     slow = problem.period * problem.sensors.periods[0]
     weights = Weights(problem.state_weight, problem.input_weight, problem.process_noise, slow * problem.sensor_noise)
     try:
-        K, L = continuous_gains(problem.plant, weights)
+        gains = DualRateResult.solve(problem.plant, weights).gains
     except InfeasibleError:
         return None
-    design = DualRateDesign(problem.plant, K, L, problem.period, problem.sensors.periods[0])
+    design = DualRateDesign(problem.plant, gains["K"], gains["L"], problem.period, problem.sensors.periods[0])
     loop = of_gains(problem, close_loop(design, OBSERVERS[observer]))
     return gain(problem, loop).upper if loop.spectral_radius() < 1 else None
 
