@@ -273,10 +273,8 @@ def design(result: MultirateResult, model: LossModel) -> LossResult:
 
     Parameters
     ----------
-    result : MultirateResult
-        A design for the same plant and schedule without losses.
-    model : InARow, Independent or Markov
-        What may be lost.
+    result, model : see there
+        As in `analyse`; the plant and the schedule are those of the result.
 
     Returns
     -------
