@@ -3,6 +3,7 @@
     python benchmarks/bench_delay.py --full bessel               every cell by the small cone, n = K = 10 included
     python benchmarks/bench_delay.py --full total                every published cell by the full cone (hours)
     python benchmarks/bench_delay.py --full plain --largest 10   the same program through cvxpy and Clarabel
+    python benchmarks/bench_delay.py --seconds                   CPU seconds of assembly and solver apart, of all tables
 
 Each cell runs in a process of its own, and what was measured is appended to papers/peet2019/full_run.jsonl, so that a
 run can be stopped and taken up again; delay_full.md is written from that file. Remove a line of it to repeat its cell.
@@ -19,8 +20,10 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +32,16 @@ import cvxpy
 from benchmarks.clock import append, machine, markdown, processor_seconds
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.experiments import scaling
-from papers.peet2019.experiments.measured import PLAIN, RECORD, Cell, recorded
-from papers.peet2019.printed import DELAY_COUNTS, STATES, published
+from papers.peet2019.experiments.measured import PLAIN, RECORD, SECONDS, Cell, Timed, recorded
+from papers.peet2019.method import lmi_gain, pade_model
+from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, STATES, published
 from papers.peet2019.printed import seconds as printed_seconds
-from replication.estimation.conic.program import Program
-from replication.estimation.delay import DegreeRule
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.delay import DegreeRule, DelayPlant, delay_system
+from replication.estimation.delay.sos.certificate import STATED_GAP, solved
+from replication.estimation.delay.sos.synthesis import assemble, program, reduced
+from replication.estimation.delay.units import natural_units
 
 TABLE = Path(__file__).parent / "delay_full.md"
 CONES = {
@@ -203,11 +211,68 @@ def run_full(cone: str, largest: int, threads: int) -> None:
     TABLE.write_text(page(recorded()), encoding="utf-8")
 
 
+SOLVED_UP_TO = 15
+"""Largest n·K of Table I whose full cone is solved again here; larger cells are in the record of the full run."""
+
+
+def timed(cell: str, build: Callable[[], Any], solve: Callable[[Any], Any] | None) -> Timed:
+    """Build a program, then solve it, each under the processor's clock."""
+    start = time.process_time()
+    task = build()
+    built = time.process_time()
+    if solve is not None:
+        solve(task)
+    return Timed(
+        cell=cell,
+        assembly=built - start,
+        solver=None if solve is None else time.process_time() - built,
+        machine=machine(),
+        date=datetime.now(UTC).date().isoformat(),
+        load=os.getloadavg()[0],
+    )
+
+
+def timed_cells() -> list[Timed]:
+    """Every published cell: Theorem 3 by the rule of each variable to d and LMI (3), then Table I."""
+    found = []
+    for name, plant in EXAMPLES.items():
+        system = delay_system(**plant)
+        for degree in DEGREES:
+            found.append(timed(f"ex{name}.d{degree}", partial(_theorem_3, system, degree), _least))
+        found.append(timed(f"ex{name}.pade", partial(pade_model, system, DATA["pade-order"]), lmi_gain))
+    for n, k, _ in published():
+        level = scaling.level_of(n, k)
+        solve = partial(_example_4, level is None) if n * k <= SOLVED_UP_TO else None
+        found.append(timed(f"n{n}k{k}", partial(scaling.cost_program, n, k, level), solve))
+    return found
+
+
+def _theorem_3(system: DelayPlant, degree: int) -> Program:
+    return program(reduced(assemble(natural_units(system).plant(system), degree)), 0.0)
+
+
+def _least(task: Program) -> Solution:
+    return solved(task, STATED_GAP)
+
+
+def _example_4(minimised: bool, task: Program) -> Solution:
+    return solve_sdpa(task, scaling.ROUGH if minimised else scaling.CERTIFY)
+
+
+def run_seconds() -> None:
+    """Time every cell anew, and write the record."""
+    first = delay_system(**EXAMPLES["1"])
+    _least(_theorem_3(first, 1))  # loads what is loaded once, so that nothing is while the clock runs
+    lmi_gain(pade_model(first, 2))
+    SECONDS.write_text("".join(f"{json.dumps(asdict(cell))}\n" for cell in timed_cells()), encoding="utf-8")
+
+
 def main() -> None:
     """Choose what to measure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     chosen = parser.add_mutually_exclusive_group(required=True)
     chosen.add_argument("--full", choices=CONES, help="every cell by one of the cones, resumable")
+    chosen.add_argument("--seconds", action="store_true", help="assembly and solver apart, into seconds.jsonl")
     chosen.add_argument("--cell", nargs=3, metavar=("CONE", "n", "K"), help="one cell, printed as JSON")
     parser.add_argument("--largest", type=int, default=STATES[-1] * DELAY_COUNTS[-1], help="largest n·K")
     parser.add_argument("--threads", type=int, default=1, help="threads of SDPA")
@@ -216,6 +281,8 @@ def main() -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (BYTES_LIMIT, BYTES_LIMIT))
         cone, states, delays = asked.cell
         print(json.dumps(asdict(measured(cone, int(states), int(delays), asked.threads))))
+    elif asked.seconds:
+        run_seconds()
     else:
         run_full(asked.full, asked.largest, asked.threads)
 
