@@ -103,6 +103,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"under_way": "two"}, "under_way must be a whole number"),
     ({"periods": (1, 10**30)}, "repeat together only every 10{30} instants, more than 100000"),
     ({"periods": (2,)}, "the schedule is of 1, the plant of 2 sensors"),
+    ({"periods": (1, 2, 2)}, "the schedule is of 3, the plant of 2 sensors"),
     ({"D": [[1, 0], [0, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)|\(1,\)"),
     ({"D": [[1, 0], [2, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)"),
     ({"D": np.zeros((2, 0))}, "full row rank"),
