@@ -95,19 +95,7 @@ def test_measured_outputs_may_be_numbers_of_numpy(measured: Any) -> None:
     assert nonuniform.design(SPRING, measured=measured, **given).bracket == result_of("nonuniform").bracket
 
 
-def test_best_offsets_are_no_worse_than_any() -> None:
-    given = {"noise": [0.5, 0.1], "disturbances": ["wind"]}
-    best = multirate.design(CART, periods=(2, 4), offsets="best", **given)
-    every = [multirate.design(CART, periods=(2, 4), offsets=(0, i), **given).value for i in range(2)]
-    assert best.value == pytest.approx(min(every), rel=SAME)
-
-
 def test_a_level_that_is_asked_for_is_kept_or_refused() -> None:
-    given = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": ["wind"]}
-    least = multirate.design(CART, **given).fact("optimum").value
-    assert multirate.design(CART, level=2 * least, **given).value < 2 * least
-    with pytest.raises(InfeasibleError, match=rf"no observer has a gain below .* the least is {least:.4g}"):
-        multirate.design(CART, level=0.9 * least, **given)
     tanks = {"delayed": PIPE, "delays": [0.4], "measured": 1, "order": 12}
     assert delay.design(TANKS, level=1.0, **tanks).value == 1.0
     with pytest.raises(ReplicationError):
