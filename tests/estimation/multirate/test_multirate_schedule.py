@@ -55,9 +55,7 @@ def test_every_timing_is_a_shift_of_exactly_one_that_is_listed(periods: tuple[in
 def test_the_search_holds_the_optimum_of_every_timing() -> None:
     search = search_timing(PAPER, (4, 2))
     assert set(search.optima) == {(0, 0), (0, 1)}
-    every = {
-        offsets: optimum(problem(PAPER, (4, 2), offsets)).value for offsets in product(range(4), range(2))
-    }  # fmt: skip
+    every = {both: optimum(problem(PAPER, (4, 2), both)).value for both in product(range(4), range(2))}
     assert search.optima[search.best].value == pytest.approx(min(every.values()), rel=AGREEMENT)
     assert search.synchronous.value == pytest.approx(every[0, 0], rel=AGREEMENT)
     assert len(np.unique(np.round(list(every.values()), 7))) <= 2
