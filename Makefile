@@ -74,8 +74,7 @@ artifact: report ## one zip of sources, lock, results, figures, certificates and
 bench: $(ALL) ## the benchmarks, benchmarks/results.md from their times, and what got slower than on that page
 	mkdir -p .benchmarks
 	$(BIN)/python -m pytest benchmarks/bench_*.py --benchmark-only --benchmark-json=.benchmarks/latest.json
-	$(BIN)/python benchmarks/table.py .benchmarks/latest.json .benchmarks/results.md
-	-$(BIN)/python benchmarks/slower.py benchmarks/results.md .benchmarks/results.md
+	-$(BIN)/python -m benchmarks.table .benchmarks/latest.json benchmarks/results.md .benchmarks/results.md
 	cp .benchmarks/results.md benchmarks/results.md
 
 bench-report: report $(ALL) ## how fast the report is in Chromium, as it is and with ten times the claims

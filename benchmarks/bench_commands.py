@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -18,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from benchmarks.clock import processor_seconds
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("replication", "papers", "figures", "certificates", "docs")
@@ -48,7 +49,7 @@ def resident(parent: int) -> int:
 
 def measured(words: tuple[str, ...], folder: Path) -> dict[str, float]:
     """Run Python with these words: processor seconds, and the peak of the memory in MB."""
-    before, peak, ended = resource.getrusage(resource.RUSAGE_CHILDREN), 0, threading.Event()
+    before, peak, ended = processor_seconds(), 0, threading.Event()
 
     def watch() -> None:
         nonlocal peak
@@ -64,11 +65,7 @@ def measured(words: tuple[str, ...], folder: Path) -> dict[str, float]:
     finally:
         ended.set()
         watcher.join()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return {
-        "CPU_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
-        "peak_MB": peak / 1e6,
-    }
+    return {"CPU_s": processor_seconds() - before, "peak_MB": peak / 1e6}
 
 
 @pytest.fixture(scope="module")

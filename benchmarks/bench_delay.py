@@ -3,6 +3,7 @@
     python benchmarks/bench_delay.py --full bessel               every cell by the small cone, n = K = 10 included
     python benchmarks/bench_delay.py --full total                every published cell by the full cone (hours)
     python benchmarks/bench_delay.py --full plain --largest 10   the same program through cvxpy and Clarabel
+    python benchmarks/bench_delay.py --seconds                   CPU seconds of assembly and solver apart, of all tables
 
 Each cell runs in a process of its own, and what was measured is appended to papers/peet2019/full_run.jsonl, so that a
 run can be stopped and taken up again; delay_full.md is written from that file. Remove a line of it to repeat its cell.
@@ -15,26 +16,32 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cvxpy
 
-from benchmarks.clock import processor_seconds
+from benchmarks.clock import append, machine, markdown, processor_seconds
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.experiments import scaling
-from papers.peet2019.experiments.measured import PLAIN, RECORD, Cell, recorded
-from papers.peet2019.printed import DELAY_COUNTS, STATES, published
+from papers.peet2019.experiments.measured import PLAIN, RECORD, SECONDS, Cell, Timed, recorded
+from papers.peet2019.method import lmi_gain, pade_model
+from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, STATES, published
 from papers.peet2019.printed import seconds as printed_seconds
-from replication.estimation.conic.program import Program
-from replication.estimation.delay import DegreeRule
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.delay import DegreeRule, DelayPlant, delay_system
+from replication.estimation.delay.sos.certificate import STATED_GAP, solved
+from replication.estimation.delay.sos.synthesis import assemble, program, reduced
+from replication.estimation.delay.units import natural_units
 
 TABLE = Path(__file__).parent / "delay_full.md"
 CONES = {
@@ -72,38 +79,24 @@ def measured(cone: str, states: int, delays: int, threads: int) -> Cell:
     seconds, cpu_seconds = time.perf_counter() - wall, processor_seconds() - cpu
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 1e6
     verb = "minimised" if level is None else "certified"
-    return Cell(
-        cone=cone,
-        states=states,
-        delays=delays,
+    return cell_of(
+        (cone, states, delays),
+        threads,
+        seconds,
+        f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations",
         equalities=found["equalities"],
-        seconds=seconds,
         cpu_seconds=cpu_seconds,
         peak=peak,
         gamma=found["gamma"],
-        outcome=f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations",
         residual=found["full"]["residual"] if "full" in found else None,
-        **_conditions(threads),
     )
 
 
-def _conditions(threads: int) -> dict[str, Any]:
-    """Under what a run was measured."""
-    return {
-        "threads": threads,
-        "load": os.getloadavg()[0],
-        "processors": os.cpu_count() or 1,
-        "machine": _machine(),
-        "date": datetime.now(UTC).date().isoformat(),
-    }
-
-
-def _machine() -> str:
-    """Name of the processor."""
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()
+def cell_of(place: tuple[str, int, int], threads: int, seconds: float, outcome: str, **found: float | None) -> Cell:
+    """A cell of this run, with the conditions under which it was measured; what was not found is None."""
+    conditions = threads, os.getloadavg()[0], os.cpu_count() or 1, machine(), datetime.now(UTC).date().isoformat()
+    equalities, cpu, peak, gamma = map(found.get, ("equalities", "cpu_seconds", "peak", "gamma"))
+    return Cell(*place, equalities, seconds, cpu, peak, gamma, outcome, *conditions, found.get("residual"))
 
 
 def isolated(cone: str, states: int, delays: int, threads: int) -> Cell:
@@ -119,19 +112,7 @@ def isolated(cone: str, states: int, delays: int, threads: int) -> Cell:
             return Cell(**json.loads(answer.stdout.splitlines()[-1]))
         said = (answer.stderr.strip() or "no message").splitlines()[-1]
         failure = f"failed with exit code {answer.returncode}: {said}"
-    return Cell(
-        cone=cone,
-        states=states,
-        delays=delays,
-        equalities=None,
-        seconds=time.perf_counter() - start,
-        cpu_seconds=None,
-        peak=None,
-        gamma=None,
-        outcome=failure,
-        residual=None,
-        **_conditions(threads),
-    )
+    return cell_of((cone, states, delays), threads, time.perf_counter() - start, failure)
 
 
 def _text(value: float | None, form: str) -> str:
@@ -140,23 +121,15 @@ def _text(value: float | None, form: str) -> str:
 
 def table(cells: list[Cell]) -> str:
     """The measured cells as a Markdown table."""
-    lines = [
-        "| n | K | equalities | clock [s] | CPU [s] | printed [s] | peak [GB] | γ | residual | outcome | CPUs | load |",
-        "|--:|--:|--:|--:|--:|--:|--:|--:|--:|:--|--:|--:|",
-    ]
-    for c in cells:
-        fields = (
-            *(str(c.states), str(c.delays), _text(c.equalities, "d"), f"{c.seconds:.2f}", _text(c.cpu_seconds, ".2f")),
-            *(
-                printed_seconds(c.states, c.delays),
-                _text(c.peak, ".2f"),
-                _text(c.gamma, ".2e"),
-                _text(c.residual, ".0e"),
-            ),
-            *(c.outcome, str(c.threads), f"{c.load:.1f}"),
-        )
-        lines.append(f"| {' | '.join(fields)} |")
-    return "\n".join(lines) + "\n"
+    head = "n", "K", "equalities", "clock [s]", "CPU [s]", "printed [s]", "peak [GB]", "γ", "residual", "outcome"
+    rows = [
+        (str(c.states), str(c.delays), _text(c.equalities, "d"), f"{c.seconds:.2f}", _text(c.cpu_seconds, ".2f"),
+         printed_seconds(c.states, c.delays), _text(c.peak, ".2f"), _text(c.gamma, ".2e"), _text(c.residual, ".0e"),
+         c.outcome, str(c.threads), f"{c.load:.1f}")
+        for c in cells
+    ]  # fmt: skip
+    rule = "|".join(":--" if name == "outcome" else "--:" for name in (*head, "CPUs", "load"))
+    return "\n".join(markdown((*head, "CPUs", "load"), rows, rule)) + "\n"
 
 
 def growth(cells: list[Cell]) -> str:
@@ -186,20 +159,18 @@ def _published(cells: list[Cell]) -> list[Cell]:
 
 def comparison(cells: list[Cell]) -> str:
     """CPU seconds of the three ways for the cells that the plain one was tried on, and how many times faster."""
-    of = {(cell.cone, cell.states, cell.delays): cell for cell in cells}
-    lines = [
-        "| n | K | plain CPU [s] | full cone CPU [s] | times faster | small cone CPU [s] | times faster |",
-        "|--:|--:|--:|--:|--:|--:|--:|",
-    ]
+    spent = {(cell.cone, cell.states, cell.delays): cell.cpu_seconds for cell in cells}
+    head, rows = ["n", "K", "plain CPU [s]"], []
+    for title in ("full", "small"):
+        head += [f"{title} cone CPU [s]", "times faster"]
     for cell in (cell for cell in cells if cell.cone == PLAIN):
         fields = [str(cell.states), str(cell.delays), _text(cell.cpu_seconds, ".2f")]
         for cone in (DegreeRule.TOTAL, DegreeRule.BESSEL):
-            other = of.get((cone.value, cell.states, cell.delays))
-            seconds = other.cpu_seconds if other else None
+            seconds = spent.get((cone.value, cell.states, cell.delays))
             ratio = cell.cpu_seconds / seconds if cell.cpu_seconds and seconds else None
             fields += [_text(seconds, ".2f"), _text(ratio, ".3g")]
-        lines.append(f"| {' | '.join(fields)} |")
-    return "\n".join(lines) + "\n"
+        rows.append(fields)
+    return "\n".join(markdown(head, rows, "--:")) + "\n"
 
 
 def page(cells: list[Cell]) -> str:
@@ -234,11 +205,66 @@ def run_full(cone: str, largest: int, threads: int) -> None:
     for states, delays in cells_of(cone, largest):
         if (cone, states, delays) not in done:
             cell = isolated(cone, states, delays, threads)
-            with RECORD.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(cell)) + "\n")
+            append(RECORD, asdict(cell))
             TABLE.write_text(page(recorded()), encoding="utf-8")
             print(f"n = {states}, K = {delays}: {cell.seconds:.2f} s, {cell.outcome}", flush=True)
     TABLE.write_text(page(recorded()), encoding="utf-8")
+
+
+SOLVED_UP_TO = 15
+"""Largest n·K of Table I whose full cone is solved again here; larger cells are in the record of the full run."""
+
+
+def timed(cell: str, build: Callable[[], Any], solve: Callable[[Any], Any] | None) -> Timed:
+    """Build a program, then solve it, each under the processor's clock."""
+    start = time.process_time()
+    task = build()
+    built = time.process_time()
+    if solve is not None:
+        solve(task)
+    return Timed(
+        cell=cell,
+        assembly=built - start,
+        solver=None if solve is None else time.process_time() - built,
+        machine=machine(),
+        date=datetime.now(UTC).date().isoformat(),
+        load=os.getloadavg()[0],
+    )
+
+
+def timed_cells() -> list[Timed]:
+    """Every published cell: Theorem 3 by the rule of each variable to d and LMI (3), then Table I."""
+    found = []
+    for name, plant in EXAMPLES.items():
+        system = delay_system(**plant)
+        for degree in DEGREES:
+            found.append(timed(f"ex{name}.d{degree}", partial(_theorem_3, system, degree), _least))
+        found.append(timed(f"ex{name}.pade", partial(pade_model, system, DATA["pade-order"]), lmi_gain))
+    for n, k, _ in published():
+        level = scaling.level_of(n, k)
+        solve = partial(_example_4, level is None) if n * k <= SOLVED_UP_TO else None
+        found.append(timed(f"n{n}k{k}", partial(scaling.cost_program, n, k, level), solve))
+    return found
+
+
+def _theorem_3(system: DelayPlant, degree: int) -> Program:
+    return program(reduced(assemble(natural_units(system).plant(system), degree)), 0.0)
+
+
+def _least(task: Program) -> Solution:
+    return solved(task, STATED_GAP)
+
+
+def _example_4(minimised: bool, task: Program) -> Solution:
+    return solve_sdpa(task, scaling.ROUGH if minimised else scaling.CERTIFY)
+
+
+def run_seconds() -> None:
+    """Time every cell anew, and write the record."""
+    first = delay_system(**EXAMPLES["1"])
+    _least(_theorem_3(first, 1))  # loads what is loaded once, so that nothing is while the clock runs
+    lmi_gain(pade_model(first, 2))
+    SECONDS.write_text("".join(f"{json.dumps(asdict(cell))}\n" for cell in timed_cells()), encoding="utf-8")
 
 
 def main() -> None:
@@ -246,6 +272,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     chosen = parser.add_mutually_exclusive_group(required=True)
     chosen.add_argument("--full", choices=CONES, help="every cell by one of the cones, resumable")
+    chosen.add_argument("--seconds", action="store_true", help="assembly and solver apart, into seconds.jsonl")
     chosen.add_argument("--cell", nargs=3, metavar=("CONE", "n", "K"), help="one cell, printed as JSON")
     parser.add_argument("--largest", type=int, default=STATES[-1] * DELAY_COUNTS[-1], help="largest n·K")
     parser.add_argument("--threads", type=int, default=1, help="threads of SDPA")
@@ -254,6 +281,8 @@ def main() -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (BYTES_LIMIT, BYTES_LIMIT))
         cone, states, delays = asked.cell
         print(json.dumps(asdict(measured(cone, int(states), int(delays), asked.threads))))
+    elif asked.seconds:
+        run_seconds()
     else:
         run_full(asked.full, asked.largest, asked.threads)
 

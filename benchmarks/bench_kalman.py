@@ -12,8 +12,8 @@ import control
 import numpy as np
 import pytest
 import scipy.linalg
-from clock import median_times
 
+from benchmarks.clock import median_times
 from papers.okajima2023.printed import PLANT as PRINTED
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.kalman import filter_gains, kalman_design
@@ -27,9 +27,9 @@ EQUAL = 1e-9
 
 
 def lifted(problem: MultirateProblem) -> Stage:
-    """From all noise of a period to the measurements of a period."""
+    """From all noise (d, w) of a period to the measurements of a period."""
     plant, stages = problem.plant, []
-    drive = np.hstack([plant.B_d, np.zeros((plant.order, plant.D.shape[1]))])
+    drive = np.hstack([plant.B_d, plant.B_w])
     for rows in problem.measured_rows():
         noise = np.hstack([np.zeros((len(rows), plant.B_d.shape[1])), plant.D[rows]])
         stages.append(Stage(plant.A, drive, plant.C[rows], noise))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.bench_multirate import random_problem
 from benchmarks.clock import processor_seconds
 from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.estimation.delay.facade import design
@@ -19,27 +20,12 @@ from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.dualrate.response import tracking_error_ratio
 from replication.estimation.multirate.optimum import optimal_design
-from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 
 PREDICTOR = "running_prediction"
 ORDER = 6
 """Order of the collocation that the least level of the delay observers is compared with."""
 LIMIT = 15.0
 """Seconds of processor time within which a plant with n K = 20 and up to ten states must have its delay observer."""
-
-
-def multirate_problem(n: int, periods: tuple[int, ...]) -> MultirateProblem:
-    rng = np.random.default_rng(n)
-    A = rng.normal(size=(n, n))
-    q = len(periods)
-    plant = MultiratePlant(
-        A=0.95 * A / np.max(np.abs(np.linalg.eigvals(A))),
-        B_d=rng.normal(size=(n, 2)),
-        C=rng.normal(size=(q, n)),
-        D=np.eye(q),
-    )
-    return MultirateProblem(plant, SensingSchedule(periods))
 
 
 def loop_of_oscillators(n: int, ratio: int) -> DualRateLoop:
@@ -79,7 +65,7 @@ def delayed(n: int, delays: int) -> DelayPlant:
     ("n", "periods"), [(10, (4, 5, 6)), (20, (4, 5, 6)), (30, (3, 4)), (30, (4, 5)), (30, (4, 5, 6))], ids=str
 )
 def test_multirate_design(benchmark: Any, n: int, periods: tuple[int, ...]) -> None:
-    problem = multirate_problem(n, periods)
+    problem = random_problem(n, periods, noises=2)
     common = problem.schedule.period
     benchmark.group = "Large: multi-rate design"
     benchmark.extra_info.update(row=f"n = {n}, N = {common}", column="Riccati", sizes={"n": n, "N": common})

@@ -12,9 +12,9 @@ Kalman filter of a chain of samples. A run that was stopped goes on where it end
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from benchmarks.clock import processor_seconds
+from benchmarks.clock import append, markdown, processor_seconds, rows_of
 from replication.errors import ReplicationError
 from replication.estimation.delay import DelayPlant, design, limit
 from replication.estimation.validation import Array
@@ -172,29 +172,26 @@ FAMILIES: tuple[Callable[[np.random.Generator], Case], ...] = (
 
 def closed_rms(case: Case) -> float:
     """The Kalman filter of all sensors up to the latest delay, then predictions with those that are still in."""
-    scale = _kalman_scale(case)
-    A, B, Cz, C = _in(case, scale)
-    P = _are(A, _seen(C, case.sigma, np.ones(len(C), bool)), B @ B.T)
+    A, Q, Cz, C = _in_kalman_units(case)
+    P = _are(A, _seen(C, case.sigma), Q)
     if P is None:
         raise np.linalg.LinAlgError("no filter")
     for length, kept in _stages(case):
-        P = _moved(A, _seen(C, case.sigma, kept), B @ B.T, P, length)[-1]
+        P = _moved(A, _seen(C, case.sigma, kept), Q, P, length)[-1]
     return float(np.sqrt(np.trace(Cz @ P @ Cz.T)))
 
 
 def closed_level(case: Case) -> float:
     """The least level at which the same equations, each with + P Cz'Cz P / level^2, have a solution that is bounded."""
-    scale = _kalman_scale(case)
-    A, B, Cz, C = _in(case, scale)
-    everything = np.ones(len(C), bool)
+    A, Q, Cz, C = _in_kalman_units(case)
 
     def holds(level: float) -> bool:
         less = Cz.T @ Cz / level**2
-        P = _are(A, _seen(C, case.sigma, everything) - less, B @ B.T)
+        P = _are(A, _seen(C, case.sigma) - less, Q)
         if P is None or np.linalg.eigvalsh(P)[0] < -1e-9 * np.abs(P).max():
             return False
         for length, kept in _stages(case):
-            for moved in _moved(A, _seen(C, case.sigma, kept) - less, B @ B.T, P, length):
+            for moved in _moved(A, _seen(C, case.sigma, kept) - less, Q, P, length):
                 if not np.linalg.eigvalsh(moved)[0] >= -1e-9 * np.abs(moved).max():
                     return False
                 P = moved
@@ -255,16 +252,15 @@ def _stages(case: Case) -> list[tuple[float, Any]]:
     return [(cut - following, late < cut) for cut, following in pairwise(cuts)]
 
 
-def _in(case: Case, scale: Array) -> tuple[Array, Array, Array, Array]:
-    return scale[:, None] * case.A / scale, scale[:, None] * case.B, case.Cz / scale, case.C / scale
+def _in_kalman_units(case: Case) -> tuple[Array, Array, Array, Array]:
+    """A, B B', Cz, C where the filter of all sensors has variances of one."""
+    P = _are(case.A, _seen(case.C, case.sigma), case.B @ case.B.T)
+    scale = np.ones(len(case.A)) if P is None else 1.0 / np.sqrt(np.diag(P))
+    B = scale[:, None] * case.B
+    return scale[:, None] * case.A / scale, B @ B.T, case.Cz / scale, case.C / scale
 
 
-def _kalman_scale(case: Case) -> Array:
-    P = _are(case.A, _seen(case.C, case.sigma, np.ones(len(case.C), bool)), case.B @ case.B.T)
-    return np.ones(len(case.A)) if P is None else np.asarray(1.0 / np.sqrt(np.diag(P)))
-
-
-def _seen(C: Array, sigma: Array, kept: Any) -> Array:
+def _seen(C: Array, sigma: Array, kept: Any = slice(None)) -> Array:
     return np.asarray(C[kept].T @ (C[kept] / sigma[kept, None] ** 2))
 
 
@@ -303,46 +299,40 @@ def measured(index: int, *, hinf: bool) -> dict[str, Any]:
     else:
         row["closed level"], row["closed rms"] = closed_level(case), closed_rms(case)
 
-    def attempt(what: str, compute: Callable[[], None]) -> None:
+    def attempt(what: str, compute: Callable[[], dict[str, Any]]) -> None:
+        begin = processor_seconds()
         try:
-            compute()
+            row.update(compute())
         except ReplicationError as error:
             row["errors"].append(f"{what}: {type(error).__name__}: {error}")
         except Exception as error:  # noqa: BLE001 - the bar is that there is none of these
             row["errors"].append(f"{what}: CRASH {type(error).__name__}: {error}")
+        else:
+            row[f"{what} seconds"] = processor_seconds() - begin
 
-    def timed(goal: str) -> tuple[Any, float]:
-        begin = processor_seconds()
-        return design(plant, goal=goal), processor_seconds() - begin
-
-    def levels() -> None:
+    def levels() -> dict[str, Any]:
         least = limit(plant)
-        row["limit"], row["settled"] = least.level / level_unit, least.moving <= 1e-3 * least.level
+        return {"limit": least.level / level_unit, "settled": least.moving <= 1e-3 * least.level}
 
-    def h2() -> None:
-        result, row["h2 seconds"] = timed("h2")
-        values = {fact.what: fact.value for fact in result.evidence}
-        row["rms"] = float(values["rms error of z"]) / rms_unit
-        least = values["least rms error of any observer"]
-        row["least rms"] = least if isinstance(least, str) else least / rms_unit
-        row["gain"] = result.value / level_unit
-
-    def level() -> None:
-        result, row["hinf seconds"] = timed("hinf")
-        row["proved"] = result.value / level_unit
-        row["hinf rms"] = float(result.fact("rms error of z").value) / rms_unit
-        row["least proved"] = float(result.fact("least level").value) / level_unit
-        row["exact"] = result.bracket.lower / level_unit
-
-    def mixed() -> None:
-        result, row["mixed seconds"] = timed("mixed")
-        row["mixed"] = result.value / level_unit, float(result.fact("rms error of z").value) / rms_unit
+    def designed(goal: str) -> dict[str, Any]:
+        result = design(plant, goal=goal)
+        gain, rms = result.value / level_unit, float(result.fact("rms error of z").value) / rms_unit
+        if goal == "mixed":
+            return {"mixed": (gain, rms)}
+        if goal == "hinf":
+            proved = float(result.fact("least level").value) / level_unit
+            exact = result.bracket.lower / level_unit
+            return {"proved": gain, "hinf rms": rms, "least proved": proved, "exact": exact}
+        least_rms = result.fact("least rms error of any observer").value
+        return {
+            "rms": rms,
+            "least rms": least_rms if isinstance(least_rms, str) else least_rms / rms_unit,
+            "gain": gain,
+        }
 
     attempt("limit", levels)
-    attempt("h2", h2)
-    if hinf:
-        attempt("hinf", level)
-        attempt("mixed", mixed)
+    for goal in ("h2", "hinf", "mixed")[: 3 if hinf else 1]:
+        attempt(goal, partial(designed, goal))
     row["seconds"] = processor_seconds() - start
     return row
 
@@ -377,30 +367,27 @@ def faults(row: dict[str, Any]) -> list[str]:
 
 def table(rows: list[dict[str, Any]]) -> str:
     """What was measured, family by family, and each plant that is wrong or refused."""
+
+    def cells(family: str) -> list[str]:
+        part = [row for row in rows if row["family"] == family]
+        refused = {
+            what: str(sum(any(error.startswith(what) for error in row["errors"]) for row in part))
+            for what in ("limit", "h2", "hinf")
+        }
+        known = [str(sum(row.get("settled") is kind for row in part)) for kind in (True, False)]
+        done = {what: str(sum(what in row for row in part)) for what in ("rms", "proved")}
+        limits, wrong = ", ".join([*known, refused["limit"]]), sum(bool(faults(row)) for row in part)
+        h2, hinf = f"{done['rms']}, {refused['h2']}", f"{done['proved']}, {refused['hinf']}"
+        return [family, str(len(part)), limits, h2, hinf, str(wrong)]
+
+    head = "family", "plants", "limit: known, open, refused", "h2: known, refused", "hinf: proved, refused", "wrong"
     lines = [
         "# Delay designs for plants that come first",
         "",
         f"{len(rows)} plants, seed {SEED}; written by `python -m benchmarks.delay_designs --table`.",
         "",
-        "| family | plants | limit: known, open, refused | h2: known, refused | hinf: proved, refused | wrong |",
-        "| --- | --- | --- | --- | --- | --- |",
+        *markdown(head, map(cells, sorted({row["family"] for row in rows}))),
     ]
-    for family in sorted({row["family"] for row in rows}):
-        part = [row for row in rows if row["family"] == family]
-
-        def refused(what: str, part: list[dict[str, Any]] = part) -> int:
-            return sum(any(error.startswith(what) for error in row["errors"]) for row in part)
-
-        cells = (
-            family,
-            f"{len(part)}",
-            ", ".join(str(sum(row.get("settled") is kind for row in part)) for kind in (True, False))
-            + f", {refused('limit')}",
-            f"{sum('rms' in row for row in part)}, {refused('h2')}",
-            f"{sum('proved' in row for row in part)}, {refused('hinf')}",
-            f"{sum(bool(faults(row)) for row in part)}",
-        )
-        lines.append("| " + " | ".join(cells) + " |")
     for title, of in (("Wrong", faults), ("Refused, with the cause", lambda row: row["errors"])):
         lines += ["", f"## {title}", ""]
         told = [f"- {row['index']} ({row['family']}): {what}" for row in rows for what in of(row)]
@@ -417,9 +404,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 def recorded() -> list[dict[str, Any]]:
     """The rows of the file, by index."""
-    if not RECORD.exists():
-        return []
-    return sorted(map(json.loads, RECORD.read_text().splitlines()), key=lambda row: row["index"])
+    return sorted(rows_of(RECORD), key=lambda row: row["index"])
 
 
 def main() -> None:
@@ -432,8 +417,7 @@ def main() -> None:
     done = {row["index"] for row in recorded()}
     for index in range(options.first, options.plants):
         if index not in done:
-            with RECORD.open("a") as file:
-                file.write(json.dumps(measured(index, hinf=index % EACH == 0)) + "\n")
+            append(RECORD, measured(index, hinf=index % EACH == 0))
     if options.table:
         TABLE.write_text(table(recorded()))
 

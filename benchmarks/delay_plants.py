@@ -9,14 +9,13 @@ A run that was stopped goes on where it ended. Seconds are those of the processo
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.clock import processor_seconds
+from benchmarks.clock import append, markdown, processor_seconds, rows_of
 from replication.errors import ReplicationError
 from replication.estimation.delay import DelayPlant, delay_system, exact_gain, limit, minimum_gain
 from replication.estimation.delay.general.cone import line_form
@@ -177,74 +176,61 @@ def _file(name: str) -> Any:
 
 def recorded() -> dict[str, dict[str, Any]]:
     """What was measured so far."""
-    lines = RECORD.read_text().splitlines() if RECORD.exists() else []
-    return {row.pop("name"): row for row in map(json.loads, lines)}
+    return {row.pop("name"): row for row in rows_of(RECORD)}
+
+
+def above(row: dict[str, Any]) -> str:
+    """By how much the least level exceeds that of any observer."""
+    return f"{row['least'] / row['limit'] - 1:.1e}"
+
+
+def total(row: dict[str, Any]) -> str:
+    """Seconds of all that was computed."""
+    return f"{sum(value for name, value in row.items() if name.endswith('seconds')):.1f}"
+
+
+COLUMNS: dict[str, dict[str, str | Callable[[dict[str, Any]], str]]] = {
+    "examples": {
+        "published": "published", "degree": "degree", "least level": "{least:.6f}",
+        "least of any observer": "{limit:.6f}", "no estimator below": "{smoother:.6f}", "excess": above,
+        "CPU (s)": total,
+    },
+    "late": {
+        "delay (s)": "delay", "least level": "{least:.4f}", "least of any observer": "{limit:.4f}",
+        "no estimator below": "{smoother:.4f}",
+    },
+    "noise": {
+        "noise": "noise", "level promised without noise": "{without noise:.4f}",
+        "gain of that observer with noise": "{ignored:.4g}", "least level with noise": "{least:.4f}",
+    },
+    "size": {
+        "states": "n", "delays": "K", "measurements": "q", "degree": "degree", "excess": above,
+        "least level, CPU (s)": "{least seconds:.1f}", "all, CPU (s)": total,
+    },
+}  # fmt: skip
+"""Of each table of the page: the key of a number, how it is written, or what is made of a row."""
 
 
 def tables(rows: dict[str, dict[str, Any]]) -> dict[str, str]:
     """The tables of the page as Markdown, by the name of their place."""
-    kinds = {kind: [row for name, row in rows.items() if name.startswith(kind)] for kind in ("late", "noise", "size")}
-    examples = [{"published": level, **rows[f"example {name}"]} for name, level, _ in EXAMPLES]
-    return {
-        "examples": _table(
-            examples,
-            {
-                "published": "published",
-                "degree": "degree",
-                "least level": lambda row: f"{row['least']:.6f}",
-                "least of any observer": lambda row: f"{row['limit']:.6f}",
-                "no estimator below": lambda row: f"{row['smoother']:.6f}",
-                "excess": lambda row: f"{row['least'] / row['limit'] - 1:.1e}",
-                "CPU (s)": _total,
-            },
-        ),
-        "late": _table(
-            kinds["late"],
-            {
-                "delay (s)": "delay",
-                "least level": lambda row: f"{row['least']:.4f}",
-                "least of any observer": lambda row: f"{row['limit']:.4f}",
-                "no estimator below": lambda row: f"{row['smoother']:.4f}",
-            },
-        ),
-        "noise": _table(
-            kinds["noise"],
-            {
-                "noise": "noise",
-                "level promised without noise": lambda row: f"{row['without noise']:.4f}",
-                "gain of that observer with noise": lambda row: f"{row['ignored']:.4g}",
-                "least level with noise": lambda row: f"{row['least']:.4f}",
-            },
-        ),
-        "random": _random([row for name, row in rows.items() if name.startswith("random")]),
-        "size": _table(
-            kinds["size"],
-            {
-                "states": "n",
-                "delays": "K",
-                "measurements": "q",
-                "degree": "degree",
-                "excess": lambda row: f"{row['least'] / row['limit'] - 1:.1e}",
-                "least level, CPU (s)": lambda row: f"{row['least seconds']:.1f}",
-                "all, CPU (s)": _total,
-            },
-        ),
+    kinds = {kind: [row for name, row in rows.items() if name.startswith(kind)] for kind in (*COLUMNS, "random")}
+    kinds["examples"] = [{"published": level, **rows[f"example {name}"]} for name, level, _ in EXAMPLES]
+
+    def cell(row: dict[str, Any], column: str | Callable[[dict[str, Any]], str]) -> str:
+        if not isinstance(column, str):
+            return column(row)
+        return column.format_map(row) if "{" in column else str(row[column])
+
+    made = {
+        kind: markdown(
+            list(columns), [[cell(row, column) for column in columns.values()] for row in kinds[kind]], " ---: "
+        )
+        for kind, columns in COLUMNS.items()
     }
+    return {kind: "\n".join(lines) for kind, lines in {**made, "random": _random(kinds["random"])}.items()}
 
 
-def _total(row: dict[str, Any]) -> str:
-    return f"{sum(value for name, value in row.items() if name.endswith('seconds')):.1f}"
-
-
-def _table(rows: list[dict[str, Any]], columns: dict[str, str | Callable[[dict[str, Any]], str]]) -> str:
-    lines = ["| " + " | ".join(columns) + " |", "|" + " ---: |" * len(columns)]
-    for row in rows:
-        cells = [str(row[column]) if isinstance(column, str) else column(row) for column in columns.values()]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
-def _random(rows: list[dict[str, Any]]) -> str:
+def _random(rows: list[dict[str, Any]]) -> list[str]:
     """The statistics of the random plants."""
     done = [row for row in rows if "gain" in row]
     excess = np.array([row["least"] / row["limit"] - 1.0 for row in done])
@@ -257,8 +243,7 @@ def _random(rows: list[dict[str, Any]]) -> str:
         "levels below the exact one by 1e-5 or more": int(np.sum(excess < -1e-5)),
         "exact gains above the proved level": sum(row["gain"] > row["proved"] for row in done),
     }
-    lines = ["| | |", "| --- | ---: |", *(f"| {what} | {value} |" for what, value in facts.items())]
-    return "\n".join(lines)
+    return ["| | |", "| --- | ---: |", *(f"| {what} | {value} |" for what, value in facts.items())]
 
 
 def main() -> None:
@@ -271,9 +256,7 @@ def main() -> None:
         known = recorded()
         for name, task in tasks(chosen.random).items():
             if name not in known:
-                line = json.dumps({"name": name, **task()})
-                with RECORD.open("a") as stream:
-                    stream.write(line + "\n")
+                append(RECORD, {"name": name, **task()})
         return
     text = PAGE.read_text()
     for place, table in tables(recorded()).items():

@@ -1,26 +1,68 @@
-"""What the README of this project shows beside its results: an example, and a picture of the answer.
+"""Examples of the documentation, run for the pages that show them; and what the README shows beside its results: an
+example, and a picture of the answer.
 
 `python -m benchmarks.readme` writes the results of the run and the example into it, with `picture` the picture.
 """
 
 from __future__ import annotations
 
+import ast
+import contextlib
 import hashlib
 import io
+import runpy
 import shutil
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmarks.examples import Ran, run_example
 from replication.audit.project import find_project
 from replication.audit.publish.readme import badges, replace_block, results_block
 from replication.audit.store.records import ResultsFile, read_results
+from replication.drawing.panels import as_svg
 from replication.errors import AuditError
 from replication.files import write_atomically
 
 if TYPE_CHECKING:
     from selenium import webdriver
+
+FIGURE = "figure"
+"""The variable in which an example leaves its picture, if it has one."""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """An example that was run.
+
+    caption: first line of its docstring. code: without the docstring. drawing: stand-alone SVG, or nothing.
+    """
+
+    name: str
+    caption: str
+    code: str
+    output: str
+    drawing: str
+
+
+def run_example(path: Path) -> Ran:
+    """Run the script at `path`; raises AuditError that names it if it fails or says nothing of itself."""
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    said = ast.get_docstring(tree)
+    if not said:
+        raise AuditError(f"{path} has no docstring; its first line is the caption of what it draws")
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(printed):
+            names = runpy.run_path(str(path))
+    except Exception as error:  # whatever an example raises
+        raise AuditError(f"{path}: {type(error).__name__}: {error}; run it by itself and correct it") from error
+    code = "\n".join(text.splitlines()[tree.body[0].end_lineno :]).strip()
+    figure = names.get(FIGURE)
+    drawing = "" if figure is None else as_svg(figure, path.stem)
+    return Ran(path.stem, said.splitlines()[0], code, printed.getvalue().rstrip(), drawing)
+
 
 EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
 EXAMPLE = "docs/examples/multirate_cart.py"

@@ -1,16 +1,16 @@
 """How fast the report is in Chromium, as it is and with made-up claims beside its own.
 
-    python benchmarks/report_page.py [--times 10]
+    python benchmarks/report_page.py [TIMES ..]
 
-Each claim of report/results.json is repeated under names of its own. Interactive is when the page is painted and its
-script has run, counted from the request; a keystroke is from the event in the search field to the next painted frame.
+Each claim of report/results.json stands so many times (1 and 10), under names of its own. Interactive is when the page
+is painted and its script has run, counted from the request; a keystroke is from the event in the search field to the
+next painted frame.
 The bars are those of a quiet machine: half a second as it is, at ten times the claims three seconds, and a fifth of a
 second for a keystroke. Exit code 1 if one is missed.
 """
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import sys
 import tempfile
@@ -70,13 +70,10 @@ def measured(browser: webdriver.Chrome, page: Path) -> tuple[float, float]:
 
 def main() -> int:
     """Measure the page at each number of claims, print a line for each, and say whether a bar is missed."""
-    parser = argparse.ArgumentParser(description="How fast the report is in Chromium.")
-    parser.add_argument("--times", type=int, nargs="*", default=list(BARS), help="how many times the claims (1 and 10)")
-    chosen = parser.parse_args()
     results = read_results(ROOT / "report" / "results.json")
     missed = False
     with tempfile.TemporaryDirectory() as folder, started() as browser:
-        for times in chosen.times:
+        for times in map(int, sys.argv[1:] or BARS):
             made = multiplied(results, times)
             page = Path(folder) / f"times-{times}.html"
             page.write_text(render(made, ROOT / "figures"), encoding="utf-8")

@@ -128,19 +128,22 @@ def entered(check: Callable[[], object]) -> set[Place]:
 
 def functions(places: Iterable[Place]) -> dict[Path, set[int]]:
     """The lines of the functions in which these places lie; of a lambda in a table, those of the table."""
-    return _lines((path, piece) for path, line in places for span, piece in module(path).pieces if line in span)
+    return _lines(_pieces(places))
 
 
 def declared(places: Iterable[Place]) -> dict[Path, set[int]]:
     """The same with what these functions name at the top of modules, and what that names in turn."""
-    todo = [(path, piece) for path, line in places for span, piece in module(path).pieces if line in span]
-    seen = list(todo)
+    seen = dict.fromkeys(_pieces(places))
+    todo = list(seen)
     while todo:
-        for one in _named(*todo.pop()):
-            if one not in seen and str(one[0].relative_to(ROOM)) not in ASIDE:
-                seen.append(one)
-                todo.append(one)
+        more = [one for one in _named(*todo.pop()) if one not in seen and str(one[0].relative_to(ROOM)) not in ASIDE]
+        seen |= dict.fromkeys(more)
+        todo += more
     return _lines(seen)
+
+
+def _pieces(places: Iterable[Place]) -> list[tuple[Path, ast.stmt]]:
+    return [(path, piece) for path, line in places for span, piece in module(path).pieces if line in span]
 
 
 def _lines(pieces: Iterable[tuple[Path, ast.stmt]]) -> dict[Path, set[int]]:
@@ -153,17 +156,13 @@ def _lines(pieces: Iterable[tuple[Path, ast.stmt]]) -> dict[Path, set[int]]:
 @cache
 def _named(path: Path, piece: ast.stmt) -> tuple[tuple[Path, ast.stmt], ...]:
     """Assignments and fields of classes that a piece names; the functions that run are known already."""
-    return tuple(_declarations(path, piece))
-
-
-def _declarations(path: Path, piece: ast.stmt) -> Iterator[tuple[Path, ast.stmt]]:
+    found: list[tuple[Path, ast.stmt]] = []
     for name in {part.id for part in _inner(piece) if isinstance(part, ast.Name)}:
         where, real = (path, name) if name in module(path).named else module(path).imported.get(name, (path, name))
         one = module(where).named.get(real) if where.is_file() else None
-        if isinstance(one, ast.ClassDef):
-            yield from ((where, part) for part in one.body if isinstance(part, ast.AnnAssign | ast.Assign))
-        elif isinstance(one, ast.AnnAssign | ast.Assign):
-            yield where, one
+        parts = one.body if isinstance(one, ast.ClassDef) else [one]
+        found += [(where, part) for part in parts if isinstance(part, ast.AnnAssign | ast.Assign)]
+    return tuple(found)
 
 
 def _inner(node: ast.AST) -> Iterator[ast.AST]:
@@ -196,10 +195,8 @@ PARTS = ("frame", "kernel", "algebra", "reduction")
 
 def part_of(path: Path) -> str:
     """The part of the verifier to which a module belongs."""
-    inner = path.relative_to(ROOM).parts
-    if len(inner) > 1:
-        return "algebra" if inner[0] == "algebra" else "reduction"
-    return "kernel" if inner[0] in KERNEL else "frame"
+    folder, *inner = path.relative_to(ROOM).parts
+    return ("algebra" if folder == "algebra" else "reduction") if inner else "kernel" if folder in KERNEL else "frame"
 
 
 def by_coq(paper: str) -> list[str]:
@@ -260,9 +257,8 @@ the algebra {files("algebra/*.py")}, the frame {files(*frame)}.
 def _longest(rows: Sequence[Row]) -> list[Row]:
     """Of each statement the theorem that takes most lines, in the order of their lines."""
     found: dict[str, Row] = {}
-    for one in rows:
-        if one.statement not in found or one.lines > found[one.statement].lines:
-            found[one.statement] = one
+    for one in sorted(rows, key=lambda one: one.lines, reverse=True):
+        found.setdefault(one.statement, one)
     return sorted(found.values(), key=lambda one: (one.lines, one.statement))
 
 

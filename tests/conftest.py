@@ -40,7 +40,7 @@ LONGEST = (
     "audit/test_report.py",
     "audit/test_mistakes.py",
     "estimation/multirate/test_multirate_optimum.py",
-    "estimation/multirate/test_multirate_c.py",
+    "estimation/api/test_c_code.py",
     "ownplant/test_design_variants.py",
     "estimation/nonuniform/test_stamped_design.py",
     "verify/test_attacks.py",

@@ -15,7 +15,7 @@ from typing import Any
 
 from mkdocs.exceptions import PluginError
 
-from benchmarks.examples import Ran, run_example
+from benchmarks.readme import Ran, run_example
 from replication.drawing.svg import JOINS, inner
 from replication.errors import AuditError
 

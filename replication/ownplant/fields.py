@@ -42,15 +42,17 @@ class Field:
     meaning: str = ""
     instead: str = ""
 
+    @classmethod
+    def of(cls, name: str, *, shape: str = "", kind: str = "", optional: bool = False, **told: str) -> Field:
+        """From a row of `methods.toml`; a matrix, or several if there are three letters, unless it says otherwise."""
+        letters = tuple(shape.split())
+        kind = kind or ("matrices" if len(letters) == 3 else "matrix")
+        return cls(name, Kind[kind.upper()], letters, not optional, **told)
+
     def described(self) -> str:
         """Shape and meaning, for the help of the command line."""
         shape = f" ({', '.join(self.shape)})" if self.shape else ""
         return f"{shape}  {self.meaning}{'' if self.required else ', optional'}"
-
-
-def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True, instead: str = "") -> Field:
-    """The key of one matrix."""
-    return Field(name, Kind.MATRIX, (rows, columns), required, meaning, instead)
 
 
 NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
@@ -63,10 +65,19 @@ class Option:
 
     name: str
     read: Callable[[str], Any]
-    metavar: str | None
     help: str
+    metavar: str | None = None
     required: bool = False
     choices: tuple[str, ...] | None = None
+
+    @classmethod
+    def of(
+        cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **told: Any
+    ) -> Option:
+        """From a row of `methods.toml`."""
+        one = up_to(most) if most else READERS[read]
+        choices = tuple(told.pop("choices", ())) or None
+        return cls(name, pair(one) if two else listed(one) if several else one, choices=choices, **told)
 
     def add(self, parser: argparse.ArgumentParser) -> None:
         """Add the option to a parser."""
@@ -85,7 +96,7 @@ def listed(one: Callable[[str], T]) -> Callable[[str], list[T]]:
     return lambda text: [one(part.strip()) for part in text.split(",")]
 
 
-def two(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+def pair(one: Callable[[str], T]) -> Callable[[str], list[T]]:
     """Reads exactly two values."""
 
     def ends(text: str) -> list[T]:
@@ -150,3 +161,10 @@ def positive(text: str) -> float:
     if not 1 / LARGEST <= number <= LARGEST:
         raise argparse.ArgumentTypeError(f"{text!r} is not from {1 / LARGEST:g} to {LARGEST:g}; choose other units")
     return number
+
+
+READERS: dict[str, Callable[[str], Any]] = {
+    "word": str, "offsets": offsets, "age": age, "probability": probability, "natural": natural, "whole": whole,
+    "positive": positive,
+}  # fmt: skip
+"""Of one value, by the name that `methods.toml` has for them."""

@@ -26,7 +26,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
 from benchmarks.boilerplate import measure
-from benchmarks.examples import run_example
+from benchmarks.readme import run_example
 from replication.audit.publish.notebooks import build_notebooks
 from replication.errors import AuditError
 from replication.scaffold.make import scaffold

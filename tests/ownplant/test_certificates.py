@@ -221,19 +221,6 @@ def test_what_the_verifier_refuses_is_not_handed_out(monkeypatch: pytest.MonkeyP
         certified(result_of("dualrate"), "no name")
 
 
-def test_a_refused_certificate_leaves_no_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    file = tmp_path / "two.toml"
-    file.write_text("A = [[-1.0, 0.0], [0.0, -2.0]]\nB = [[1.0, 0.0], [0.0, 1.0]]\nC = [[1.0, 0.0], [0.0, 1.0]]\n")
-    command = ["design", "dualrate", str(file), "--period", "0.01", "--ratio", "2"]
-    assert main([*command, "--certificate"]) == 2
-    assert "dualrate.stable is a statement on loops with one input and one output" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["two.toml"]
-    assert main(command) == 0
-
-
 def test_the_example_in_the_docstring_runs() -> None:
     failures, tried = doctest.testmod(own)
     assert (failures, tried > 2) == (0, True)

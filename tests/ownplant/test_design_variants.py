@@ -24,35 +24,15 @@ from replication.estimation.nonuniform.bounds.worst_case import simulate_error
 from replication.estimation.nonuniform.stamped.design import StampedFilter
 from replication.verify import run as first
 from replication.verify.run import check
-
-PLANT = """
-A = [[0.0, 1.0], [22.0, 0.0]]
-B = [[0.0], [1.0]]
-C = [[1.0, 0.0], [0.0, 1.0]]
-sensor_noise = [[1.0, 0.0], [0.0, 4.0]]
-
-[names]
-measurements = ["camera", "gyro"]
-"""
-GAINS = "K = [[-30.0, -9.0]]\nL = [[1.0, 0.0], [0.0, 1.0]]\n"
-CALL = ("--period", "0.02", "--ratio", "10,2", "--at", "slow", "--hold", "2")
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "ball.toml"
-    path.write_text(PLANT, encoding="utf-8")
-    return path
-
-
-def designed(file: Path, *options: str) -> int:
-    return main(["design", "dualrate", str(file), *options, "--output", str(file.with_name("out"))])
+from tests.ownplant.test_design_command import BALL, SLOW
 
 
 @pytest.mark.parametrize("goal", ["h2", "hinf"])
-def test_the_file_gives_what_the_library_gives(goal: str, file: Path) -> None:
-    assert designed(file, *CALL, "--goal", goal) == 0
-    written = json.loads((file.with_name("out") / "gains.json").read_text(encoding="utf-8"))
+def test_the_file_gives_what_the_library_gives(goal: str, tmp_path: Path) -> None:
+    file, out = tmp_path / "ball.toml", tmp_path / "out"
+    file.write_text(f'{BALL}[names]\nmeasurements = ["camera", "gyro"]\n', encoding="utf-8")
+    assert main(["design", "dualrate", str(file), *SLOW.split(), "--goal", goal, "--output", str(out)]) == 0
+    written = json.loads((out / "gains.json").read_text(encoding="utf-8"))
     plant = dualrate.make_plant([[0, 1], [22, 0]], [[0], [1]], np.eye(2))
     own = dualrate.design(
         plant, period=0.02, ratio=[10, 2], hold=[2], at="slow", goal=goal, sensor_noise=np.diag([1.0, 4.0])
@@ -60,34 +40,7 @@ def test_the_file_gives_what_the_library_gives(goal: str, file: Path) -> None:
     assert written["value"] == pytest.approx(own.value, rel=1e-9)
     assert np.allclose(written["gains"]["K"]["value"], own.gains["K"], rtol=1e-6)
     assert written["signals"]["measurements"] == ["camera", "gyro"]
-    assert "level of the Kalman filter" in (file.with_name("out") / "index.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (("--level", "3"), 'level belongs to goal="hinf"'),
-        (("--goal", "hinf", "--level", "1e-3"), "no controller at these rates keeps the level 0.001: the least is"),
-        (("--hold", "2,3"), "hold must be one number, or one for each of the 1 inputs"),
-        (("--at", "continuous"), 'belong to designs at the slow rate: at="slow"'),
-    ],
-)
-def test_what_does_not_fit_is_named(
-    options: tuple[str, ...], told: str, file: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert designed(file, *CALL, *options) in (2, 3)
-    assert told in capsys.readouterr().err and not file.with_name("out").exists()
-
-
-def test_gains_of_ones_own_are_not_designed(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file.write_text(GAINS + PLANT, encoding="utf-8")
-    assert designed(file, *CALL) == 2
-    assert "sensor_noise, at, hold: for a design; the file has gains K and L" in capsys.readouterr().err
-
-
-def test_a_certificate_of_it_is_refused(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert designed(file, *CALL, "--certificate") == 2
-    assert "the verifier has no statement on a SlowRateResult" in capsys.readouterr().err
+    assert "level of the Kalman filter" in (out / "index.html").read_text(encoding="utf-8")
 
 
 ROOT = Path(__file__).parents[2]
@@ -225,36 +178,3 @@ def test_a_file_says_that_samples_have_time_stamps(
     # Fewer cells, a gain for each.
     assert main([*command, "--cells", "3", "--force", "--output", str(folder)]) == 0
     assert "G_x (3, 2, 1)" in capsys.readouterr().out
-
-
-UNSTABLE = "A = [[0.5]]\nB = [[1.0, 0.0]]\nC = [[1.0]]\nD = [[0, 0.1]]\nL = [[1]]\n"
-REFUSED = [
-    ("", [], "A must be Hurwitz, but has the eigenvalue 0.5"),
-    ("", [], "one that takes the time stamps of the samples can"),
-    ('stamps = "known"\n', ["--stamps", "unknown"], "A must be Hurwitz"),
-    ('stamps = "sometimes"\n', [], 'stamps: must be "known" or "unknown", got \'sometimes\''),
-    ("stamps = true\n", [], "stamps: must be a word in quotes"),
-    ('stamps = "known"\nB_u = [[1], [0]]\n', [], "B_u: has 2 rows, where A sets n = 1"),
-    ("B_u = [[1]]\n", [], "B_u: for a filter that takes time stamps"),
-    ("B_u = [[1]]\n", ["--cells", "3"], "B_u, cells: for a filter that takes time stamps"),
-    ("", ["--stamps", "known", "--goal", "nominal", "--leaves", "3"], "goal, leaves: for a filter that takes no time"),
-    ("", ["--stamps", "known", "--certificate"], ""),
-]
-
-
-@pytest.mark.parametrize(("more", "options", "words"), REFUSED)
-def test_what_does_not_fit_is_refused_before_a_design(
-    more: str,
-    options: list[str],
-    words: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """But for the last, which is as it should be: an unstable plant, with time stamps."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "own.toml").write_text(UNSTABLE + more, encoding="utf-8")
-    done = main(["design", "nonuniform", "own.toml", "--periods", "0.1,0.4", "--horizon", "20", *options])
-    assert done == (2 if words else 0)
-    assert words in capsys.readouterr().err
-    assert (tmp_path / "own-nonuniform").exists() is not bool(words)

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from tables import read_csv
 
-from benchmarks.examples import run_example
 from benchmarks.readme import (
     COMMIT,
     DRAWN,
@@ -20,6 +19,7 @@ from benchmarks.readme import (
     VERDICTS,
     example_block,
     noted,
+    run_example,
     verdicts,
 )
 from papers import KEYS

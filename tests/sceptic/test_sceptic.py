@@ -27,7 +27,7 @@ from mutants import SECONDS, told_by_a_child
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-OWN = ("replication", "papers", "tests")
+OWN = ("replication", "papers", "tests", "benchmarks")
 """The packages that are imported anew."""
 HEAVY = ("clarabel", "control", "cvxpy", "jinja2", "matplotlib.pyplot", "scipy.optimize", "scipy.signal")
 """Packages that take long to import."""

@@ -56,7 +56,7 @@ def cells(cells: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 SECONDS = Path(__file__).parents[1] / "seconds.jsonl"
-"""CPU seconds of assembly and solver apart, as once measured by `python -m benchmarks.delay_seconds`."""
+"""CPU seconds of assembly and solver apart, as once measured by `benchmarks/bench_delay.py --seconds`."""
 
 
 @dataclass(frozen=True)

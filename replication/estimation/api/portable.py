@@ -83,10 +83,10 @@ def arrays_in(value: Any, name: str = "") -> dict[str, Array]:
 def _plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return {"number": str(float(value))}  # JSON has no NaN
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.generic):
         return value.item()
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in KINDS:
             raise InvalidInputError(f"an array of {value.dtype} has no place in the file of an observer")

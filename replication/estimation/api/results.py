@@ -133,10 +133,8 @@ class GainResult(Shown):
 
         Parameters
         ----------
-        settings : object
-            None, but for methods in continuous time: the step `dt` (s) at which it runs.
-        named : object
-            The same by name.
+        settings, named : object
+            None, but for methods in continuous time: the step `dt` (s) at which it runs, by place or by name.
 
         Returns
         -------
@@ -149,9 +147,7 @@ class GainResult(Shown):
 
         Parameters
         ----------
-        settings : object
-            As in `observer`.
-        named : object
+        settings, named : object
             As in `observer`.
 
         Returns

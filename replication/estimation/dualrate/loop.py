@@ -43,9 +43,7 @@ class LoopStep:
     forcing: ComplexArray
     input_state: Array
     input_command: Array
-    input_noise: Array
     estimate_state: Array
-    estimate_noise: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +131,7 @@ def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bo
         forcing=np.concatenate([plant.forcing, o.forcing, np.zeros(m)]),
         input_state=command[0],
         input_command=command[1],
-        input_noise=command[2],
         estimate_state=estimate,
-        estimate_noise=o.feedthrough,
     )
 
 

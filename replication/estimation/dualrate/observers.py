@@ -8,8 +8,8 @@ one whose injection and feedthrough vanish except at phase 0. The first n entrie
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -184,92 +184,6 @@ class Observer:
     full_state: bool = False
 
 
-Builder = Callable[[SampledModel], Observer]
-
-
-def fast_sensor(model: SampledModel) -> Observer:
-    """(7) with a true measurement at every fast instant: what a virtual measurement tries to replace."""
-    return Observer((_corrected(model, 0),) * model.ratio)
-
-
-def single_correction(model: SampledModel) -> Observer:
-    """(7) at phase 0, then the model alone until the next measurement."""
-    free = _step(model, model.predictor.state, model.predictor.input, model.H * 0, model.predictor.forcing)
-    return Observer((_corrected(model, 0), *[free] * (model.ratio - 1)))
-
-
-def held_measurement(model: SampledModel) -> Observer:
-    """(2) with u changing every T and the last measurement held over M T. State (ζ, y held)."""
-    return _phases(_holding, model)
-
-
-def single_rate(model: SampledModel) -> Observer:
-    """Observer (2) and controller both updated every M T: F, G, H at M T, written over the fast instants."""
-    return replace(_phases(_holding, model), slow_command=True)
-
-
-def single_rate_correction(model: SampledModel) -> Observer:
-    """`single_correction` whose controller, too, acts at phase 0 only."""
-    return replace(single_correction(model), slow_command=True)
-
-
-def model_interpolation(model: SampledModel) -> Observer:
-    """`held_measurement` read at phase 0 only, the model carrying the estimate between. State (ζ, y held, x̂)."""
-    return _phases(_interpolating, model)
-
-
-def slow_input_interpolation(model: SampledModel) -> Observer:
-    """`model_interpolation` whose observer takes the input of phase 0 for the whole M T. State (ζ, y held, x̂, u₀)."""
-    return _phases(_interpolating, model, slow_input=True)
-
-
-def alternating_predictive(model: SampledModel) -> Observer:
-    """The alternating predictive observer as printed: (7) with the virtual measurement (6). State (ζ, y_p)."""
-    return _phases(_virtual, model, running=False)
-
-
-def running_prediction(model: SampledModel) -> Observer:
-    """The restarted predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement."""
-    return _phases(_virtual, model, running=True)
-
-
-def open_loop_prediction(model: SampledModel) -> Observer:
-    """(7) with y_p = C ζ_p, where ζ_p starts at ζ at phase 0 and follows the model alone. State (ζ, ζ_p)."""
-    return _phases(_predicting, model)
-
-
-def state_feedback(model: SampledModel) -> Observer:
-    """No observer: the controller reads the full state at every fast instant."""
-    n, m = model.G.shape
-    step = ObserverStep(
-        np.zeros((0, 0)), np.zeros((0, m)), np.zeros((0, n)), np.zeros(0, complex), np.zeros((n, 0)), np.eye(n)
-    )
-    return Observer((step,) * model.ratio, full_state=True)
-
-
-OBSERVERS: Mapping[str, Builder] = {
-    builder.__name__: builder
-    for builder in (
-        single_rate,
-        single_rate_correction,
-        held_measurement,
-        model_interpolation,
-        single_correction,
-        slow_input_interpolation,
-        alternating_predictive,
-        open_loop_prediction,
-        running_prediction,
-        fast_sensor,
-        state_feedback,
-    )
-}
-
-
-def _phases(step: Callable[..., ObserverStep], model: SampledModel, **choice: bool) -> Observer:
-    """The steps of all phases, of which those after the first are one."""
-    return Observer((step(model, 0, **choice), *[step(model, 1, **choice)] * (model.ratio - 1)))
-
-
 def _step(
     model: SampledModel, transition: Array, drive: Array, injection: Array, forcing: ComplexArray, reads: int = 0
 ) -> ObserverStep:
@@ -281,6 +195,17 @@ def _step(
 def _corrected(model: SampledModel, phase: int) -> ObserverStep:
     """(7) with the measurement of this phase, which only phase 0 has."""
     return _step(model, model.F, model.G, model.H * (phase == 0), model.forcing)
+
+
+def _always(model: SampledModel, _: int) -> ObserverStep:
+    """(7) with a true measurement at every fast instant."""
+    return _corrected(model, 0)
+
+
+def _single(model: SampledModel, phase: int) -> ObserverStep:
+    """(7) at phase 0, then the model alone."""
+    free = model.predictor
+    return _step(model, free.state, free.input, model.H * 0, free.forcing) if phase else _corrected(model, 0)
 
 
 def _predicting(model: SampledModel, phase: int) -> ObserverStep:
@@ -346,3 +271,52 @@ def _virtual(model: SampledModel, phase: int, *, running: bool) -> ObserverStep:
         np.vstack([model.H, carried]) * fresh,
         np.concatenate([model.forcing, C @ model.predictor.forcing]),
     )
+
+
+def _reading(model: SampledModel, _: int) -> ObserverStep:
+    """The full state, which is measured at every fast instant."""
+    n, m = model.G.shape
+    none = np.zeros((0, 0)), np.zeros((0, m)), np.zeros((0, n)), np.zeros(0, complex)
+    return ObserverStep(*none, np.zeros((n, 0)), np.eye(n))
+
+
+Builder = Callable[[SampledModel], Observer]
+
+
+def _observer(
+    model: SampledModel,
+    *,
+    step: Callable[..., ObserverStep],
+    slow_command: bool = False,
+    full_state: bool = False,
+    **choice: bool,
+) -> Observer:
+    """The steps of all phases, of which those after the first are one."""
+    first, later = (step(model, phase, **choice) for phase in (0, 1))
+    return Observer((first, *[later] * (model.ratio - 1)), slow_command, full_state)
+
+
+OBSERVERS: Mapping[str, Builder] = {
+    # Observer (2) and controller both updated every M T: F, G, H at M T, written over the fast instants.
+    "single_rate": partial(_observer, step=_holding, slow_command=True),
+    # `single_correction` whose controller, too, acts at phase 0 only.
+    "single_rate_correction": partial(_observer, step=_single, slow_command=True),
+    # (2) with u changing every T and the last measurement held over M T. State (ζ, y held).
+    "held_measurement": partial(_observer, step=_holding),
+    # `held_measurement` read at phase 0 only, the model carrying the estimate between. State (ζ, y held, x̂).
+    "model_interpolation": partial(_observer, step=_interpolating),
+    # (7) at phase 0, then the model alone until the next measurement.
+    "single_correction": partial(_observer, step=_single),
+    # `model_interpolation` that takes the input of phase 0 for the whole M T. State (ζ, y held, x̂, u₀).
+    "slow_input_interpolation": partial(_observer, step=_interpolating, slow_input=True),
+    # The alternating predictive observer as printed: (7) with the virtual measurement (6). State (ζ, y_p).
+    "alternating_predictive": partial(_observer, step=_virtual, running=False),
+    # (7) with y_p = C ζ_p, where ζ_p starts at ζ at phase 0 and follows the model alone. State (ζ, ζ_p).
+    "open_loop_prediction": partial(_observer, step=_predicting),
+    # The restarted predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement.
+    "running_prediction": partial(_observer, step=_virtual, running=True),
+    # A measurement at every fast instant: what a virtual measurement tries to replace.
+    "fast_sensor": partial(_observer, step=_always),
+    # No observer: the controller reads the full state at every fast instant.
+    "state_feedback": partial(_observer, step=_reading, full_state=True),
+}

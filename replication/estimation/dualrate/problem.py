@@ -123,8 +123,10 @@ def make_plant(A: Any, B: Any, C: Any) -> Plant:
     return Plant(A, B, C)
 
 
-def plant_of(system: control.StateSpace) -> Plant:
-    """The plant of a continuous-time, strictly proper `control.StateSpace`; raises InvalidInputError."""
+def as_plant(system: control.StateSpace | Plant) -> Plant:
+    """A `Plant`, or that of a continuous-time, strictly proper `control.StateSpace`; raises InvalidInputError."""
+    if isinstance(system, Plant):
+        return system
     if not is_statespace(system):
         raise InvalidInputError(
             f"a plant must be a control.StateSpace or made by make_plant(A, B, C), got {type(system).__name__}"
@@ -133,11 +135,6 @@ def plant_of(system: control.StateSpace) -> Plant:
     if np.any(parts.D_u != 0):
         raise InvalidInputError(f"the plant must be strictly proper (D = 0), got D = {parts.D_u.tolist()}")
     return Plant(parts.A, parts.B_u, parts.C)
-
-
-def as_plant(system: control.StateSpace | Plant) -> Plant:
-    """`system` itself if it is a `Plant`, else `plant_of` it; raises InvalidInputError."""
-    return system if isinstance(system, Plant) else plant_of(system)
 
 
 def signals_of(plant: control.StateSpace | Plant, period: float) -> Signals:

@@ -48,20 +48,6 @@ def checked_weights(plant: Plant, *, state: Any, input: Any, process: Any, senso
     )
 
 
-def continuous_gains(plant: Plant, weights: Weights, steady: Steady | None = None) -> tuple[Array, Array]:
-    """The linear-quadratic K (m, n) and the stationary Kalman gain L (n, p); raises InfeasibleError.
-
-    steady: the loads, which K takes to rest.
-    """
-    A, C = plant.A, plant.C
-    Q, R, W, V = weights
-    moved, to = (plant, np.eye(len(A))) if steady is None else (steady.inner, steady.back)
-    K = -np.linalg.solve(R, moved.B_u.T @ _riccati(moved.A, moved.B_u, to.T @ Q @ to, R, "state_weight, input_weight"))
-    K = K if steady is None else steady.feedback(K)
-    L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
-    return K, L
-
-
 def _weight(name: str, value: Any, default: Array, *, definite: bool = False) -> Array:
     """The symmetric weight, or `default`; a vector is its diagonal.
 
@@ -121,9 +107,16 @@ class DualRateResult(Design):
 
     @classmethod
     def solve(cls, model: Plant, weights: Weights, steady: Steady | None = None) -> Solution:
-        """The linear-quadratic K and the stationary Kalman gain L, in continuous time."""
-        K, L = continuous_gains(model, weights, steady)
-        return Solution({"K": K, "L": L})
+        """The linear-quadratic K and the stationary Kalman gain L, in continuous time; raises InfeasibleError.
+
+        steady: the loads, which K takes to rest.
+        """
+        (A, C), (Q, R, W, V) = (model.A, model.C), weights
+        inner, to = (model, np.eye(len(A))) if steady is None else (steady.inner, steady.back)
+        cost = _riccati(inner.A, inner.B_u, to.T @ Q @ to, R, "state_weight, input_weight")
+        K = -np.linalg.solve(R, inner.B_u.T @ cost)
+        L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
+        return Solution({"K": K if steady is None else steady.feedback(K), "L": L})
 
     def error_system(self) -> PeriodicSystem:
         """From the noise of the readings to the plant output."""

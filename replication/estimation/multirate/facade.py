@@ -265,11 +265,8 @@ def simulate(
     ----------
     result : MultirateResult
         What `design` or `analyse` gave.
-    steps : int
-        Number of instants.
-    disturbance : array (steps, m_d + q_w), or "none", "white", "worst"
-        Process and sensor noise (d, w); "white" draws unit white noise from `rng`; "worst" is the one of unit norm
-        that hurts most from rest.
+    steps, disturbance : see there
+        As in `MultirateResult.simulate`, with the disturbance (d, w): process noise, then that of the sensors.
     initial_error : array (n,), optional
         e(0), in the units of the states; zero unless given. Late samples that are under way then tell the truth.
     rng : numpy.random.Generator, optional

@@ -340,10 +340,8 @@ def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
     """
     plant, mask = problem.plant, problem.schedule.mask
     Q = plant.drive @ plant.drive.T
-    instants = np.flatnonzero(mask.any(axis=1))
-    found: dict[bytes, int] = {}
-    which = [found.setdefault(due.tobytes(), len(found)) for due in mask[instants]]
-    different = sensing(problem, mask[instants[[which.index(kind) for kind in range(len(found))]]])
+    instants, (first, kinds) = np.flatnonzero(mask.any(axis=1)), problem.schedule.kinds
+    which, different = np.array(kinds)[instants], sensing(problem, mask[list(first)])
     if _nearly_dependent(different.R):
         return None
     ahead = np.diff(instants, append=instants[0] + len(mask))
@@ -406,16 +404,9 @@ def _maps(A: Array, Q: Array, sensors: Sensing) -> RiccatiMap:
 class FilterGains:
     """The filter for white noise of unit intensity, with one entry for each of N phases.
 
-    Attributes
-    ----------
-    L : array (N, n, q)
-        x^(k+1|k) = A x^(k|k-1) + B_u u(k) + L v(k), with the innovation v = y - C x^(k|k-1).
-    K : array (N, lag + 1, n, q)
-        x^(k-i|k) = x^(k-i|k-1) + K_i v(k).
-    predicted, filtered, smoothed : array (N, n, n)
-        Covariances of the error of x^(k|k-1), of x^(k|k) and of x^(k-lag|k).
-    innovation : array (N, q, q)
-        Covariance of v(k); zero for sensors that do not measure.
+    L (N, n, q): x^(k+1|k) = A x^(k|k-1) + B_u u(k) + L v(k), with the innovation v = y - C x^(k|k-1). K (N, lag + 1, n,
+    q): x^(k-i|k) = x^(k-i|k-1) + K_i v(k). predicted, filtered, smoothed (N, n, n): covariances of the error of
+    x^(k|k-1), of x^(k|k) and of x^(k-lag|k). innovation (N, q, q): that of v(k); zero for sensors that do not measure.
     """
 
     L: Array

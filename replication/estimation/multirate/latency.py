@@ -45,12 +45,8 @@ class ContinuousPlant:
         Covariance of the held d; the identity unless given.
     R : array (q, q) or (q,), optional
         Covariance of the sensor noise, or variances, in place of D.
-    W : array (n_z, n), optional
-        Weight of the estimation error; the identity unless given.
-    B_u : array (n, m_u), optional
-        Effect of the known inputs u; none unless given.
-    D_u : array (q, m_u), optional
-        Effect of the known inputs on the measurements; none unless given.
+    W, B_u, D_u : see there
+        As in `MultiratePlant`.
 
     Raises
     ------
@@ -123,11 +119,7 @@ def sampled_statespace(system: Any, time: float, dt: float) -> Any:
     import control
 
     A, B = held_over(np.asarray(system.A, dtype=float), np.asarray(system.B, dtype=float), time)
-    names = {
-        "states": list(system.state_labels),
-        "inputs": list(system.input_labels),
-        "outputs": list(system.output_labels),
-    }
+    names = {f"{kind}s": list(getattr(system, f"{kind}_labels")) for kind in ("state", "input", "output")}
     return control.StateSpace(A, B, system.C, system.D, dt, **names)
 
 

@@ -136,14 +136,8 @@ class MultiratePlant(LinearPlant):
             Covariance of the sensor noise n, positive definite.
         S : array (m_d, q), optional
             Covariance of d(k) and n(k); zero unless given.
-        W : array (n_z, n), optional
-            Weight of the estimation error; the identity unless given.
-        B_u : array (n, m_u), optional
-            Effect of the known inputs u; none unless given.
-        D_u : array (q, m_u), optional
-            Effect of the known inputs on the measurements; none unless given.
-        dt : float
-            Base period in s.
+        W, B_u, D_u, dt : see there
+            As in `MultiratePlant`.
 
         Returns
         -------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +11,11 @@ import numpy as np
 from replication.errors import InfeasibleError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
-from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence, baselines
+from replication.estimation.api.running import statespace
 from replication.estimation.api.shown import Goal, Measures, Traded, balanced
 from replication.estimation.linear.norms import gain_if_finite, l2_gain, rms_if_finite, white_noise_variance
-from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
+from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.kalman import (
     RiccatiDesign,
     filter_gains,
@@ -122,13 +122,8 @@ class MultirateResult(Design, Traded):
 
         Its sampling period is N dt; `@k` is added to the names for instant k unless N = 1.
         """
-        system = observer_system(self.problem, self.gains["L"])
-        lifted = lifted_statespace(system, dt=self.problem.plant.dt)
-        inputs = [*self.signals.inputs, *self.signals.measurements]
-        outputs = [f"estimate of {name}" for name in self.signals.outputs]
-        several = system.period > 1
-        lifted.set_inputs(each_instant(inputs, system.period) if several else inputs)
-        lifted.set_outputs(each_instant(outputs, system.period) if several else outputs)
+        phases = [replace(phase, readout=self.problem.plant.W) for phase in self.phases().phases]
+        lifted = statespace(phases, replace(self.signals, states=self.signals.outputs))
         lifted.set_states(list(self.signals.states))
         return lifted
 

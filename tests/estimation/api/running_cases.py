@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from replication.estimation import delay, multirate
-from tests.estimation.api.api_plants import CART, TANKS, result_of
+from replication.estimation import delay, dualrate, multirate
+from replication.estimation.multirate import losses
+from tests.estimation.api.api_plants import CART, SERVO, TANKS, result_of
 
 DT = 0.01
 
@@ -43,6 +44,8 @@ OBSERVERS = {
     "dualrate": lambda: result_of("dualrate").observer(),
     "delay": lambda: result_of("delay").observer(DT),
     "innovations": lambda: innovations().observer(DT),
+    "losses": lambda: losses.design(result_of("multirate"), losses.InARow(1)).observer(),
+    "slow rate": lambda: dualrate.design(SERVO, period=0.02, ratio=10, at="slow").running(),
 }
 
 

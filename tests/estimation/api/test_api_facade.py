@@ -18,7 +18,6 @@ import control
 import numpy as np
 import pytest
 import scipy.io
-from scipy.optimize import minimize_scalar
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate, nonuniform
@@ -28,6 +27,7 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
 from tests.estimation.api.api_plants import CASES, METHODS, result_of
 from tests.estimation.api.running_cases import DT, innovations
+from tests.estimation.dualrate.slow_loops import largest
 
 ROOT = Path(__file__).parents[3]
 HEAVY = ("numpy", "scipy", "control", "cvxpy", "clarabel", "sdpap", "matplotlib", "rich", "jinja2", "joblib", "msgspec")
@@ -84,7 +84,7 @@ def test_a_bracket_is_around_the_gain_and_its_upper_end_is_the_value(method: str
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_results_cannot_be_changed(method: str) -> None:
+def test_results_and_their_pickles_cannot_be_changed(method: str) -> None:
     result = result_of(method)
     with pytest.raises(AttributeError):
         result.method = "other"  # type: ignore[misc]
@@ -92,11 +92,6 @@ def test_results_cannot_be_changed(method: str) -> None:
         next(iter(result.gains.values()))[...] = 0
     with pytest.raises(TypeError, match="does not support item assignment"):
         result.gains["L"] = 0  # type: ignore[index]
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_a_pickled_result_is_the_same_and_cannot_be_changed_either(method: str) -> None:
-    result = result_of(method)
     again = pickle.loads(pickle.dumps(result))
     assert again.to_json() == result.to_json()
     assert not any(gain.flags.writeable for gain in again.gains.values())
@@ -286,16 +281,7 @@ LEVELS = 1e-7
 
 
 def gain(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> float:
-    """The largest singular value on the unit circle, by a scan that is refined around its maximum."""
-
-    def at(angle: float) -> float:
-        response = C @ np.linalg.solve(np.exp(1j * angle) * np.eye(len(A)) - A, B)
-        return float(np.linalg.norm(response, 2))
-
-    angles = np.linspace(0, np.pi, 400)
-    best = angles[int(np.argmax([at(angle) for angle in angles]))]
-    near = (max(best - angles[1], 0), min(best + angles[1], np.pi))
-    return max(at(0.0), -minimize_scalar(lambda angle: -at(angle), bounds=near, options={"xatol": 1e-10}).fun)
+    return largest(A, B, C, np.zeros((len(C), B.shape[1])))
 
 
 def test_multirate_levels_are_those_of_other_packages() -> None:
@@ -306,11 +292,6 @@ def test_multirate_levels_are_those_of_other_packages() -> None:
     assert result.fact("level of the Kalman filter").value == pytest.approx(kalman, rel=LEVELS)
     limit = result.fact("limit of any smoother").value
     assert isinstance(limit, float) and limit <= result.value <= kalman * (1 + LEVELS)
-
-
-def test_a_plant_that_is_not_stable_has_no_level_without_sensors() -> None:
-    cart = MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=C, D=D)
-    assert multirate.design(cart, periods=(1, 1)).fact("level without sensors").value == "infinite"
 
 
 @pytest.mark.parametrize(("noise", "told"), [(0.1, False), (50.0, True)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 from unittest.mock import patch
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.estimation import delay, dualrate, nonuniform
 from replication.estimation.api.running import MOST_STATES, PeriodicObserver, Phase, require_small, statespace, vector
 from replication.estimation.delay import result as delay_result
 from replication.estimation.delay.sos.observer import error_system, spectral_abscissa
@@ -35,21 +36,6 @@ def running(method: str) -> Any:
 def sizes(method: str) -> tuple[int, int]:
     signals = result_of(method).signals
     return len(signals.inputs), len(signals.measurements)
-
-
-def test_multirate_agrees_with_the_error_system() -> None:
-    result, rng = result_of("multirate"), np.random.default_rng(1)
-    plant, schedule = result.problem.plant, result.problem.schedule
-    d, w, u = (rng.standard_normal((40, size)) for size in (1, 2, 1))
-    expected = multirate.simulate(result, 40, disturbance=np.hstack([d, w])).signals["error"]
-    observer, x = result.observer(), np.zeros(2)
-    for k in range(40):
-        assert np.allclose(x - observer.estimate, expected[k], atol=EXACT)
-        y = plant.C @ x + plant.D @ w[k]
-        # A sensor that is not due may show anything.
-        observer.step(u[k], [value if due else np.nan for value, due in zip(y, schedule.mask[k % 4], strict=True)])
-        x = plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k]
-    assert (observer.instant, observer.missed) == (40, 0)
 
 
 def test_nonuniform_agrees_with_the_simulation() -> None:
@@ -186,34 +172,21 @@ def test_measurements_that_are_none_are_refused_and_change_nothing(method: str, 
     assert np.array_equal(observer.estimate, before) and observer.instant == instant
 
 
-@pytest.mark.parametrize("bad", [None, [np.nan], [None], [1.0, 2.0], "1"])
-def test_an_input_is_known_at_every_instant(bad: Any) -> None:
-    with pytest.raises(InvalidInputError, match="u must"):
-        running("multirate").step(bad, None)
+TWO_SENSORS = nonuniform.SampledPlant(-np.diag([1.0, 2.0]), np.eye(2), np.eye(2), np.eye(2), [[1, 1]])
+REFUSED: list[tuple[str, Callable[[], Any]]] = [
+    *(("u must", lambda bad=bad: running("multirate").step(bad, None)) for bad in (None, [np.nan], [1.0, 2.0], "1")),
+    ("u must have 0 entries", lambda: running("nonuniform").step([1.0], 1.0)),
+    ("complete or None", lambda: nonuniform.design(TWO_SENSORS, periods=(0.1, 0.2), leaves=1, horizon=20).observer()
+     .step(None, [1.0, None])),
+    *(("estimate must", lambda bad=bad: running("dualrate").reset(bad)) for bad in ([1.0], [np.nan, 1.0], "ab")),
+    *(("dt must", lambda bad=bad: result_of("delay").observer(bad)) for bad in (0, -1.0, np.nan, "x")),
+]  # fmt: skip
 
 
-def test_a_plant_without_known_inputs_takes_none() -> None:
-    with pytest.raises(InvalidInputError, match="u must have 0 entries"):
-        running("nonuniform").step([1.0], 1.0)
-
-
-def test_a_filter_takes_complete_samples() -> None:
-    plant = nonuniform.SampledPlant([[-1, 0], [0, -2]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 1]])
-    observer = nonuniform.design(plant, periods=(0.1, 0.2), leaves=1, horizon=20).observer()
-    with pytest.raises(InvalidInputError, match="complete or None"):
-        observer.step(None, [1.0, None])
-
-
-@pytest.mark.parametrize("bad", [[1.0], [np.nan, 1.0], "ab"])
-def test_a_start_must_fit(bad: Any) -> None:
-    with pytest.raises(InvalidInputError, match="estimate must"):
-        running("dualrate").reset(bad)
-
-
-@pytest.mark.parametrize("bad", [0, -1.0, np.nan, "x"])
-def test_a_delay_observer_needs_a_sampling_period(bad: Any) -> None:
-    with pytest.raises(InvalidInputError, match="dt must"):
-        result_of("delay").observer(bad)
+@pytest.mark.parametrize(("words", "work"), REFUSED)
+def test_what_does_not_fit_is_named(words: str, work: Callable[[], Any]) -> None:
+    with pytest.raises(InvalidInputError, match=words):
+        work()
 
 
 def test_the_state_space_of_a_delay_observer_is_the_running_one() -> None:

@@ -1,8 +1,12 @@
-"""The C form of an observer does what `reset` and `step` do, over many steps, and compiles without a warning."""
+"""The C forms of observers, filters, and observers that count losses do what Python does, over many steps."""
 
 from __future__ import annotations
 
+import ctypes
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -10,65 +14,153 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
+from replication.estimation import multirate
+from replication.estimation.multirate import MultiratePlant, losses
+from replication.estimation.multirate.kalman import filter_gains, kalman_design
+from replication.estimation.multirate.running import KalmanFilter
+from replication.estimation.validation import Array
 from tests.estimation.api.api_plants import result_of
 from tests.estimation.compiled import EXACT, STEPS, Compiled
+from tests.estimation.multirate.multirate_examples import CART, MOVING, correlated, problem
 
-WITH_C = ("dualrate", "multirate", "nonuniform")
-
-
-def measurements(method: str, rng: np.random.Generator, size: int) -> np.ndarray[Any, Any]:
-    """Some do not come: single ones where the observer completes them, else whole samples."""
-    y = rng.standard_normal(size)
-    lost = rng.random(1 if method == "nonuniform" else size) < 0.2
-    return np.where(lost, np.nan, y)
+TURNING = replace(CART, A=np.array([[0.98, 0.1], [-0.05, 0.97]]))
+ALONE = MultiratePlant(A=[[0.9]], B_d=[[1]], C=[[1]], D=[[0.5]])
 
 
-@pytest.mark.parametrize("method", WITH_C)
-def test_it_is_equal_over_many_steps(method: str, tmp_path: Path) -> None:
-    observer, rng = result_of(method).observer(), np.random.default_rng(9)
+class Flat:
+    """A filter with one vector for all that its C form writes of an instant, and of the one `lag` before."""
+
+    def __init__(self, run: KalmanFilter) -> None:
+        self.run, self.to_c, self.inputs, self.measurements = run, run.to_c, run.inputs, run.measurements
+        self.states, self.estimate = run.states, np.zeros(run.states * (run.lag + 2))
+
+    def reset(self, start: Array) -> None:
+        self.run.reset(start)
+
+    def step(self, u: Array, y: Array) -> Array:
+        step = self.run.step(u, y)
+        return np.concatenate([step.prediction, step.filtered, step.smoothed])
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.run, name)
+
+
+def kalman(plant: Any, **settings: Any) -> Flat:
+    found: Any = multirate.design(plant, periods=(1, 4), goal="h2")
+    return Flat(found.filter(**settings))
+
+
+def smoother() -> Flat:
+    given = correlated(problem(CART, (1, 3)), 6)
+    return Flat(KalmanFilter(given, filter_gains(given, kalman_design(given).X, 3)))
+
+
+@cache
+def lossy(kind: str) -> losses.LossResult:
+    plant, periods, model = LOSSES[kind]
+    return losses.design(multirate.design(plant, periods=periods), model)
+
+
+def late(goal: str) -> Any:
+    return multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75), goal=goal).observer()
+
+
+LOSSES: dict[str, tuple[MultiratePlant, tuple[int, ...], losses.LossModel]] = {
+    "each sensor": (TURNING, (1, 2), losses.InARow((2, 1))),
+    "packets": (TURNING, (2, 3), losses.InARow(1, together=True)),
+    "one sensor, no inputs": (ALONE, (2,), losses.InARow(3)),
+    "random": (TURNING, (1, 2), losses.Markov(after_arrival=0.1, after_loss=0.5)),
+}
+PERIODIC = ("dualrate", "multirate", "nonuniform")
+OBSERVERS: dict[str, Callable[[], Any]] = {
+    **{method: partial(lambda method: result_of(method).observer(), method) for method in PERIODIC},
+    "late": lambda: late("hinf"),
+    "late, least mean error": lambda: late("h2"),
+    "filter": lambda: kalman(CART),
+    "filter in continuous time": lambda: kalman(MOVING),
+    "filter with a gate": lambda: kalman(CART, lag=1, gate=2.0),
+    "smoother": smoother,
+    **{kind: partial(lambda kind: lossy(kind).observer(), kind) for kind in LOSSES},
+}
+
+
+@pytest.mark.filterwarnings("ignore::replication.estimation.api.running.UnscheduledSampleWarning")
+@pytest.mark.parametrize(
+    "kind", [kind if kind in PERIODIC else pytest.param(kind, marks=pytest.mark.slow) for kind in OBSERVERS]
+)
+def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
+    observer, rng = OBSERVERS[kind](), np.random.default_rng(11)
     compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
     observer.reset(start)
     compiled.reset(start)
-    for _ in range(STEPS):
-        u, y = rng.standard_normal(observer.inputs), measurements(method, rng, observer.measurements)
+    for k in range(STEPS):
+        u, y = rng.standard_normal(observer.inputs), rng.standard_normal(observer.measurements)
+        # Some do not come: single ones where the observer completes them, else whole samples.
+        gone = rng.random(1 if kind == "nonuniform" else len(y)) < (0.6 if (k // 100) % 2 else 0.2)
+        y = np.where(gone, math.nan, y)
         answer, found = compiled.step(u, y)
-        assert answer == 0
-        assert np.allclose(found, observer.step(u if observer.inputs else None, y), rtol=EXACT, atol=EXACT)
+        wanted, n = observer.step(u if observer.inputs else None, y), observer.states
+        told = np.concatenate([found[: 2 * n], found[-n:]]) if isinstance(observer, Flat) else found
+        there = ~np.isnan(wanted)  # of before the first instant nothing is known
+        assert answer == 0 and np.all(there[:n])
+        assert np.allclose(told[there], wanted[there], rtol=EXACT, atol=EXACT)
     assert observer.missed > STEPS / 100
+    if "gate" in kind:
+        assert STEPS / 20 < observer.gated < STEPS
+    if kind in LOSSES:
+        orders, order = ctypes.cast(compiled.state, ctypes.POINTER(ctypes.c_ulong)), len(observer._state)
+        assert [orders[order], orders[order + 1]] == [observer.missed, observer.unforeseen]
+        assert (observer.unforeseen > 0) is (kind != "random")
 
 
-@pytest.mark.parametrize("method", WITH_C)
-def test_another_gain_is_noticed(method: str, tmp_path: Path) -> None:
-    observer, rng = result_of(method).observer(), np.random.default_rng(9)
-    compiled, other = Compiled(observer, tmp_path), result_of(method).observer()
-    phase = other.phases[0]
-    other.phases = (type(phase)(**{**vars(phase), "injection": phase.injection * 1.01}), *other.phases[1:])
-    start, y = np.zeros(observer.states), rng.standard_normal(observer.measurements)
-    compiled.reset(start)
-    found = compiled.step(np.zeros(observer.inputs), y)[1]
-    assert np.allclose(found, observer.step(np.zeros(observer.inputs), y), atol=EXACT)
-    assert not np.allclose(found, other.step(np.zeros(observer.inputs), y), atol=EXACT)
+def louder(kind: str) -> Any:
+    """The observer with gains that are one per cent larger."""
+    if kind in LOSSES:
+        result = lossy(kind)
+        return replace(result, gains={**result.gains, "L": result.gains["L"] * 1.01}).observer()
+    other = OBSERVERS[kind]()
+    first, *more = other.phases
+    other.phases = (replace(first, injection=first.injection * 1.01), *more)
+    return other
 
 
-@pytest.mark.parametrize("method", WITH_C)
-def test_what_python_refuses_changes_nothing(method: str, tmp_path: Path) -> None:
-    observer = result_of(method).observer()
-    compiled = Compiled(observer, tmp_path)
-    compiled.reset(np.ones(observer.states))
-    known, y = np.ones(observer.inputs), np.ones(observer.measurements)
+@pytest.mark.parametrize("kind", [*PERIODIC, pytest.param("each sensor", marks=pytest.mark.slow)])
+def test_what_python_refuses_changes_nothing_and_another_gain_is_noticed(kind: str, tmp_path: Path) -> None:
+    observer, other = OBSERVERS[kind](), louder(kind)
+    compiled, start = Compiled(observer, tmp_path), np.ones(observer.states)
+    for each in (compiled, observer, other):
+        each.reset(start)
+    known, y = np.ones(observer.inputs), np.arange(1.0, 1.0 + observer.measurements)
     kept = bytes(compiled.state)
     assert compiled.step(known, [math.inf, *y[1:]])[0] == 1
     if observer.inputs:
         assert compiled.step([math.nan, *known[1:]], y)[0] == 1
-    if method == "nonuniform" and observer.measurements > 1:
-        assert compiled.step(known, [math.nan, *y[1:]])[0] == 1
     assert bytes(compiled.state) == kept
-    assert compiled.step(known, y)[0] == 0
-    assert bytes(compiled.state) != kept
+    answer, found = compiled.step(known, y)
+    assert answer == 0 and bytes(compiled.state) != kept
+    given = known if observer.inputs else None
+    assert np.allclose(found, observer.step(given, y), rtol=EXACT, atol=EXACT)
+    assert not np.allclose(found, other.step(given, y), rtol=EXACT, atol=EXACT)
 
 
-def test_a_bad_name_and_a_history_have_messages() -> None:
-    with pytest.raises(InvalidInputError, match="C identifier"):
-        result_of("multirate").observer().to_c("int")
+def test_bad_names_and_observers_without_a_form_have_messages() -> None:
+    for observer in (result_of("multirate").observer(), lossy("one sensor, no inputs").observer()):
+        with pytest.raises(InvalidInputError, match="C identifier"):
+            observer.to_c("double")
     with pytest.raises(InvalidInputError, match="no periodic recursion"):
         result_of("delay").observer(0.01).to_c()
+    with pytest.raises(InvalidInputError, match="no form in MATLAB"):
+        kalman(CART, gate=2.0).run.to_matlab()
+
+
+def test_after_more_losses_than_were_foreseen_the_gain_is_that_after_losses() -> None:
+    """Not that after an arrival: the estimate is as uncertain as after the most losses that the gains are made for."""
+    result = losses.design(multirate.design(ALONE, periods=(1,)), losses.InARow(1))
+    gains = dict(zip(((e.source, e.arrived) for e in result.automaton.edges), result.gains["L"], strict=True))
+    observer = result.observer()
+    observer.reset([0.0])
+    for _ in range(3):
+        observer.step(None, [None])
+    assert observer.unforeseen == 2
+    assert observer.step(None, [1.0]) == pytest.approx(gains[1, (True,)][0])
+    assert gains[1, (True,)] != pytest.approx(gains[0, (True,)], rel=1e-3)

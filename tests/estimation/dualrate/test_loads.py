@@ -91,6 +91,8 @@ def test_without_a_set_point_loads_are_held_at_zero(rates: str) -> None:
     assert "N" not in result.gains
     with pytest.raises(InvalidInputError, match="no set-points"):
         dualrate.simulate(result, [0, 0, 0], slow_periods=2, setpoint=[1.0])
+    with pytest.raises(InvalidInputError, match='under constant loads the gains are those of goal="h2"'):
+        designed(HEIGHT, "slow", goal="hinf")
 
 
 def test_feedback_that_knows_no_load_leaves_an_error() -> None:
@@ -165,27 +167,3 @@ def test_the_c_form_takes_set_points(tmp_path: Path) -> None:
         answer, found = compiled.step(r, y)
         assert answer == 0
         assert found == pytest.approx(controller.step(r, y), rel=EXACT, abs=EXACT)
-
-
-REFUSED: dict[str, tuple[Plant, dict[str, Any], str]] = {
-    "hinf": (HEIGHT, {"goal": "hinf"}, 'under constant loads the gains are those of goal="h2"'),
-    "no noise": (HEIGHT, {"process_noise": np.diag([0, 1.0, 0])}, "process_noise leaves out the mode"),
-    "no output": (HEIGHT, {"tracked": 1}, "output must be a number from 0 to 0, got 1"),
-    "twice": (TANKS, {"tracked": [1, 1]}, "each named once"),
-    "none": (TANKS, {"tracked": []}, "choose `tracked`"),
-    "more than inputs": (Plant(TANKS.A, TANKS.B_u[:, :1], TANKS.C), {}, "1 inputs hold at most as many outputs"),
-    "beyond reach": (
-        Plant([[-1, 0, 0], [0, -1, 1], [0, 0, 0]], [[1], [0], [0]], [[0, 1, 0]]),
-        {},
-        "no constant input holds the outputs",
-    ),
-    "zero at rest": (Plant([[0, 1], [-1, -1]], [[0], [1]], [[0, 1]]), {"tracked": 0}, "no constant input holds"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_rest_is_told(case: str) -> None:
-    plant, given, told = REFUSED[case]
-    noise = given.pop("process_noise", NOISES[plant.order])
-    with pytest.raises(InvalidInputError, match=told.replace("[", r"\[")):
-        dualrate.design(plant, period=0.02, ratio=5, at="slow", process_noise=noise, **given)

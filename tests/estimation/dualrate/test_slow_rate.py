@@ -27,7 +27,7 @@ from replication.estimation.dualrate.slow.controller import (
 )
 from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
 from replication.estimation.linear.norms import l2_gain
-from tests.estimation.api.test_c_code import EXACT, STEPS, Compiled
+from tests.estimation.compiled import EXACT, STEPS, Compiled
 
 BALL = dualrate.make_plant(*LEVITATION)
 FAST: dict[str, Any] = {"period": 1e-3, "at": "slow"}
@@ -251,6 +251,7 @@ def test_json_holds_all_that_runs() -> None:
     )
     assert b"MATLAB" in result.to_mat() and "_K" in result.to_c_header("own")
     assert (result.to_statespace().ninputs, result.to_statespace().noutputs) == (12, 12)
+    assert result.estimator().noutputs == 6 * 3
 
 
 def test_the_state_space_is_the_running_controller_over_a_period() -> None:

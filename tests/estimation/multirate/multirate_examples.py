@@ -8,8 +8,8 @@ import numpy as np
 import scipy.linalg
 from hypothesis import strategies as st
 
+from benchmarks.bench_kalman import lifted
 from replication.errors import InvalidInputError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.latency import ContinuousPlant
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
@@ -51,6 +51,19 @@ PUBLISHED = {
     "case 3": problem(PAPER, (3, 3), (0, 2)),
 }
 """The problems that the paper solves; its Case 1 is the last column of its table."""
+
+
+def drawn_plant(rng: np.random.Generator, n: int, q: int, drives: int, weights: int | None = None) -> MultiratePlant:
+    """An unstable plant; weights: rows of W, the identity unless given."""
+    A = rng.normal(size=(n, n))
+    return MultiratePlant(
+        A=1.1 * A / np.max(np.abs(np.linalg.eigvals(A))),
+        B_d=rng.normal(size=(n, drives)),
+        C=rng.normal(size=(q, n)),
+        D=np.diag(rng.uniform(0.5, 1.5, q)),
+        W=None if weights is None else rng.normal(size=(weights, n)),
+    )
+
 
 KINDS = ("stable", "unstable", "circle", "rotation", "singular", "repeated", "undisturbed", "undisturbed unstable")
 
@@ -136,17 +149,6 @@ def correlated(problem: MultirateProblem, seed: int, share: float = 0.5) -> Mult
     return MultirateProblem(replace(plant, B_w=B_w), problem.schedule)
 
 
-def lifted(problem: MultirateProblem) -> Stage:
-    """From all noise (d, w) of a period to the measurements of a period."""
-    plant, stages = problem.plant, []
-    B_w = plant.B_w if plant.correlated else np.zeros((plant.order, plant.D.shape[1]))
-    drive = np.hstack([plant.B_d, B_w])
-    for rows in problem.measured_rows():
-        noise = np.hstack([np.zeros((len(rows), plant.B_d.shape[1])), plant.D[rows]])
-        stages.append(Stage(plant.A, drive, plant.C[rows], noise))
-    return PeriodicSystem(tuple(stages)).lift()
-
-
 def by_lifted_equation(problem: MultirateProblem) -> Array:
     """The stationary covariance at phase 0 from the Riccati equation of the lifted plant, by scipy."""
     A, B, C, D = lifted(problem)
@@ -160,7 +162,7 @@ def by_plain_recursion(problem: MultirateProblem, P: Array, steps: int) -> list[
     for k in range(steps):
         rows = list(problem.schedule.measured(k))
         C, D = plant.C[rows], plant.D[rows]
-        S = plant.B_w @ D.T if plant.correlated else np.zeros((plant.order, len(rows)))
+        S = plant.B_w @ D.T
         L = (plant.A @ P @ C.T + S) @ np.linalg.inv(C @ P @ C.T + D @ D.T)
         P = plant.A @ P @ plant.A.T + Q - L @ (C @ P @ plant.A.T + S.T)
         found.append(P)
@@ -190,7 +192,6 @@ class Conditioned:
     def __init__(self, problem: MultirateProblem, start: Array, P0: Array, known: Array) -> None:
         plant = problem.plant
         self.n, self.q, T = plant.order, plant.sensors, len(known)
-        B_w = plant.B_w if plant.correlated else np.zeros((plant.order, plant.D.shape[1]))
         m, w = plant.B_d.shape[1], plant.D.shape[1]
         basis = self.n + T * (m + w)
         state = np.hstack([np.linalg.cholesky(P0), np.zeros((self.n, basis - self.n))])
@@ -205,7 +206,7 @@ class Conditioned:
             self.expected.append(plant.C @ mean)
             state = plant.A @ state
             state[:, at : at + m] += plant.B_d
-            state[:, at + m : at + m + w] += B_w
+            state[:, at + m : at + m + w] += plant.B_w
             mean = plant.A @ mean + plant.B_u @ known[k]
         self.states.append(state)
         self.means.append(mean)

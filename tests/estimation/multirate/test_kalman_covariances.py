@@ -127,6 +127,8 @@ def test_the_factors_have_the_covariances() -> None:
     plain = MultiratePlant.from_covariances(A=0.5 * np.eye(2), C=np.eye(2), Q=Q[:2, :2], D=2 * np.eye(2))
     near(plain.B_d @ plain.B_d.T, Q[:2, :2], ROUNDING)
     assert not plain.correlated
+    vector, matrix = (MultiratePlant.from_covariances(**{**GOOD, "R": R}) for R in ([4.0, 9.0], np.diag([4.0, 9.0])))
+    assert np.array_equal(vector.D, matrix.D)
 
 
 def test_the_units_of_the_noise_do_not_matter() -> None:
@@ -150,6 +152,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"R": [[1, 1], [1, 1]]}, "R must be positive definite, but noises of several sensors determine each other"),
     ({"R": np.diag([1, 0])}, r"R must be positive definite, R\[1\]\[1\] is 0"),
     ({"R": np.eye(1)}, "R must have 2 rows"),
+    ({"R": [1.0]}, "R must have 2 rows"),
     ({"S": np.diag([1.1, 0])}, "S does not fit Q and R"),
     ({"S": np.eye(3)}, "S must have 2 rows"),
     ({"Q": None}, "give the process noise"),
@@ -181,13 +184,6 @@ def test_what_the_sensors_read_of_a_known_input_is_taken_off() -> None:
     given = problem(plant, (1, 2))
     for stage in observer_system(given, np.random.default_rng(5).normal(size=(2, 2, 2))).stages:
         near(stage.B @ np.concatenate([[1.0], plant.D_u[:, 0]]), plant.B_u[:, 0], ROUNDING)
-
-
-def test_variances_of_independent_sensors_may_be_a_vector() -> None:
-    vector, matrix = (MultiratePlant.from_covariances(**{**GOOD, "R": R}) for R in ([4.0, 9.0], np.diag([4.0, 9.0])))
-    assert np.array_equal(vector.D, matrix.D)
-    with pytest.raises(InvalidInputError, match="R must have 2 rows"):
-        MultiratePlant.from_covariances(**{**GOOD, "R": [1.0]})
 
 
 @pytest.mark.parametrize("share", [1e-8, 1e-9])

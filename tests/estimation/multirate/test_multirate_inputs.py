@@ -69,37 +69,23 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"A": np.ones((2, 3))}, "A must have 2 columns"),
     ({"A": np.eye(3)}, "C must have 3 columns|B_d must have 3 rows"),
     ({"A": np.zeros((0, 0))}, "A must have at least one state"),
-    ({"A": [[1, 2], [3]]}, "A must be an array of real numbers"),
     ({"A": [[1j, 0], [0, 1]]}, "A must be an array of real numbers"),
     ({"A": [[0.9, float("nan")], [0, 1]]}, r"A must be finite, entry \(0, 1\)"),
     ({"B_d": np.ones((3, 1))}, "B_d must have 2 rows"),
-    ({"B_d": [1, 2]}, "B_d must have two dimensions"),
     ({"B_d": np.zeros((2, 0))}, "B_d needs a column"),
-    ({"B_d": [[1], [float("inf")]]}, "B_d must be finite"),
     ({"C": np.ones((1, 3))}, "C must have 2 columns"),
     ({"C": np.zeros((0, 2))}, "C must have at least one row"),
-    ({"C": [[float("nan"), 0], [0, 1]]}, "C must be finite"),
     ({"D": np.eye(3)}, "D must have 2 rows"),
-    ({"D": [[1, 0], [0, float("nan")]]}, "D must be finite"),
     ({"W": np.ones((1, 3))}, "W must have 2 columns"),
     ({"W": np.zeros((0, 2))}, "W a row"),
-    ({"W": [[1], [1, 2]]}, "W must be an array of real numbers"),
-    ({"W": [[float("nan"), 0]]}, "W must be finite"),
     ({"B_u": np.ones((3, 1))}, "B_u must have 2 rows"),
     ({"B_w": np.ones((2, 1))}, "B_w must have 2 columns"),
     ({"dt": 0}, "dt must be positive"),
-    ({"dt": float("nan")}, "dt must be positive"),
     ({"periods": ()}, "at least one sensor"),
     ({"periods": (0, 2)}, r"periods\[0\] must be at least 1"),
-    ({"periods": (2, -3)}, r"periods\[1\] must be at least 1"),
     ({"periods": (2, 2.5)}, r"periods\[1\] must be a whole number, got 2.5"),
-    ({"periods": (2, 3.0)}, r"periods\[1\] must be a whole number"),
-    ({"periods": (True, 2)}, r"periods\[0\] must be a whole number"),
-    ({"periods": ("2", 3)}, r"periods\[0\] must be a whole number"),
-    ({"periods": (2, float("nan"))}, r"periods\[1\] must be a whole number"),
     ({"periods": 3}, "periods must be a sequence"),
     ({"periods": "23"}, "periods must be a sequence"),
-    ({"periods": None}, "periods must be a sequence"),
     ({"periods": [[2], [3]]}, "periods must be a sequence"),
     ({"periods": (2, 3), "offsets": (0,)}, "one entry per sensor"),
     ({"periods": (2, 3), "offsets": (0, 1, 0)}, "one entry per sensor"),
@@ -120,7 +106,6 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"periods": (1, 2, 2)}, "the schedule is of 3, the plant of 2 sensors"),
     ({"D": [[1, 0], [0, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)|\(1,\)"),
     ({"D": [[1, 0], [2, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)"),
-    ({"D": np.ones((2, 1))}, "full row rank"),
     ({"D": np.zeros((2, 0))}, "full row rank"),
     (
         {"A": [[1.1, 0.2], [0, 0.9]], "C": [[0, 1], [0, 2]]},
@@ -283,23 +268,17 @@ class TestFromStateSpace:
         inputs=["force", "gust", "drift"],
     )  # fmt: skip
 
-    def test_all_inputs_are_disturbances_unless_chosen(self) -> None:
-        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2))
-        assert plant.dt == 0.1
-        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B)
+    @pytest.mark.parametrize(
+        ("chosen", "columns"),
+        [(None, [0, 1, 2]), (["gust", "drift"], [1, 2]), ([np.int64(1), 2], [1, 2]), ((0, "drift"), [0, 2])],
+    )
+    def test_all_inputs_are_disturbances_unless_some_are_chosen(self, chosen: Any, columns: list[int]) -> None:
+        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2), disturbances=chosen)
+        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B[:, columns])
+        np.testing.assert_array_equal(plant.B_u, np.delete(self.SYSTEM.B, columns, axis=1))
         np.testing.assert_array_equal(plant.W, np.eye(2))
-        assert plant.B_u.shape == (2, 0)
-
-    @pytest.mark.parametrize("chosen", [["gust", "drift"], [1, 2], [np.int64(1), "drift"], (1, "drift")])
-    def test_disturbances_by_label_or_index(self, chosen: Any) -> None:
-        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2), disturbances=chosen, W=[[1, 0]])
-        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B[:, [1, 2]])
-        np.testing.assert_array_equal(plant.B_u, self.SYSTEM.B[:, [0]])
-        assert plant.W.shape == (1, 2)
-
-    def test_a_discrete_system_of_unspecified_period_has_period_one(self) -> None:
-        system = control.ss([[0.5]], [[1]], [[1]], [[0]], True)
-        assert MultiratePlant.from_statespace(system, [[1]]).dt == 1.0
+        unspecified = control.ss([[0.5]], [[1]], [[1]], [[0]], True)
+        assert (plant.dt, MultiratePlant.from_statespace(unspecified, [[1]]).dt) == (0.1, 1.0)
 
     @pytest.mark.parametrize(
         ("system", "options", "message"),

@@ -16,7 +16,8 @@ from multirate_examples import PAPER, by_plain_recursion, problem, problems
 from papers.okajima2023.method.lmi import cyclic
 from replication.drawing.panels import draw
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation import multirate
+from replication.estimation import dualrate, multirate
+from replication.estimation.dualrate.slow.controller import MARGIN
 from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, simulate
 from replication.estimation.multirate import facade
@@ -143,7 +144,7 @@ def design(**changes: Any) -> multirate.MultirateResult:
     return multirate.design(CART, **{**GIVEN, **changes})
 
 
-def value(result: multirate.MultirateResult, what: str) -> float:
+def value(result: Any, what: str) -> float:
     found = result.fact(what).value
     assert isinstance(found, float)
     return found
@@ -160,19 +161,51 @@ def test_each_goal_is_best_at_what_it_makes_least() -> None:
     assert h2.value == pytest.approx(value(hinf, "level of the Kalman filter"))
 
 
-def test_mixed_loses_the_same_share_of_both() -> None:
-    result = design(goal="mixed")
-    over_level = result.value / value(result, "optimum")
-    over_error = value(result, "rms error") / value(result, "rms error of the Kalman filter")
-    assert 1 < over_level == pytest.approx(over_error, rel=1e-5)
-    assert result.value <= value(result, "level of the design")
+def slow(**aims: Any) -> dualrate.SlowRateResult:
+    servo = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
+    result = dualrate.design(servo, period=0.05, ratio=10, at="slow", sensor_noise=[[1e-3]], **aims)
+    assert isinstance(result, dualrate.SlowRateResult)
+    return result
+
+
+TRADED = [(design, "rms error", "rms error", DESIGN_MARGIN), (slow, "root mean square", "rms of (x, u)", MARGIN)]
+"""Methods that trade gain for mean error, with what the latter is called, and the margin of their least level."""
+
+
+@pytest.mark.parametrize(("make", "rms", "shown", "margin"), TRADED)
+def test_mixed_loses_the_same_share_of_both(make: Any, rms: str, shown: str, margin: float) -> None:
+    mean, both, worst = (make(goal=goal) for goal in ("h2", "mixed", "hinf"))
+    least = value(worst, "optimum")
+    assert 1 < both.value / least == pytest.approx(value(both, rms) / value(mean, rms), rel=1e-5)
+    assert worst.value < both.value < mean.value
+    assert both.value <= value(both, "level of the design")
+    # A level that is not that of the balance would show: the shares part on either side.
+    off = make(goal="mixed", level=1.05 * value(both, "level of the design"))
+    assert off.value / least - value(off, rms) / value(mean, rms) > 1e-3
+
+
+@pytest.mark.parametrize(("make", "rms", "shown", "margin"), TRADED)
+def test_the_curve_joins_both_goals_and_keeps_every_level(make: Any, rms: str, shown: str, margin: float) -> None:
+    worst, mean = make(goal="hinf"), make(goal="h2")
+    curve, best = worst.tradeoff(9), value(worst, "optimum")
+    assert curve.level[0] == pytest.approx((1 + margin) * best, rel=1e-5)
+    assert curve.gain[0] == pytest.approx(worst.value, rel=1e-5)
+    assert np.all(curve.gain <= curve.level * (1 + EQUAL)) and np.all(np.diff(curve.level[:-1]) > 0)
+    assert np.all(np.diff(curve.gain) > 0) and np.all(np.diff(curve.rms) < 0)
+    assert (curve.gain[-1], curve.rms[-1]) == pytest.approx((mean.value, value(mean, rms)), rel=EQUAL)
+    for k in (2, 5):
+        again = make(goal="mixed", level=float(curve.level[k]))
+        assert (again.value, value(again, rms)) == pytest.approx((curve.gain[k], curve.rms[k]), rel=EQUAL)
+    np.testing.assert_allclose(mean.tradeoff(3).gain[-1], curve.gain[-1], rtol=1e-12)
+    (panel,) = curve.panels()
+    assert panel.y_label.startswith(shown) and curve.to_dict()["method"] == worst.method
 
 
 def test_mixed_with_a_level_keeps_it() -> None:
     asked = design().value * 1.2
-    result = design(goal="mixed", level=asked)
+    result, hinf = design(goal="mixed", level=asked), design(level=asked)
     assert result.value <= asked == value(result, "level of the design")
-    np.testing.assert_array_equal(result.gains["L"], design(level=asked).gains["L"])
+    np.testing.assert_array_equal(result.gains["L"], hinf.gains["L"])
 
 
 def test_where_the_goals_agree_mixed_is_the_kalman_filter() -> None:
@@ -181,23 +214,6 @@ def test_where_the_goals_agree_mixed_is_the_kalman_filter() -> None:
     result = multirate.design(plant, periods=(1,), goal="mixed")
     kalman = multirate.design(plant, periods=(1,), goal="h2")
     assert value(result, "rms error") == pytest.approx(value(kalman, "rms error"), rel=1e-6)
-
-
-def test_the_curve_joins_both_goals_and_keeps_every_level() -> None:
-    result = design()
-    curve = result.tradeoff(9)
-    best, kalman = value(result, "optimum"), design(goal="h2")
-    assert curve.level[0] == pytest.approx(best, rel=10 * DESIGN_MARGIN)
-    assert curve.gain[0] == pytest.approx(best, rel=1e-6)
-    assert np.all(curve.gain <= curve.level * (1 + EQUAL))
-    assert np.all(np.diff(curve.level[:-1]) > 0)
-    assert np.all(np.diff(curve.gain) > 0)
-    assert np.all(np.diff(curve.rms) < 0)
-    assert curve.gain[-1] == pytest.approx(kalman.value)
-    assert curve.rms[-1] == pytest.approx(value(kalman, "rms error"))
-    for k in (2, 5):
-        again = design(goal="mixed", level=float(curve.level[k]))
-        assert (again.value, value(again, "rms error")) == pytest.approx((curve.gain[k], curve.rms[k]))
 
 
 def test_the_curve_prints_and_plots_itself() -> None:

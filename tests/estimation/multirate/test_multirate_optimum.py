@@ -13,7 +13,7 @@ import pytest
 import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from multirate_examples import PAPER, PUBLISHED, TABLE, problem, problems
+from multirate_examples import PAPER, PUBLISHED, TABLE, drawn_plant, problem, problems
 
 from papers.okajima2023.method.lmi import lmi_design
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
@@ -29,7 +29,7 @@ from replication.estimation.multirate.optimum import (
     riccati_design,
 )
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 from tests.tolerances import AGREEMENT, BRACKET, GRID, ILL_CONDITIONED, ROUNDING
 
@@ -130,19 +130,7 @@ def textbook_recursion(plant: MultiratePlant, level: float) -> Array | None:
 
 def test_the_single_rate_case_is_the_textbook_filter() -> None:
     rng = np.random.default_rng(0)
-    plants = [PAPER]
-    for n, q, n_z in ((2, 1, 1), (3, 2, 3), (4, 1, 2)):
-        A = rng.normal(size=(n, n))
-        plants.append(
-            MultiratePlant(
-                A=1.1 * A / np.max(np.abs(np.linalg.eigvals(A))),
-                B_d=rng.normal(size=(n, n)),
-                C=rng.normal(size=(q, n)),
-                D=np.diag(rng.uniform(0.5, 1.5, q)),
-                W=rng.normal(size=(n_z, n)),
-            )
-        )
-    for plant in plants:
+    for plant in (PAPER, *(drawn_plant(rng, n, q, n, n_z) for n, q, n_z in ((2, 1, 1), (3, 2, 3), (4, 1, 2)))):
         single = problem(plant, (1,) * plant.sensors)
         best = optimum(single)
         assert textbook_recursion(plant, best.value * (1 - COARSE)) is None
@@ -342,18 +330,20 @@ BIAS = MultiratePlant(A=[[1, 0.1, 0], [0, 0.9, 0.1], [0, 0, 1]], B_d=[[0], [1], 
 """Its third state is a constant that nothing disturbs."""
 
 
-@pytest.mark.parametrize(
-    "plant",
-    [
-        BIAS,
-        MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]),
-        MultiratePlant(A=[[0, 1], [-1, 0]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
-        MultiratePlant(A=[[1, 1], [0, 1]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
-        MultiratePlant(A=[[0.9, 1, 0], [0, 1, 1], [0, 0, 1]], B_d=[[1], [0], [0]], C=[[1, 1, 1]], D=[[1]]),
-    ],
-    ids=["bias", "diagonal", "rotation", "ramp", "ramp of the input"],
-)
-def test_an_undisturbed_mode_on_the_circle_is_named(plant: MultiratePlant) -> None:
+MARGINAL = {
+    "bias": BIAS,
+    "diagonal": MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]),
+    "rotation": MultiratePlant(A=[[0, 1], [-1, 0]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+    "ramp": MultiratePlant(A=[[1, 1], [0, 1]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+    "ramp of the input": MultiratePlant(
+        A=[[0.9, 1, 0], [0, 1, 1], [0, 0, 1]], B_d=[[1], [0], [0]], C=[[1, 1, 1]], D=[[1]]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MARGINAL)
+def test_an_undisturbed_mode_on_the_circle_is_named(name: str) -> None:
+    plant = MARGINAL[name]
     marginal = problem(plant, (3,))
     for design in (optimum, optimal_design, kalman_design, lambda it: riccati_design(it, 100.0)):
         with pytest.raises(InvalidInputError, match=r"the mode .* on the unit circle is not disturbed"):
@@ -401,26 +391,23 @@ def test_a_mode_that_outgrows_rounding_between_measurements_is_no_undisturbed_on
     assert optimum(scalar(2.0, 1.0, period=20)).value > 1e6
 
 
-@pytest.mark.parametrize(
-    "plant",
-    [
-        replace(PAPER, B_d=0 * PAPER.B_d),
-        replace(PAPER, W=0 * PAPER.W),
-        MultiratePlant(A=[[0.9, 0.2], [0, 0.8]], B_d=[[0], [0]], C=np.eye(2), D=np.eye(2)),
-        MultiratePlant(A=np.diag([0.5, 0.8]), B_d=[[1], [0]], C=np.eye(2), D=np.eye(2), W=[[0, 1]]),
-        MultiratePlant(A=np.diag([1.5, 0.8]), B_d=[[0], [0]], C=np.eye(2), D=np.eye(2), W=[[0, 1]]),
-    ],
-    ids=[
-        "no disturbance",
-        "no weight",
-        "no disturbance of two",
-        "weight on the quiet one",
-        "weight beside the growing",
-    ],
-)
-def test_nothing_to_minimise_is_said(plant: MultiratePlant) -> None:
+QUIET = {
+    "no disturbance": replace(PAPER, B_d=0 * PAPER.B_d),
+    "no weight": replace(PAPER, W=0 * PAPER.W),
+    "none of two": MultiratePlant(A=[[0.9, 0.2], [0, 0.8]], B_d=[[0], [0]], C=np.eye(2), D=np.eye(2)),
+    **{
+        f"weight on the quiet one beside {a}": MultiratePlant(
+            A=np.diag([a, 0.8]), B_d=[[b], [0]], C=np.eye(2), D=np.eye(2), W=[[0, 1]]
+        )
+        for a, b in ((0.5, 1), (1.5, 0))
+    },
+}
+
+
+@pytest.mark.parametrize("name", QUIET)
+def test_nothing_to_minimise_is_said(name: str) -> None:
     with pytest.raises(InvalidInputError, match="nothing to minimise"):
-        optimum(problem(plant, (2, 3)))
+        optimum(problem(QUIET[name], (2, 3)))
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -438,19 +425,6 @@ def test_the_margin_of_the_design_is_kept() -> None:
         assert optimal_design(paper, margin=margin).level == pytest.approx((1 + margin) * best.upper, rel=ROUNDING)
     with pytest.raises(InvalidInputError, match="margin"):
         optimal_design(paper, margin=0)
-
-
-@pytest.mark.slow
-def test_thirty_states_and_sixty_phases() -> None:
-    rng = np.random.default_rng(5)
-    A = rng.normal(size=(30, 30))
-    plant = MultiratePlant(
-        A=1.1 * A / np.max(np.abs(np.linalg.eigvals(A))),
-        B_d=rng.normal(size=(30, 3)),
-        C=rng.normal(size=(3, 30)),
-        D=np.eye(3),
-    )
-    check_bracket(MultirateProblem(plant, SensingSchedule((3, 4, 5))), ILL_CONDITIONED)
 
 
 ROOM = str(Path(multirate.__file__).parents[2])

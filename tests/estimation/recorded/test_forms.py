@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from benchmarks.recorded_data import LATE, TRUE, stamped
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation import dualrate, multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
@@ -206,23 +207,14 @@ def test_fit_of_a_plant_in_continuous_time() -> None:
 
 
 def test_a_latency_is_found_and_can_be_held() -> None:
-    rng, late, rows = np.random.default_rng(8), 0.137, 900
-    taken = 0.1 * np.arange(rows)
-    order = np.unique([*taken, *(taken - late)])
-    Phi, _, Q = Transition.of(STAMPED.A, STAMPED.B_u, STAMPED.Q).over(np.diff(order))
-    states = [np.zeros(2)]
-    for step, root in zip(Phi, np.linalg.cholesky(Q), strict=True):
-        states.append(step @ states[-1] + root @ rng.standard_normal(2))
-    at = np.array(states)
-    noise = rng.standard_normal((rows, 2)) * [0.2, 0.1]
-    x, v = at[np.searchsorted(order, taken - late), 0], at[np.searchsorted(order, taken), 1]
-    log = {"t": taken, "x": x + noise[:, 0], "v": v + noise[:, 1], "u": np.zeros(rows)}
-    best = fit(STAMPED, log, latencies={"x": 0.02}, inputs=("u",))
+    given: dict[str, Any] = {"latencies": {"x": 0.02}, "biases": ("x",)}
+    log = stamped(8, LATE)
+    best = fit(TRUE, log, **given)
     assert best.names[-1] == "latency[x]"
-    assert abs(best.values[-1] - late) < 3 * best.errors[-1] < 0.2
-    held = fit(STAMPED, log, latencies={"x": 0.02}, fixed=("latency[x]", "R[v]"), inputs=("u",))
-    assert held.names == ("Q[0][0]", "Q[1][1]", "R[x]")
-    assert held.plant.R[1, 1] == pytest.approx(STAMPED.R[1, 1], rel=1e-14)
+    assert abs(best.values[-1] - LATE) < 3 * best.errors[-1] < 0.2
+    held = fit(TRUE, log, **given, fixed=("latency[x]", "R[v]"))
+    assert held.names == ("Q[1][1]", "R[x]", "bias[x]")
+    assert held.plant.R[1, 1] == pytest.approx(TRUE.R[1, 1], rel=1e-14)
     assert held.log_likelihood < best.log_likelihood - 5
 
 

@@ -33,14 +33,9 @@ def simulated(count: int = 800, seed: int = 1, bias: float = 0.0) -> dict[str, n
     return dict(zip(("t", "x", "v", "u"), np.array(rows).T, strict=True))
 
 
-def test_replay_is_the_running_filter_and_the_right_model_is_consistent() -> None:
+def test_the_right_model_is_consistent() -> None:
     log = simulated()
     shown = replay(StampedKalman(CART), log, **GIVEN)
-    observer = StampedKalman(CART)
-    for i in range(30):
-        y = {name: log[name][i] for name in ("x", "v") if not np.isnan(log[name][i])}
-        estimate = observer.step(y, t=log["t"][i], u=[log["u"][i]])
-        np.testing.assert_allclose(shown.estimates[i], estimate, rtol=0, atol=1e-12)
     assert shown.consistent
     assert np.all(shown.white > 0.01)
     assert shown.used.tolist() == [200, 800]

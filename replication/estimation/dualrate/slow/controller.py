@@ -19,7 +19,7 @@ from replication.estimation.api.shown import Measures
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.result import Weights, continuous_gains
+from replication.estimation.dualrate.result import DualRateResult, Weights
 from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
 from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, monodromy
@@ -37,14 +37,8 @@ STABLE = 1 - 1e-12
 class Controller:
     """At each instant of the period: u = K o, o = (x^, u before); x^+ = A x^ + B u + L y.
 
-    Attributes
-    ----------
-    A : array (N, n, n)
-        Of the observer; L (N, n, p) is zero for sensors that do not deliver.
-    L : array (N, n, p)
-        Gain on the readings.
-    K : array (N, m, n + m)
-        Rows of inputs that do not change repeat the input before.
+    A (N, n, n); L (N, n, p), zero for sensors that do not deliver; K (N, m, n + m), of which rows of inputs that do not
+    change repeat the input before.
     """
 
     A: Array
@@ -400,10 +394,10 @@ def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
     slow = problem.period * problem.sensors.periods[0]
     weights = Weights(problem.state_weight, problem.input_weight, problem.process_noise, slow * problem.sensor_noise)
     try:
-        K, L = continuous_gains(problem.plant, weights)
+        gains = DualRateResult.solve(problem.plant, weights).gains
     except InfeasibleError:
         return None
-    design = DualRateDesign(problem.plant, K, L, problem.period, problem.sensors.periods[0])
+    design = DualRateDesign(problem.plant, gains["K"], gains["L"], problem.period, problem.sensors.periods[0])
     loop = of_gains(problem, close_loop(design, OBSERVERS[observer]))
     return gain(problem, loop).upper if loop.spectral_radius() < 1 else None
 

@@ -207,29 +207,29 @@ def _proof(what: str, why: str) -> str:
 
 def _seen(problem: SlowProblem) -> Iterator[Array]:
     """C_i e^{(A - s I) t} for each reading of a period; the shift s keeps growing modes from hiding the slow ones."""
-    A, step = problem.plant.A, problem.period
-    still = _shifted(A)
     for row, ratio in zip(problem.plant.C, problem.sensors.periods, strict=True):
-        power, transition = row[None, :], scipy.linalg.expm(still * ratio * step)
-        for _ in range(min(problem.instants // ratio, len(A) ** 2 + 1)):
-            yield power
-            power = power @ transition
+        yield from _powers(row[None, :], _still(problem, ratio), problem.instants // ratio)
 
 
 def _moved(problem: SlowProblem) -> Iterator[Array]:
     """The same of the inputs, from the last one of a period back; each row is transposed."""
-    A, step = problem.plant.A, problem.period
-    still = _shifted(A)
     for j, ratio in enumerate(problem.actuators.periods):
-        column = problem.plant.B_u[:, [j]]
-        effect = held(A, column, ratio * step).input
+        column, time = problem.plant.B_u[:, [j]], ratio * problem.period
+        effect = held(problem.plant.A, column, time).input
         # Over whole turns of an oscillation nothing is left but rounding.
-        effect = effect * (np.linalg.norm(effect) > CANCELLED * ratio * step * np.linalg.norm(column))
-        transition = scipy.linalg.expm(still * ratio * step)
-        for _ in range(min(problem.instants // ratio, len(A) ** 2 + 1)):
-            yield effect.T
-            effect = transition @ effect
+        effect = effect * (np.linalg.norm(effect) > CANCELLED * time * np.linalg.norm(column))
+        yield from _powers(effect.T, _still(problem, ratio).T, problem.instants // ratio)
 
 
-def _shifted(A: Array) -> Array:
-    return A - max(0.0, float(np.max(np.linalg.eigvals(A).real))) * np.eye(len(A))
+def _powers(row: Array, transition: Array, count: int) -> Iterator[Array]:
+    """The row over so many transitions, of which the first n^2 tell all."""
+    for _ in range(min(count, len(transition) ** 2 + 1)):
+        yield row
+        row = row @ transition
+
+
+def _still(problem: SlowProblem, ratio: int) -> Array:
+    """The transition over so many fast periods, shifted so that nothing grows."""
+    A = problem.plant.A
+    shifted = A - max(0.0, float(np.max(np.linalg.eigvals(A).real))) * np.eye(len(A))
+    return np.asarray(scipy.linalg.expm(shifted * ratio * problem.period))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -134,8 +134,12 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
     problem, cases = base.problem, automaton(base.problem, model)
     fixed = gains_by_edge(cases, base.gains["L"])
     used = fixed if gains is None else gains
-    judged = _worst_case if isinstance(model, InARow) else _mean_error
-    worth = judged(problem, cases, model, used, base)
+    if isinstance(model, InARow):
+        limits, evidence, worst = _worst_case(problem, cases, used, fixed)
+        quantity = f"{base.quantity}, {model}, in any pattern"
+    else:
+        limits, evidence = _mean_error(problem, cases, used, fixed)
+        quantity, worst = f"root of the mean square of W e, white noise of unit intensity; {model}", ()
     table = {
         "L": used,
         "phase": [edge.phase for edge in cases.edges],
@@ -144,15 +148,15 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
         "arrived": [edge.arrived for edge in cases.edges],
     }
     return LossResult(
-        quantity=worth.quantity,
-        bracket=worth.bracket,
+        quantity=quantity,
+        bracket=limits,
         gains=frozen(table),
-        evidence=(Evidence("losses", str(model), "as given"), *worth.evidence),
+        evidence=(Evidence("losses", str(model), "as given"), *evidence),
         signals=base.signals,
         problem=problem,
         model=model,
         automaton=cases,
-        worst=worth.worst,
+        worst=worst,
     )
 
 
@@ -169,18 +173,10 @@ def _unaware(
     return (Evidence(what, worth, how),)
 
 
-class Worth(NamedTuple):
-    """A measure of gains under losses, its bracket, what else is known, and the worst pattern if there is one."""
-
-    quantity: str
-    bracket: Bracket
-    evidence: tuple[Evidence, ...]
-    worst: Word = ()
-
-
 def _worst_case(
-    problem: MultirateProblem, cases: Automaton, model: LossModel, gains: Array, base: MultirateResult
-) -> Worth:
+    problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array
+) -> tuple[Bracket, tuple[Evidence, ...], Word]:
+    """The gain in any pattern, what else is known, and the worst pattern found."""
     words = require_detectable(problem, cases)
     worst = bracket(problem, cases, gains, words)
     shown = patterns(cases.edges, worst.word)
@@ -193,19 +189,19 @@ def _worst_case(
             "level of the design without losses, under them, at least",
             "some patterns, exact gains",
             gains,
-            gains_by_edge(cases, base.gains["L"]),
+            fixed,
             lambda fixed: found_level(problem, cases, fixed, words),
         ),
         *baselines(Bracket(worst.lower, worst.upper, ""), "exact gain; in any pattern", without=without),
     )
     how = "exact gain of the worst pattern found; storage functions of all patterns, checked by their eigenvalues"
-    limits = Bracket(worst.lower, worst.upper, how)
-    return Worth(f"{base.quantity}, {model}, in any pattern", limits, evidence, worst.word)
+    return Bracket(worst.lower, worst.upper, how), evidence, worst.word
 
 
 def _mean_error(
-    problem: MultirateProblem, cases: Automaton, model: LossModel, gains: Array, base: MultirateResult
-) -> Worth:
+    problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array
+) -> tuple[Bracket, tuple[Evidence, ...]]:
+    """The rms error, and what else is known."""
     require_seen(problem, cases)
     mean = mean_square(problem, cases, gains)
     how = "covariances of all cases, by linear equations"
@@ -218,12 +214,11 @@ def _mean_error(
             "rms error of the design without losses, under them",
             "covariances of all cases",
             gains,
-            gains_by_edge(cases, base.gains["L"]),
+            fixed,
             lambda fixed: mean_square(problem, cases, fixed).rms,
         ),
     )
-    quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"
-    return Worth(quantity, Bracket(mean.rms, mean.rms, how), evidence)
+    return Bracket(mean.rms, mean.rms, how), evidence
 
 
 SHARE = 10
@@ -278,10 +273,8 @@ def design(result: MultirateResult, model: LossModel) -> LossResult:
 
     Parameters
     ----------
-    result : MultirateResult
-        A design for the same plant and schedule without losses.
-    model : InARow, Independent or Markov
-        What may be lost.
+    result, model : see there
+        As in `analyse`; the plant and the schedule are those of the result.
 
     Returns
     -------

@@ -64,10 +64,9 @@ class Walks:
     def open_loop(self, edge: int) -> tuple[Array, Array]:
         """[A B] without a correction, and [C D] of the samples that come."""
         plant, phase = self.problem.plant, self.automaton.edges[edge].phase
-        B_w = plant.B_w if plant.correlated else np.zeros((plant.order, plant.D.shape[1]))
         rows = list(self.automaton.edges[edge].arrived)
         seen = np.hstack([plant.C[rows] @ self.T[phase], np.zeros((sum(rows), plant.B_d.shape[1])), plant.D[rows]])
-        return self._scaled(edge, plant.A, np.hstack([plant.B_d, B_w])), seen
+        return self._scaled(edge, plant.A, np.hstack([plant.B_d, plant.B_w])), seen
 
     def storage(self, P: Array) -> Array:
         """Storage functions (nodes, n, n) of these units in those of the plant."""
