@@ -27,7 +27,7 @@ CODE_LINES = """return [...document.querySelectorAll('.claim [data-code]')]
   .map((e) => getComputedStyle(e, '::after').content)"""
 
 
-@pytest.mark.parametrize(("width", "scheme"), zip(WIDTHS, itertools.cycle(("light", "dark"))))
+@pytest.mark.parametrize(("width", "scheme"), [*zip(WIDTHS, itertools.cycle(("light", "dark")))])
 def test_at_each_width_it_fits_complains_of_nothing_and_is_read_and_scrolled(
     visit: Any, width: int, scheme: str
 ) -> None:

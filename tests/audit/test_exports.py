@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +15,7 @@ from unittest.mock import patch
 
 import pytest
 from cases import altered
-from lab import Lab, make_lab
+from lab import Inside, make_inside
 from sample import results as sample
 
 from replication.audit.publish import archive, rebuild
@@ -37,9 +38,9 @@ def texts(results: ResultsFile) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def packed(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Inside:
     """A toy project under git, run and packed."""
-    lab = make_lab(tmp_path_factory.mktemp("project") / "toy")
+    lab = make_inside(tmp_path_factory.mktemp("project") / "toy")
     shutil.copy(ROOT / "CITATION.cff", lab.root)
     (lab.root / ".gitignore").write_text("report/\n.cache/\n*.zip\n", encoding="utf-8")
     for arguments in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
@@ -50,10 +51,10 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Lab:
     return lab
 
 
-def unpack(lab: Lab, where: Path) -> Lab:
+def unpack(lab: Inside, where: Path) -> Inside:
     with zipfile.ZipFile(lab.root / "one.zip") as archive:
         archive.extractall(where)
-    return Lab(where / "one")
+    return replace(lab, root=where / "one")
 
 
 def test_every_export_is_there(texts: dict[str, str], results: ResultsFile) -> None:
@@ -133,7 +134,7 @@ def test_citation_file_with_a_mistake_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_archive_is_the_same_twice_and_holds_all(packed: Lab) -> None:
+def test_archive_is_the_same_twice_and_holds_all(packed: Inside) -> None:
     assert packed.cli("artifact", "--to", "two.zip").returncode == 0
     with zipfile.ZipFile(packed.root / "one.zip") as first, zipfile.ZipFile(packed.root / "two.zip") as second:
         assert {name.partition("/")[2]: first.read(name) for name in first.namelist()} == {
@@ -150,7 +151,7 @@ def test_archive_is_the_same_twice_and_holds_all(packed: Lab) -> None:
 
 
 @pytest.mark.slow
-def test_archive_describes_its_files(packed: Lab, tmp_path: Path) -> None:
+def test_archive_describes_its_files(packed: Inside, tmp_path: Path) -> None:
     root = unpack(packed, tmp_path).root
     crate = json.loads((root / "ro-crate-metadata.json").read_text(encoding="utf-8"))
     nodes: dict[str, Any] = {node["@id"]: node for node in crate["@graph"]}
@@ -162,7 +163,7 @@ def test_archive_describes_its_files(packed: Lab, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Lab, tmp_path: Path) -> None:
+def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Inside, tmp_path: Path) -> None:
     inside = unpack(packed, tmp_path)
     assert inside.cli("check").returncode == 0
     assert inside.cli("artifact", "--to", "one.zip").returncode == 0
@@ -176,7 +177,7 @@ def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Lab, tmp_path
 
 
 @pytest.mark.slow
-def test_changed_file_of_an_archive_is_found(packed: Lab, tmp_path: Path) -> None:
+def test_changed_file_of_an_archive_is_found(packed: Inside, tmp_path: Path) -> None:
     inside = unpack(packed, tmp_path)
     assert inside.cli("artifact", "--check", ".").stdout == "0 files changed\n"
     inside.edit("toy2020/squares.py", "product", "multiple")
@@ -187,8 +188,8 @@ def test_changed_file_of_an_archive_is_found(packed: Lab, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_edited_sources_are_not_packed(packed: Lab, tmp_path: Path) -> None:
-    edited = Lab(shutil.copytree(packed.root, tmp_path / "copy"))
+def test_edited_sources_are_not_packed(packed: Inside, tmp_path: Path) -> None:
+    edited = replace(packed, root=Path(shutil.copytree(packed.root, tmp_path / "copy")))
     edited.edit("toy2020/squares.py", "Squares", "Cubes")
     done = edited.cli("artifact")
     assert done.returncode == 2
