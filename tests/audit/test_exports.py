@@ -43,6 +43,7 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Inside:
     lab = make_inside(tmp_path_factory.mktemp("project") / "toy")
     shutil.copy(ROOT / "CITATION.cff", lab.root)
     (lab.root / ".gitignore").write_text("report/\n.cache/\n*.zip\n", encoding="utf-8")
+    (lab.root / "fit.sh").touch(0o755)
     for arguments in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
         identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
         subprocess.run(["git", *identity, *arguments], cwd=lab.root, check=True)
@@ -54,6 +55,7 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Inside:
 def unpack(lab: Inside, where: Path) -> Inside:
     with zipfile.ZipFile(lab.root / "one.zip") as archive:
         archive.extractall(where)
+    (where / "one" / "fit.sh").chmod(0o755)  # as `unzip` does, and zipfile does not
     return replace(lab, root=where / "one")
 
 
@@ -140,14 +142,10 @@ def test_archive_is_the_same_twice_and_holds_all(packed: Inside) -> None:
         assert {name.partition("/")[2]: first.read(name) for name in first.namelist()} == {
             name.partition("/")[2]: second.read(name) for name in second.namelist()
         }
-        inside = {name.partition("/")[2] for name in first.namelist()}
-    assert inside >= {
-        "report/index.html",
-        "report/results.json",
-        "requirements.lock",
-        "exports/badges/all.svg",
-        "COMMIT",
-    }
+        inside = {entry.filename.partition("/")[2]: entry.external_attr >> 16 & 0o111 for entry in first.infolist()}
+    wanted = ("report/index.html", "report/results.json", "requirements.lock", "exports/badges/all.svg", "COMMIT")
+    assert inside.keys() >= {*wanted}
+    assert {name for name, runs in inside.items() if runs} == {"fit.sh"} and inside["fit.sh"] == 0o111
 
 
 @pytest.mark.slow
@@ -181,9 +179,10 @@ def test_changed_file_of_an_archive_is_found(packed: Inside, tmp_path: Path) -> 
     inside = unpack(packed, tmp_path)
     assert inside.cli("artifact", "--check", ".").stdout == "0 files changed\n"
     inside.edit("toy2020/squares.py", "product", "multiple")
+    (inside.root / "requirements.lock").unlink()
     done = inside.cli("artifact", "--check", ".")
     assert done.returncode == 1
-    assert "papers/toy2020/squares.py: changed" in done.stdout
+    assert "papers/toy2020/squares.py: changed" in done.stdout and "requirements.lock: missing" in done.stdout
     assert "sources of this archive were changed (papers/toy2020" in inside.cli("artifact").stderr
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,19 +13,17 @@ from cases import RUN, claim, paper, recorded, results_file
 from msgspec import structs
 from test_proofs import GAIN, LEVEL, certificate, stated
 
-from replication.audit.inspect import check as derive
 from replication.audit.inspect.check import _moved
 from replication.audit.judge.proofs import Wanted
 from replication.audit.judge.proofs import record as certificate_record
 from replication.audit.model import Erratum, Evidence, Kind, Proof, Verdict
 from replication.audit.parts import Paper
-from replication.audit.publish import archive, terminal
+from replication.audit.publish import terminal
 from replication.audit.publish.linked_data import without_empty
 from replication.audit.report.claim import views
 from replication.audit.report.opening.told import _targets
 from replication.audit.run import certify, worker
 from replication.audit.run.assemble import assemble
-from replication.audit.run.draw import checksums as figure_checksums
 from replication.audit.run.pool import Action, Processes, Step
 from replication.audit.run.runner import _longest_first
 from replication.audit.run.tracing import traced
@@ -128,40 +124,6 @@ def test_a_certificate_that_ended_in_an_error_is_not_proved() -> None:
     assert told is failed
 
 
-def test_a_file_of_an_archive_that_was_changed_or_is_missing_is_named(tmp_path: Path) -> None:
-    sums = []
-    for name in ("kept", "edited", "gone"):
-        (tmp_path / name).write_text(name)
-        sums.append(f"{hashlib.sha256(name.encode()).hexdigest()}  {name}\n")
-    (tmp_path / archive.MANIFEST).write_text("".join(sums))
-    assert archive.changed_files(tmp_path) == ()
-    (tmp_path / "edited").write_text("other")
-    (tmp_path / "gone").unlink()
-    assert archive.changed_files(tmp_path) == ("edited: changed", "gone: missing")
-
-
-def test_what_can_be_run_can_be_run_when_it_is_unpacked(tmp_path: Path) -> None:
-    for name, mode in (("run.sh", 0o755), ("text", 0o644)):
-        (tmp_path / name).write_text(name)
-        (tmp_path / name).chmod(mode)
-    with patch.multiple(
-        archive,
-        read_results=lambda path: SimpleNamespace(run=None, figures=()),
-        _require_unedited=lambda root, run: "c0",
-        _sources=lambda root: ["run.sh", "text"],
-        BUILT=(),
-        read_software=lambda root: None,
-        export_texts=lambda results, software: {},
-        register_texts=lambda results, software: {},
-        brings_the_tool=lambda root: True,
-        crate=lambda *arguments: {},
-    ):
-        archive.write_archive(tmp_path, tmp_path / "all.zip")
-    with zipfile.ZipFile(tmp_path / "all.zip") as packed:
-        modes = {Path(one.filename).name: one.external_attr >> 16 for one in packed.infolist()}
-    assert modes["run.sh"] & 0o111 == 0o111 and modes["text"] & 0o111 == 0
-
-
 def test_there_is_at_least_one_process() -> None:
     assert Processes(1).jobs == 1 and Processes().jobs is None
     for jobs in (0, -2):
@@ -178,31 +140,6 @@ def test_what_is_read_counts_and_what_is_written_does_not(tmp_path: Path) -> Non
     (tmp_path / "later").write_bytes(b"")
     (tmp_path / "later").read_bytes()
     assert [Path(path).name for path in found.read if Path(path).parent == tmp_path] == ["read"]
-
-
-def test_figures_must_be_as_the_run_left_them(tmp_path: Path) -> None:
-    (tmp_path / "one.csv").write_text("x")
-    (tmp_path / "one.svg").write_text("<svg/>")
-    left = figure_checksums(tmp_path, "one")
-    again: Any = SimpleNamespace(results=results_file(), files={"one": left}, environment=None, absent=frozenset())
-    nothing: Any = {"_environment": lambda *args, **more: (), "_here": lambda *args: True, "_unknown": lambda *args: ()}
-    with patch.multiple(derive, **nothing):
-        assert list(derive.differences(results_file(), again, tmp_path)) == []
-        (tmp_path / "one.csv").write_text("y")
-        ((name, text),) = derive.differences(results_file(), again, tmp_path)
-    assert name == "one" and "not as the run left them" in text
-
-
-@pytest.mark.parametrize(("now", "dirty"), [(("c0", False), False), (("c0", True), False), (("c1", False), False),
-                                            (("c0", False), True)])  # fmt: skip
-def test_only_results_of_these_very_sources_are_packed(tmp_path: Path, now: tuple[str, bool], dirty: bool) -> None:
-    run: Any = SimpleNamespace(commit="c0", dirty=dirty)
-    with patch.object(archive, "git_state", return_value=now):
-        if now == ("c0", False) and not dirty:
-            assert archive._require_unedited(tmp_path, run) == "c0"
-        else:
-            with pytest.raises(AuditError, match="commit, then `replication run`"):
-                archive._require_unedited(tmp_path, run)
 
 
 def test_an_error_is_told_as_an_error_and_not_as_a_changed_verdict() -> None:

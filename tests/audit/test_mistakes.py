@@ -154,17 +154,11 @@ FIT = "echo '{\"mean\": 0.751}'"
         ("claims.toml", "", STATED.format("b"), 3, "there is 'nan', which is no number; name a place where one stands"),
         ("claims.toml", "", STATED.format("c"), 3, "there is '75%', which is no number; write it with a point"),
         ("claims.toml", "", STATED.format("{key}"), 2, "{key} stands for the entries of a table, and one number"),
-        ("claims.toml", "", STATED.replace('"0.75"', '"data:powr"').format("b"), 2,
-         r"in printed.toml, at .*claims.toml:1: .* 'powr'; did you mean power"),
         ("claims.toml", "", STATED.format("b") + '[[data]]\nfile = "out/u.csv"\nsha256 = "abc"\n', 2,
          r"\[\[data\]\] pins out/u.csv, which no claim reads; did you mean out/t.csv"),
         ("claims.toml", "", FITTED.format('version = ["no-such-program", "-V"]\n'), 3,
          "`no-such-program -V` says no version; give the command"),
         ("claims.toml", "", FITTED.format('timeout = "1h"\n'), 2, "timeout is '1h'; give positive seconds"),
-        ("claims.toml", "", FITTED.format("").replace('["fit.sh"]\n[', '["fit.sh", "PAPERS/toy/printed.toml"]\n['), 2,
-         "reads '.*/toy/printed.toml', and so what the paper prints"),
-        ("claims.toml", "", FITTED.format("").replace('["sh", "fit.sh"]', '["sh", "-c", "echo hello"]'), 3,
-         r"its output is no JSON, it begins with 'hello\\n'"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
@@ -178,7 +172,7 @@ def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
         (inside.root / name).parent.mkdir(exist_ok=True)
         (inside.root / name).write_text(text, encoding="utf-8")
     if file == "claims.toml":
-        inside.path("toy/claims.toml").write_text(new.replace("PAPERS", inside.package), encoding="utf-8")
+        inside.path("toy/claims.toml").write_text(new, encoding="utf-8")
         inside.edit(
             "toy/paper.py",
             "\nPOWERS =",
