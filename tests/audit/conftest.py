@@ -1,13 +1,27 @@
-"""The report of the sample in headless Chromium, for the tests that look at it there."""
+"""The invented results, with their figures, and their report in headless Chromium."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from looking import resize
-from sample import build
+from sample import build, results
 from selenium import webdriver
+
+from replication.audit.store.records import ResultsFile
+
+
+@pytest.fixture(scope="session")
+def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the figures of `made`, to be left as it is."""
+    return tmp_path_factory.mktemp("figures")
+
+
+@pytest.fixture(scope="session")
+def made(figures: Path) -> ResultsFile:
+    return results(figures)
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,6 @@ from unittest.mock import patch
 import pytest
 from cases import altered
 from lab import Inside, make_inside
-from sample import results as sample
 
 from replication.audit.publish import archive, rebuild
 from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts
@@ -28,13 +27,8 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
-    return sample(tmp_path_factory.mktemp("figures"))
-
-
-@pytest.fixture(scope="module")
-def texts(results: ResultsFile) -> dict[str, str]:
-    return export_texts(results, read_software(ROOT))
+def texts(made: ResultsFile) -> dict[str, str]:
+    return export_texts(made, read_software(ROOT))
 
 
 @pytest.fixture(scope="module")
@@ -59,29 +53,29 @@ def unpack(lab: Inside, where: Path) -> Inside:
     return replace(lab, root=where / "one")
 
 
-def test_every_export_is_there(texts: dict[str, str], results: ResultsFile) -> None:
-    keys = [paper.key for paper in results.papers]
+def test_every_export_is_there(texts: dict[str, str], made: ResultsFile) -> None:
+    keys = [paper.key for paper in made.papers]
     assert set(texts) == {
         "badges/all.svg", "claims.jsonld", "citation.bib",
         *(f"badges/{key}.svg" for key in keys),
     }  # fmt: skip
 
 
-def test_linked_data_has_each_claim_with_its_verdict(texts: dict[str, str], results: ResultsFile) -> None:
+def test_linked_data_has_each_claim_with_its_verdict(texts: dict[str, str], made: ResultsFile) -> None:
     graph = json.loads(texts["claims.jsonld"])["@graph"]
     reviews = {node["@id"]: node["reviewRating"]["alternateName"] for node in graph if node["@type"] == "ClaimReview"}
-    assert reviews == {f"#claim-{claim.id}": str(claim.verdict) for claim in results.claims}
+    assert reviews == {f"#claim-{claim.id}": str(claim.verdict) for claim in made.claims}
     named = {node["@id"] for node in graph}
     assert {node["itemReviewed"]["appearance"]["@id"] for node in graph if "itemReviewed" in node} <= named
 
 
-def test_bibtex_names_the_package_and_every_paper(texts: dict[str, str], results: ResultsFile) -> None:
+def test_bibtex_names_the_package_and_every_paper(texts: dict[str, str], made: ResultsFile) -> None:
     assert texts["citation.bib"].startswith("@software{")
-    assert all(paper.bibtex in texts["citation.bib"] for paper in results.papers)
+    assert all(paper.bibtex in texts["citation.bib"] for paper in made.papers)
 
 
-def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
-    pinned = tuple(claim for claim in results.claims if not claim.unexpected)
+def test_badge_says_it_in_word_shape_and_colour(made: ResultsFile) -> None:
+    pinned = tuple(claim for claim in made.claims if not claim.unexpected)
     agree = tuple(claim for claim in pinned if claim.verdict not in ("differs", "refuted"))
     (refuted,) = [claim for claim in pinned if claim.verdict == "refuted"]
     false = altered(refuted, place="Theorem 1")
@@ -91,8 +85,8 @@ def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
     assert len({path[0].get("fill") for path in paths}) == len({path[1].get("d") for path in paths}) == 3
 
 
-def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_moved(results: ResultsFile) -> None:
-    pinned = tuple(claim for claim in results.claims if not claim.unexpected)
+def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_moved(made: ResultsFile) -> None:
+    pinned = tuple(claim for claim in made.claims if not claim.unexpected)
     kinds = {
         "hold": ("reproduced", "reproduced after erratum", "consistent"),
         "possible": ("compatible",),
@@ -103,9 +97,9 @@ def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_m
     assert min(found.values()) > 0
     words = ", ".join(f"{number} {word}{'s' * (word == 'fail' and number == 1)}" for word, number in found.items())
     assert str(ET.fromstring(badge("x", pinned)).get("aria-label")).startswith(f"x: {words}")
-    moved = len(results.claims) - len(pinned)
+    moved = len(made.claims) - len(pinned)
     assert moved
-    assert ET.fromstring(badge("x", results.claims)).get("aria-label") == f"x: {moved} off the pin"
+    assert ET.fromstring(badge("x", made.claims)).get("aria-label") == f"x: {moved} off the pin"
 
 
 def test_an_author_is_a_person_with_an_orcid_unless_the_name_says_otherwise() -> None:
@@ -179,10 +173,10 @@ def test_changed_file_of_an_archive_is_found(packed: Inside, tmp_path: Path) -> 
     inside = unpack(packed, tmp_path)
     assert inside.cli("artifact", "--check", ".").stdout == "0 files changed\n"
     inside.edit("toy2020/squares.py", "product", "multiple")
-    (inside.root / "requirements.lock").unlink()
+    (inside.root / "report" / "index.html").unlink()
     done = inside.cli("artifact", "--check", ".")
     assert done.returncode == 1
-    assert "papers/toy2020/squares.py: changed" in done.stdout and "requirements.lock: missing" in done.stdout
+    assert "papers/toy2020/squares.py: changed" in done.stdout and "report/index.html: missing" in done.stdout
     assert "sources of this archive were changed (papers/toy2020" in inside.cli("artifact").stderr
 
 

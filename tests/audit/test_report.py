@@ -71,11 +71,6 @@ def drawn(page: str) -> dict[str, Any]:
     return {name: html5lib.parse(html) for name, html in evidence(page).items()}
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
-    return results(tmp_path_factory.mktemp("figures"))
-
-
 def text_of(element: Any) -> str:
     return " ".join("".join(element.itertext()).split())
 

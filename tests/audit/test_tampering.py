@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 from lab import Inside, Lab, make_inside
-from sample import results
 
 from replication.audit.publish.readme import BEGIN, END
 from replication.audit.report import sections, templates
@@ -193,16 +192,6 @@ SOURCE: dict[str, Any] = {
     "places": ["Table 1, column (2,3)", "2024-02-29T12:00:00Z", "version 1.17.1"],
     "numbers": (0.63204, -1.7771, 3.7e-10, 73, 12345.6),
 }
-
-
-@pytest.fixture(scope="module")
-def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("figures")
-
-
-@pytest.fixture(scope="module")
-def made(figures: Path) -> ResultsFile:
-    return results(figures)
 
 
 def sources_copied_to(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
