@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from lab import committed
 
 from replication.audit.publish.rebuild import INSTALL, RUN
 from replication.extras import EXTRAS
@@ -83,9 +84,7 @@ def project(stranger: Stranger) -> Stranger:
         ("papers/epidemic/paper.toml", PAPER),
     ):
         (stranger.home / name).write_text(text, encoding="utf-8")
-    identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
-    for words in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
-        subprocess.run(["git", *identity, *words], cwd=stranger.home, check=True)
+    committed(stranger.home)
     for words in (("run",), ("export",), ("artifact", "--to", "../epidemics.zip")):
         done = stranger.run("replication", *words)
         assert done.returncode == 0, done.stdout + done.stderr

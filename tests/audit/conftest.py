@@ -25,12 +25,13 @@ def made(figures: Path) -> ResultsFile:
 
 
 @pytest.fixture(scope="session")
-def address(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return build(tmp_path_factory.mktemp("report")).as_uri()
+def page_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Their report."""
+    return build(tmp_path_factory.mktemp("report"))
 
 
 @pytest.fixture
-def visit(browser: webdriver.Chrome, address: str) -> Callable[..., webdriver.Chrome]:
+def visit(browser: webdriver.Chrome, page_path: Path) -> Callable[..., webdriver.Chrome]:
     """Open the report in a window of some width and colour scheme, with or without scripts."""
 
     def go(width: int = 1440, scheme: str = "light", fragment: str = "", scripts: bool = True) -> webdriver.Chrome:
@@ -40,7 +41,7 @@ def visit(browser: webdriver.Chrome, address: str) -> Callable[..., webdriver.Ch
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
         browser.get("about:blank")
         browser.get_log("browser")  # type: ignore[no-untyped-call]  # what other pages complained of
-        browser.get(f"{address}{fragment}")
+        browser.get(f"{page_path.as_uri()}{fragment}")
         return browser
 
     return go

@@ -15,7 +15,7 @@ from unittest.mock import patch
 
 import pytest
 from cases import altered
-from lab import Inside, make_inside
+from lab import Inside, committed, make_inside
 
 from replication.audit.publish import archive, rebuild
 from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts
@@ -38,9 +38,7 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Inside:
     shutil.copy(ROOT / "CITATION.cff", lab.root)
     (lab.root / ".gitignore").write_text("report/\n.cache/\n*.zip\n", encoding="utf-8")
     (lab.root / "fit.sh").touch(0o755)
-    for arguments in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
-        identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
-        subprocess.run(["git", *identity, *arguments], cwd=lab.root, check=True)
+    committed(lab.root)
     assert lab.cli("run", "--jobs", "1").returncode == 0
     assert lab.cli("artifact", "--to", "one.zip").returncode == 0
     return lab
