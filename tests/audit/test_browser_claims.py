@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from looking import claim_id, shown
+from looking import claim_id, resize, shown
 from sample import KEY, claims
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
@@ -105,42 +105,23 @@ def test_a_verdict_is_singled_out_and_nothing_is_removed(visit: Any) -> None:
     assert page.execute_script(faint) == 0
 
 
-@pytest.mark.parametrize("width", [390, 1440])
-def test_marks_are_arranged_by_distance(visit: Any, width: int) -> None:
+def test_marks_are_arranged_by_distance(visit: Any) -> None:
     """Farther from the print is farther right; what rounds to the print lies left of the line, the rest right of it."""
-    page = visit(width)
-    page.find_element(By.CSS_SELECTOR, "[data-by=distance]").click()
+    page = visit()
     place = """const cells = getComputedStyle(document.querySelector('.cells'));
       const half = parseFloat(cells.getPropertyValue('--half'));
       return [...document.querySelectorAll('.k[data-d]')].map((e) =>
         [Math.abs(e.dataset.d), parseFloat(e.style.left) - half])"""
-    placed = sorted(page.execute_script(place))
-    assert len(placed) > 10
-    assert [x for _, x in placed] == sorted(x for _, x in placed)
-    assert all((x < 0) == (units <= 0.5) for units, x in placed)
-    assert page.execute_script("return document.documentElement.scrollWidth") == width
-    page.find_element(By.CSS_SELECTOR, "[data-by=stake]").click()
-    assert not page.find_elements(By.CSS_SELECTOR, ".k[style*=left]")
-
-
-@pytest.mark.parametrize(
-    ("query", "first"),
-    [
-        ("table 1, column-4-5", "column-4-5"),
-        ("column-4-5", "column-4-5"),
-        (f"{KEY}.zero", "zero"),
-        ("shorter", "shorter-is-better"),
-    ],
-)
-def test_search_finds_place_name_and_words(visit: Any, query: str, first: str) -> None:
-    page = visit()
-    hits = asked(page, query)
-    assert hits[0].get_attribute("href").endswith(claim_id(first))
-    cited = page.find_element(By.CSS_SELECTOR, "[data-cited]").get_attribute("data-cited")
-    assert cited and all(cited in hit.text.splitlines()[-1] for hit in hits)
-    press(page, Keys.ENTER)
-    assert drawn(page, first).is_displayed()
-    assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
+    for width in (1440, 390):
+        resize(page, width)
+        page.find_element(By.CSS_SELECTOR, "[data-by=distance]").click()
+        placed = sorted(page.execute_script(place))
+        assert len(placed) > 10
+        assert [x for _, x in placed] == sorted(x for _, x in placed)
+        assert all((x < 0) == (units <= 0.5) for units, x in placed)
+        assert page.execute_script("return document.documentElement.scrollWidth") == width
+        page.find_element(By.CSS_SELECTOR, "[data-by=stake]").click()
+        assert not page.find_elements(By.CSS_SELECTOR, ".k[style*=left]")
 
 
 NAMES = {
@@ -159,6 +140,19 @@ def asked(page: Any, query: str) -> list[Any]:
     field.clear()
     field.send_keys(query)
     return page.find_elements(By.CSS_SELECTOR, "#hits a")  # type: ignore[no-any-return]
+
+
+def test_search_finds_place_name_and_words(visit: Any) -> None:
+    page = visit()
+    cited = page.find_element(By.CSS_SELECTOR, "[data-cited]").get_attribute("data-cited")
+    wanted = {"table 1, column-4-5": "column-4-5", "column-4-5": "column-4-5", f"{KEY}.zero": "zero"}
+    for query, first in (wanted | {"shorter": "shorter-is-better"}).items():
+        hits = asked(page, query)
+        assert hits[0].get_attribute("href").endswith(claim_id(first))
+        assert cited and all(cited in hit.text.splitlines()[-1] for hit in hits)
+        press(page, Keys.ENTER)
+        assert drawn(page, first).is_displayed()
+        assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
 
 
 def test_a_verdict_by_any_name_finds_the_claims_that_its_chips_count(visit: Any) -> None:
