@@ -13,6 +13,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
+# Compiled sources are kept, whatever the environment says: hundreds of processes of the tests import them.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:

@@ -53,33 +53,21 @@ def test_run_writes_everything_and_sums_it_up(finished: tuple[Lab, subprocess.Co
     for name in ("report/results.json", "report/index.html", "figures/toy2020-fig1.svg", "figures/toy2020-fig1.csv"):
         assert (lab.root / name).stat().st_size > 0
     assert json.loads((lab.root / "report" / "results.json").read_bytes())["run"]["date"] == "1970-01-01T00:00:00Z"
-
-
-def test_results_that_come_out_again_keep_their_date(ran: Lab) -> None:
-    report = ran.root / "report" / "results.json"
-    before = report.read_bytes()
-    assert ran.cli("run", SOURCE_DATE_EPOCH="86400").returncode == 0
-    assert report.read_bytes() == before
-    report.write_bytes(before.replace(b'"threads":', b'"threads": ', 1) + b"x")
-    assert ran.cli("run", SOURCE_DATE_EPOCH="86400").returncode == 0
-    assert json.loads(report.read_bytes())["run"]["date"] == "1970-01-02T00:00:00Z"
-
-
-def test_progress_is_a_line_for_each_experiment(finished: tuple[Lab, subprocess.CompletedProcess[str]]) -> None:
-    _, done = finished
-    steps = [line for line in done.stdout.splitlines() if line.startswith("[")]
-    assert len(steps) == 5
+    steps = [line for line in lines if line.startswith("[")]
+    assert len(steps) == 5 and "\x1b" not in done.stdout
     for number, line in enumerate(steps, start=1):
         assert re.fullmatch(rf"\[{number}/5\] computed \S+ in \d+\.\d s \(never ran\)", line)
-    assert "\x1b" not in done.stdout
 
 
-def test_warm_run_gives_the_same_bytes(ran: Lab) -> None:
-    files = [ran.root / "report" / name for name in ("results.json", "index.html")]
-    first = [file.read_bytes() for file in files]
-    done = ran.cli("run", "--jobs", "1")
-    assert "experiments: 0 computed, 5 reused, 0 failed" in done.stdout
-    assert [file.read_bytes() for file in files] == first
+def test_results_that_come_out_again_give_the_same_bytes_and_keep_their_date(ran: Lab) -> None:
+    report, page = (ran.root / "report" / name for name in ("results.json", "index.html"))
+    before = report.read_bytes(), page.read_bytes()
+    done = ran.cli("run", SOURCE_DATE_EPOCH="86400")
+    assert done.returncode == 0 and "experiments: 0 computed, 5 reused, 0 failed" in done.stdout
+    assert (report.read_bytes(), page.read_bytes()) == before
+    report.write_bytes(before[0].replace(b'"threads":', b'"threads": ', 1) + b"x")
+    assert ran.cli("run", SOURCE_DATE_EPOCH="86400").returncode == 0
+    assert json.loads(report.read_bytes())["run"]["date"] == "1970-01-02T00:00:00Z"
 
 
 def test_figures_are_drawn_again_only_if_they_must_be(ran: Lab) -> None:
@@ -138,8 +126,6 @@ def test_report_alone_computes_nothing(ran: Lab) -> None:
     [
         ("toy2020/claims.py", "Verdict.DIFFERS", "Verdict.REPRODUCED", 1,
          ["changed verdict: toy2020.square.wrong is differs, pinned is reproduced: Computed 4"]),
-        ("toy2020/claims.py", "    drawing = Drawing()", "    raise ValueError('no ink')", 3,
-         ["error: figure toy2020-fig1: ValueError: no ink"]),
         # One line for all claims that the experiment takes down, and no word on what they would have read.
         ("toy2020/squares.py", "    solver = ", "    raise ValueError('planted')\n    solver = ", 3,
          ["error: experiment toy2020.square: ValueError: planted [papers/toy2020/squares.py:9]\n",
@@ -262,18 +248,6 @@ def test_results_of_another_schema_are_refused(ran: Lab, command: tuple[str, ...
     assert "report/results.json has schema version 99, and this program reads 3" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert page.read_bytes() == before and not (ran.root / "report" / "exports").exists()
-
-
-def test_check_finds_a_verdict_set_by_hand(ran: Lab) -> None:
-    assert ran.cli("check").returncode == 0
-    path = ran.root / "report" / "results.json"
-    content = json.loads(path.read_bytes())
-    forged = content["claims"][2]
-    forged["judgement"]["verdict"] = forged["claim"]["expected"] = "reproduced"
-    path.write_text(json.dumps(content), encoding="utf-8")
-    done = ran.cli("check")
-    assert done.returncode == 1
-    assert "toy2020.square.wrong" in done.stdout
 
 
 def test_check_and_coverage_find_a_binding_to_nothing(ran: Lab) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -52,8 +53,10 @@ def test_a_mistake_names_the_file(tmp_path: Path, text: str, said: str) -> None:
 
 
 def test_a_folder_of_another_name_holds_the_papers(tmp_path: Path) -> None:
+    """And what begins with an underscore is none."""
     root = configured(tmp_path, 'papers = "texts_of_test_project"\n')
     scaffold("fresh2030", root)
+    shutil.copytree(root / "texts_of_test_project" / "fresh2030", root / "texts_of_test_project" / "_shared")
     try:
         project = find_project(root)
         (paper,) = project.load()

@@ -1,32 +1,47 @@
-"""The report of the sample in headless Chromium, for the tests that look at it there."""
+"""The invented results, with their figures, and their report in headless Chromium."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
-from sample import build
+from looking import resize
+from sample import build, results
 from selenium import webdriver
+
+from replication.audit.store.records import ResultsFile
 
 
 @pytest.fixture(scope="session")
-def address(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return build(tmp_path_factory.mktemp("report")).as_uri()
+def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the figures of `made`, to be left as it is."""
+    return tmp_path_factory.mktemp("figures")
+
+
+@pytest.fixture(scope="session")
+def made(figures: Path) -> ResultsFile:
+    return results(figures)
+
+
+@pytest.fixture(scope="session")
+def page_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Their report."""
+    return build(tmp_path_factory.mktemp("report"))
 
 
 @pytest.fixture
-def visit(browser: webdriver.Chrome, address: str) -> Callable[..., webdriver.Chrome]:
+def visit(browser: webdriver.Chrome, page_path: Path) -> Callable[..., webdriver.Chrome]:
     """Open the report in a window of some width and colour scheme, with or without scripts."""
 
     def go(width: int = 1440, scheme: str = "light", fragment: str = "", scripts: bool = True) -> webdriver.Chrome:
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        resize(browser, width)
         scheme_feature = [{"name": "prefers-color-scheme", "value": scheme}]
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme_feature})
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
         browser.get("about:blank")
         browser.get_log("browser")  # type: ignore[no-untyped-call]  # what other pages complained of
-        browser.get(f"{address}{fragment}")
+        browser.get(f"{page_path.as_uri()}{fragment}")
         return browser
 
     return go

@@ -167,6 +167,20 @@ def make_inside(root: Path) -> Inside:
     return Inside(root, package)
 
 
+def git(root: Path, *words: str) -> str:
+    """What git says in this folder, of commits by an author of its own."""
+    identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
+    done = subprocess.run(["git", "-C", str(root), *identity, *words], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def committed(root: Path) -> Path:
+    """Put what lies in a folder under git."""
+    for words in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
+        git(root, *words)
+    return root
+
+
 NUMBERS = itertools.count()
 
 

@@ -32,6 +32,11 @@ def shown(browser: webdriver.Chrome) -> list[str]:
     return found
 
 
+def resize(browser: webdriver.Chrome, width: int) -> None:
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+
 def unfold(browser: webdriver.Chrome) -> webdriver.Chrome:
     """Open all pages and folds, and wait until all evidence is drawn and what scrolls has its stop."""
     browser.execute_async_script("""const done = arguments[0];

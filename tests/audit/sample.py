@@ -394,55 +394,38 @@ HOSTILE = (
 def hostile_results(directory: Path, text: str) -> ResultsFile:
     """The sample with `text` in the place of all prose, names of solvers and quantities, errors and code."""
     made = results(directory)
-    solver = msgspec.structs.replace(SOLVER, name=text, status=text, options={text: text}, residuals={text: 1.0})
-    swap = msgspec.structs.replace
-    return swap(
+
+    def said(record: Any, words: str, **more: Any) -> Any:
+        return (altered if isinstance(record, ClaimRecord) else msgspec.structs.replace)(
+            record, **dict.fromkeys(words.split(), text), **more
+        )
+
+    papers = {
+        "authors": (text,),
+        "brief": brief(text, re.sub(r"[][0-9]", "x", text).partition(" ")[0]),
+        "findings": (text,),
+        "formulas": (Formula(text=text, latex=r"x"),),
+        "tables": (Table(place=text, caption=text, header=(text,), rows=((text,),)),),
+        "scope": (ScopeItem(part=text, reason=text),),
+        "readings": (Reading(name=text, place=text, text=text, inference=True),),
+    }
+    claims = {
+        "quantities": {text: 1.5},
+        "solvers": (said(SOLVER, "name status", options={text: text}, residuals={text: 1.0}),),
+        "as_printed": Evidence(method=text),
+        "outcomes": (Outcome(reading=text, value=1.5, lower=1.0, upper=2.0, holds=True, margin=0.5),),
+        "certificates": (text,),
+    }
+    of_claims = "place statement method cross_check code reason note unit remark reading unproved"
+    return msgspec.structs.replace(
         made,
-        run=swap(made.run, cpu=text, packages={text: text}, commit=text),
-        papers=tuple(
-            swap(
-                record,
-                title=text,
-                authors=(text,),
-                venue=text,
-                doi=text,
-                summary=text,
-                bibtex=text,
-                brief=brief(text, re.sub(r"[][0-9]", "x", text).partition(" ")[0]),
-                findings=(text,),
-                formulas=(Formula(text=text, latex=r"x"),),
-                tables=(Table(place=text, caption=text, header=(text,), rows=((text,),)),),
-                scope=(ScopeItem(part=text, reason=text),),
-                readings=(Reading(name=text, place=text, text=text, inference=True),),
-            )
-            for record in made.papers
-        ),
-        claims=tuple(
-            altered(
-                record,
-                place=text,
-                statement=text,
-                method=text,
-                cross_check=text,
-                code=text,
-                reason=text,
-                note=text,
-                unit=text,
-                remark=text,
-                quantities={text: 1.5},
-                solvers=(solver,),
-                as_printed=Evidence(method=text),
-                reading=text,
-                outcomes=(Outcome(reading=text, value=1.5, lower=1.0, upper=2.0, holds=True, margin=0.5),),
-                unproved=text,
-                certificates=(text,),
-            )
-            for record in made.claims
-        ),
-        certificates=tuple(swap(r, path=text, reason=text, sentence=text) for r in made.certificates),
-        errata=tuple(swap(r, place=text, printed=text, meant=text, text=text, error=text) for r in made.errata),
-        figures=tuple(swap(r, place=text, title=text, caption=text, alt=text) for r in made.figures),
-        experiments=tuple(swap(r, code=text, inputs={text: text}, error=text) for r in made.experiments),
+        run=said(made.run, "cpu commit", packages={text: text}),
+        papers=tuple(said(one, "title venue doi summary bibtex", **papers) for one in made.papers),
+        claims=tuple(said(one, of_claims, **claims) for one in made.claims),
+        certificates=tuple(said(one, "path reason sentence") for one in made.certificates),
+        errata=tuple(said(one, "place printed meant text error") for one in made.errata),
+        figures=tuple(said(one, "place title caption alt") for one in made.figures),
+        experiments=tuple(said(one, "code error", inputs={text: text}) for one in made.experiments),
     )
 
 

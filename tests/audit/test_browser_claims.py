@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from looking import claim_id, shown
+from looking import claim_id, resize, shown
 from sample import KEY, claims
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
@@ -105,74 +105,84 @@ def test_a_verdict_is_singled_out_and_nothing_is_removed(visit: Any) -> None:
     assert page.execute_script(faint) == 0
 
 
-@pytest.mark.parametrize("width", [390, 1440])
-def test_marks_are_arranged_by_distance(visit: Any, width: int) -> None:
+def test_marks_are_arranged_by_distance(visit: Any) -> None:
     """Farther from the print is farther right; what rounds to the print lies left of the line, the rest right of it."""
-    page = visit(width)
-    page.find_element(By.CSS_SELECTOR, "[data-by=distance]").click()
+    page = visit()
     place = """const cells = getComputedStyle(document.querySelector('.cells'));
       const half = parseFloat(cells.getPropertyValue('--half'));
       return [...document.querySelectorAll('.k[data-d]')].map((e) =>
         [Math.abs(e.dataset.d), parseFloat(e.style.left) - half])"""
-    placed = sorted(page.execute_script(place))
-    assert len(placed) > 10
-    assert [x for _, x in placed] == sorted(x for _, x in placed)
-    assert all((x < 0) == (units <= 0.5) for units, x in placed)
-    assert page.execute_script("return document.documentElement.scrollWidth") == width
-    page.find_element(By.CSS_SELECTOR, "[data-by=stake]").click()
-    assert not page.find_elements(By.CSS_SELECTOR, ".k[style*=left]")
+    for width in (1440, 390):
+        resize(page, width)
+        page.find_element(By.CSS_SELECTOR, "[data-by=distance]").click()
+        placed = sorted(page.execute_script(place))
+        assert len(placed) > 10
+        assert [x for _, x in placed] == sorted(x for _, x in placed)
+        assert all((x < 0) == (units <= 0.5) for units, x in placed)
+        assert page.execute_script("return document.documentElement.scrollWidth") == width
+        page.find_element(By.CSS_SELECTOR, "[data-by=stake]").click()
+        assert not page.find_elements(By.CSS_SELECTOR, ".k[style*=left]")
 
 
-@pytest.mark.parametrize(
-    ("query", "first"),
-    [
-        ("table 1, column-4-5", "column-4-5"),
-        ("column-4-5", "column-4-5"),
-        (f"{KEY}.zero", "zero"),
-        ("shorter", "shorter-is-better"),
-    ],
-)
-def test_search_finds_place_name_and_words(visit: Any, query: str, first: str) -> None:
+NAMES = {
+    "differs": {"differs"},
+    "false": {"refuted"},
+    "fails": {"differs", "refuted"},
+    "undecided": {"undetermined"},
+    "reproduced after erratum": {"reproduced-after-erratum"},
+}
+"""What may be searched for, and the verdicts that are meant."""
+
+
+def asked(page: Any, query: str) -> list[Any]:
+    """What the search finds."""
+    field = page.find_element(By.NAME, "find")
+    field.clear()
+    field.send_keys(query)
+    return page.find_elements(By.CSS_SELECTOR, "#hits a")  # type: ignore[no-any-return]
+
+
+def test_search_finds_place_name_and_words(visit: Any) -> None:
     page = visit()
-    page.find_element(By.NAME, "find").send_keys(query)
-    hits = page.find_elements(By.CSS_SELECTOR, "#hits a")
-    assert hits[0].get_attribute("href").endswith(claim_id(first))
     cited = page.find_element(By.CSS_SELECTOR, "[data-cited]").get_attribute("data-cited")
-    assert cited and all(cited in hit.text.splitlines()[-1] for hit in hits)
-    press(page, Keys.ENTER)
-    assert drawn(page, first).is_displayed()
-    assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
+    wanted = {"table 1, column-4-5": "column-4-5", "column-4-5": "column-4-5", f"{KEY}.zero": "zero"}
+    for query, first in (wanted | {"shorter": "shorter-is-better"}).items():
+        hits = asked(page, query)
+        assert hits[0].get_attribute("href").endswith(claim_id(first))
+        assert cited and all(cited in hit.text.splitlines()[-1] for hit in hits)
+        press(page, Keys.ENTER)
+        assert drawn(page, first).is_displayed()
+        assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
 
 
-@pytest.mark.parametrize(
-    ("query", "verdicts"),
-    [
-        ("differs", {"differs"}),
-        ("false", {"refuted"}),
-        ("fails", {"differs", "refuted"}),
-        ("undecided", {"undetermined"}),
-        ("reproduced after erratum", {"reproduced-after-erratum"}),
-    ],
-)
-def test_a_verdict_by_any_name_finds_the_claims_that_its_chips_count(
-    visit: Any, query: str, verdicts: set[str]
-) -> None:
+def test_a_verdict_by_any_name_finds_the_claims_that_its_chips_count(visit: Any) -> None:
     page = visit()
-    page.find_element(By.NAME, "find").send_keys(query)
-    chips = page.find_elements(By.CSS_SELECTOR, ".legend button")
-    counted = sum(int(chip.text.split()[-1]) for chip in chips if chip.get_attribute("data-v") in verdicts)
-    assert int(page.find_element(By.CSS_SELECTOR, ".hits p").text.split()[0]) == counted > 0
-    said = [hit.text.rpartition(": ")[2].split(",")[0] for hit in page.find_elements(By.CSS_SELECTOR, "#hits small")]
-    assert {word.replace(" ", "-") for word in said} <= verdicts
+    for query, verdicts in NAMES.items():
+        hits = asked(page, query)
+        chips = page.find_elements(By.CSS_SELECTOR, ".legend button")
+        counted = sum(int(chip.text.split()[-1]) for chip in chips if chip.get_attribute("data-v") in verdicts)
+        assert int(page.find_element(By.CSS_SELECTOR, ".hits p").text.split()[0]) == counted > 0, query
+        said = [hit.find_element(By.TAG_NAME, "small").text.rpartition(": ")[2].split(",")[0] for hit in hits]
+        assert {word.replace(" ", "-") for word in said} <= verdicts, query
 
 
-@pytest.mark.parametrize(("query", "other"), [("table 1", "Table I"), ("table i", "Table 1")])
-def test_a_place_is_found_in_full(visit: Any, query: str, other: str) -> None:
+def test_search_finds_places_in_full_before_words_and_leads_to_all_that_it_found(visit: Any) -> None:
     page = visit()
-    page.find_element(By.NAME, "find").send_keys(query)
-    places = [hit.text for hit in page.find_elements(By.CSS_SELECTOR, "#hits b")]
-    assert places if query == "table 1" else not places
-    assert all(not place.startswith(other) and f"{place} ".lower().startswith(query) for place in places)
+    for query, other in (("table 1", "Table I"), ("table i", "Table 1")):
+        places = [hit.find_element(By.TAG_NAME, "b").text for hit in asked(page, query)]
+        assert places if query == "table 1" else not places
+        assert all(not place.startswith(other) and f"{place} ".lower().startswith(query) for place in places)
+    assert asked(page, "fig. 2")[0].text.startswith("Fig. 2")
+    assert asked(page, "there is no such word") == []
+    told, rest = (page.find_element(By.CSS_SELECTOR, f".hits {part}") for part in ("p", "button"))
+    assert "Nothing found" in told.text
+    assert len(asked(page, "table")) == 12 < int(told.text.split()[0])
+    assert rest.text == f"Show all {told.text.split()[0]}"
+    rest.click()
+    found = page.find_elements(By.CSS_SELECTOR, "#hits a")
+    assert len(found) == int(told.text.split()[0]) and not rest.is_displayed()
+    assert page.switch_to.active_element == found[12]
+    assert 0 < len(asked(page, "column-5-7")) <= 12 and not rest.is_displayed()
 
 
 def test_a_filter_shows_a_claim_of_its_own_beside_the_picture(visit: Any) -> None:
@@ -180,21 +190,6 @@ def test_a_filter_shows_a_claim_of_its_own_beside_the_picture(visit: Any) -> Non
     for chip in page.find_elements(By.CSS_SELECTOR, ".legend button"):
         page.execute_script("arguments[0].click()", chip)
         assert page.find_element(By.CSS_SELECTOR, ".read .verdict").text in chip.text
-
-
-def test_search_leads_to_all_that_it_found(visit: Any) -> None:
-    page = visit()
-    found = "return document.querySelectorAll('#hits a').length"
-    field, rest = page.find_element(By.NAME, "find"), page.find_element(By.CSS_SELECTOR, ".hits button")
-    field.send_keys("table")
-    count = int(page.find_element(By.CSS_SELECTOR, ".hits p").text.split()[0])
-    assert page.execute_script(found) == 12 < count and rest.text == f"Show all {count}"
-    rest.click()
-    assert page.execute_script(found) == count and not rest.is_displayed()
-    assert page.execute_script("return document.querySelectorAll('#hits a')[12] === document.activeElement")
-    field.clear()
-    field.send_keys("column-5-7")
-    assert 0 < page.execute_script(found) <= 12 and not rest.is_displayed()
 
 
 def test_keys_are_told_only_where_they_work(visit: Any) -> None:
@@ -209,17 +204,6 @@ def test_keys_are_told_only_where_they_work(visit: Any) -> None:
     finally:
         page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
         page.execute_cdp_cmd("Emulation.setEmitTouchEventsForMouse", {"enabled": False})
-
-
-def test_search_puts_the_place_before_the_words(visit: Any) -> None:
-    page = visit()
-    page.find_element(By.NAME, "find").send_keys("fig. 2")
-    (hit, *_) = page.find_elements(By.CSS_SELECTOR, "#hits a")
-    assert hit.text.startswith("Fig. 2")
-    field = page.find_element(By.NAME, "find")
-    field.clear()
-    field.send_keys("there is no such word")
-    assert "Nothing found" in page.find_element(By.CSS_SELECTOR, ".hits p").text
 
 
 def test_everything_is_done_with_the_keyboard_alone(visit: Any) -> None:

@@ -11,7 +11,6 @@ import pytest
 from cases import altered, recorded, results_file
 from msgspec.structs import replace
 from sample import claim, paper_record
-from sample import results as sample
 
 from replication.audit.data import read_printed
 from replication.audit.declare import Part, experiment, paper
@@ -37,8 +36,8 @@ def controls(results: ResultsFile) -> tuple[Control, ...]:
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
-    return sample(tmp_path_factory.mktemp("figures"))
+def results(made: ResultsFile) -> ResultsFile:
+    return made
 
 
 @pytest.mark.parametrize(

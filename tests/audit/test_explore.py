@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 import pytest
 from msgspec.structs import replace
-from sample import KEY, brief, explorer, results
+from sample import KEY, brief, explorer
 
 from replication.audit.brief import Curve
 from replication.audit.model import Policy, Verdict
@@ -27,20 +27,10 @@ from replication.errors import AuditError
 FIGURE = f"{KEY}-fig2"
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("figures")
-
-
-@pytest.fixture(scope="module")
-def made(folder: Path) -> ResultsFile:
-    return results(folder)
-
-
-def shown(made: ResultsFile, folder: Path, **more: Any) -> tuple[PictureView, ...]:
+def shown(made: ResultsFile, figures: Path, **more: Any) -> tuple[PictureView, ...]:
     with_it = replace(brief(), explorers=(explorer(**more),))
     paper = replace(made.papers[0], brief=with_it)
-    ((_, pictures),) = explorers(paper, [FIGURE], folder, views(made.claims, targets(made.claims)))
+    ((_, pictures),) = explorers(paper, [FIGURE], figures, views(made.claims, targets(made.claims)))
     return pictures
 
 
@@ -48,17 +38,17 @@ def read(text: str) -> float:
     return float(text.replace("−", "-").replace("×10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")))
 
 
-def column(folder: Path, name: str) -> list[float]:
-    with (folder / f"{FIGURE}.csv").open(encoding="utf-8", newline="") as stream:
+def column(figures: Path, name: str) -> list[float]:
+    with (figures / f"{FIGURE}.csv").open(encoding="utf-8", newline="") as stream:
         return [float(row[name]) for row in csv.DictReader(stream)]
 
 
-def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: ResultsFile, folder: Path) -> None:
-    moved, _ = shown(made, folder)
-    first, second = column(folder, "error 1"), column(folder, "error 2")
+def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: ResultsFile, figures: Path) -> None:
+    moved, _ = shown(made, figures)
+    first, second = column(figures, "error 1"), column(figures, "error 2")
     line, norm, band = moved.curves
     at = moved.begin
-    assert moved.x == column(folder, "k")[at] == 20
+    assert moved.x == column(figures, "k")[at] == 20
     assert read(norm.values.split("|")[at]) == pytest.approx(math.hypot(first[at], second[at]), rel=1e-3)
     for place, text in enumerate(line.values.split("|")):
         assert read(text) == pytest.approx(first[place], rel=1e-3)
@@ -69,26 +59,26 @@ def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: Results
     assert moved.steps + 1 == len(moved.places.split()) == len(line.values.split("|")) == len(line.heights.split())
 
 
-def test_curves_keep_their_order_and_stay_in_the_frame(made: ResultsFile, folder: Path) -> None:
-    line = shown(made, folder)[0].curves[0]
+def test_curves_keep_their_order_and_stay_in_the_frame(made: ResultsFile, figures: Path) -> None:
+    line = shown(made, figures)[0].curves[0]
     points = [tuple(map(float, point)) for point in re.findall(r"(-?[0-9]+) (-?[0-9]+)", line.path)]
     assert len(points) == 61 and all(0 <= part <= 1000 for point in points for part in point)
     drawn = [y for _, y in points]
-    data = column(folder, "error 1")
+    data = column(figures, "error 1")
     assert drawn.index(min(drawn)) == data.index(max(data[:61])), "what is larger stands higher"
 
 
-def test_names_do_not_meet(made: ResultsFile, folder: Path) -> None:
-    for picture in shown(made, folder):
+def test_names_do_not_meet(made: ResultsFile, figures: Path) -> None:
+    for picture in shown(made, figures):
         heights = sorted(curve.height for curve in picture.curves)
         assert all(after - before >= 100 for before, after in itertools.pairwise(heights))
         assert heights[-1] <= 1000
 
 
-def test_the_picture_of_a_figure_that_failed_is_left_out(made: ResultsFile, folder: Path) -> None:
-    assert [view.picture.label for view in shown(made, folder)] == ["Sensors that are slow, moved", "still"]
+def test_the_picture_of_a_figure_that_failed_is_left_out(made: ResultsFile, figures: Path) -> None:
+    assert [view.picture.label for view in shown(made, figures)] == ["Sensors that are slow, moved", "still"]
     paper = made.papers[0]
-    assert explorers(paper, [], folder, views(made.claims, targets(made.claims))) == ()
+    assert explorers(paper, [], figures, views(made.claims, targets(made.claims))) == ()
 
 
 @pytest.mark.parametrize(
@@ -100,30 +90,30 @@ def test_the_picture_of_a_figure_that_failed_is_left_out(made: ResultsFile, fold
         ({"last": -1.0}, "nothing to draw"),
     ],
 )
-def test_what_cannot_be_drawn_is_named(made: ResultsFile, folder: Path, more: Any, message: str) -> None:
+def test_what_cannot_be_drawn_is_named(made: ResultsFile, figures: Path, more: Any, message: str) -> None:
     with pytest.raises(AuditError, match=message):
-        shown(made, folder, **more)
+        shown(made, figures, **more)
 
 
 @pytest.mark.parametrize(("least", "drawn"), [(0.5, True), (0.0, False)])
-def test_zero_has_no_place_on_a_logarithmic_axis(made: ResultsFile, folder: Path, least: float, drawn: bool) -> None:
+def test_zero_has_no_place_on_a_logarithmic_axis(made: ResultsFile, figures: Path, least: float, drawn: bool) -> None:
     one = {"curves": (Curve(label="one", columns=("error 1",)),), "log_y": True, "limit": (1.0, "one")}
     with patch.object(explore, "_numbers", lambda *given: [[least] + [1.0] * (given[-1] - 1)]):
         if drawn:
-            assert shown(made, folder, **one)
+            assert shown(made, figures, **one)
         else:
             with pytest.raises(AuditError, match="nothing to draw"):
-                shown(made, folder, **one)
+                shown(made, figures, **one)
 
 
-def test_a_title_is_short(made: ResultsFile, folder: Path) -> None:
+def test_a_title_is_short(made: ResultsFile, figures: Path) -> None:
     long = replace(brief(), explorers=(explorer("word " * 16),))
     with pytest.raises(AuditError, match="a title has at most 15 words, this one 16"):
-        explorers(replace(made.papers[0], brief=long), [FIGURE], folder, ())
+        explorers(replace(made.papers[0], brief=long), [FIGURE], figures, ())
 
 
-def test_ticks_are_round_and_in_the_range(made: ResultsFile, folder: Path) -> None:
-    picture = shown(made, folder)[0]
+def test_ticks_are_round_and_in_the_range(made: ResultsFile, figures: Path) -> None:
+    picture = shown(made, figures)[0]
     assert 2 <= len(picture.axes.x_ticks) <= 6 and all(
         0 <= at <= 1000 for _, at in (*picture.axes.x_ticks, *picture.axes.y_ticks)
     )

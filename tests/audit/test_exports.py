@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,8 +15,7 @@ from unittest.mock import patch
 
 import pytest
 from cases import altered
-from lab import Lab, make_lab
-from sample import results as sample
+from lab import Inside, committed, make_inside
 
 from replication.audit.publish import archive, rebuild
 from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts
@@ -27,58 +27,53 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
-    return sample(tmp_path_factory.mktemp("figures"))
+def texts(made: ResultsFile) -> dict[str, str]:
+    return export_texts(made, read_software(ROOT))
 
 
 @pytest.fixture(scope="module")
-def texts(results: ResultsFile) -> dict[str, str]:
-    return export_texts(results, read_software(ROOT))
-
-
-@pytest.fixture(scope="module")
-def packed(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Inside:
     """A toy project under git, run and packed."""
-    lab = make_lab(tmp_path_factory.mktemp("project") / "toy")
+    lab = make_inside(tmp_path_factory.mktemp("project") / "toy")
     shutil.copy(ROOT / "CITATION.cff", lab.root)
     (lab.root / ".gitignore").write_text("report/\n.cache/\n*.zip\n", encoding="utf-8")
-    for arguments in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
-        identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
-        subprocess.run(["git", *identity, *arguments], cwd=lab.root, check=True)
+    (lab.root / "fit.sh").touch(0o755)
+    committed(lab.root)
     assert lab.cli("run", "--jobs", "1").returncode == 0
     assert lab.cli("artifact", "--to", "one.zip").returncode == 0
     return lab
 
 
-def unpack(lab: Lab, where: Path) -> Lab:
+def unpack(lab: Inside, where: Path) -> Inside:
     with zipfile.ZipFile(lab.root / "one.zip") as archive:
         archive.extractall(where)
-    return Lab(where / "one")
+    (where / "one" / "fit.sh").chmod(0o755)  # as `unzip` does, and zipfile does not
+    return replace(lab, root=where / "one")
 
 
-def test_every_export_is_there(texts: dict[str, str], results: ResultsFile) -> None:
-    keys = [paper.key for paper in results.papers]
+def test_every_export_is_there(texts: dict[str, str], made: ResultsFile) -> None:
+    keys = [paper.key for paper in made.papers]
     assert set(texts) == {
         "badges/all.svg", "claims.jsonld", "citation.bib",
         *(f"badges/{key}.svg" for key in keys),
     }  # fmt: skip
 
 
-def test_linked_data_has_each_claim_with_its_verdict(texts: dict[str, str], results: ResultsFile) -> None:
+def test_linked_data_has_each_claim_with_its_verdict(texts: dict[str, str], made: ResultsFile) -> None:
     graph = json.loads(texts["claims.jsonld"])["@graph"]
     reviews = {node["@id"]: node["reviewRating"]["alternateName"] for node in graph if node["@type"] == "ClaimReview"}
-    assert reviews == {f"#claim-{claim.id}": str(claim.verdict) for claim in results.claims}
+    assert reviews == {f"#claim-{claim.id}": str(claim.verdict) for claim in made.claims}
     named = {node["@id"] for node in graph}
     assert {node["itemReviewed"]["appearance"]["@id"] for node in graph if "itemReviewed" in node} <= named
 
 
-def test_bibtex_names_the_package_and_every_paper(texts: dict[str, str], results: ResultsFile) -> None:
+def test_bibtex_names_the_package_and_every_paper(texts: dict[str, str], made: ResultsFile) -> None:
     assert texts["citation.bib"].startswith("@software{")
-    assert all(paper.bibtex in texts["citation.bib"] for paper in results.papers)
+    assert all(paper.bibtex in texts["citation.bib"] for paper in made.papers)
 
 
-def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
-    pinned = tuple(claim for claim in results.claims if not claim.unexpected)
+def test_badge_says_it_in_word_shape_and_colour(made: ResultsFile) -> None:
+    pinned = tuple(claim for claim in made.claims if not claim.unexpected)
     agree = tuple(claim for claim in pinned if claim.verdict not in ("differs", "refuted"))
     (refuted,) = [claim for claim in pinned if claim.verdict == "refuted"]
     false = altered(refuted, place="Theorem 1")
@@ -88,8 +83,8 @@ def test_badge_says_it_in_word_shape_and_colour(results: ResultsFile) -> None:
     assert len({path[0].get("fill") for path in paths}) == len({path[1].get("d") for path in paths}) == 3
 
 
-def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_moved(results: ResultsFile) -> None:
-    pinned = tuple(claim for claim in results.claims if not claim.unexpected)
+def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_moved(made: ResultsFile) -> None:
+    pinned = tuple(claim for claim in made.claims if not claim.unexpected)
     kinds = {
         "hold": ("reproduced", "reproduced after erratum", "consistent"),
         "possible": ("compatible",),
@@ -100,9 +95,9 @@ def test_badge_counts_what_holds_is_possible_fails_and_is_undetermined_or_what_m
     assert min(found.values()) > 0
     words = ", ".join(f"{number} {word}{'s' * (word == 'fail' and number == 1)}" for word, number in found.items())
     assert str(ET.fromstring(badge("x", pinned)).get("aria-label")).startswith(f"x: {words}")
-    moved = len(results.claims) - len(pinned)
+    moved = len(made.claims) - len(pinned)
     assert moved
-    assert ET.fromstring(badge("x", results.claims)).get("aria-label") == f"x: {moved} off the pin"
+    assert ET.fromstring(badge("x", made.claims)).get("aria-label") == f"x: {moved} off the pin"
 
 
 def test_an_author_is_a_person_with_an_orcid_unless_the_name_says_otherwise() -> None:
@@ -133,24 +128,20 @@ def test_citation_file_with_a_mistake_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_archive_is_the_same_twice_and_holds_all(packed: Lab) -> None:
+def test_archive_is_the_same_twice_and_holds_all(packed: Inside) -> None:
     assert packed.cli("artifact", "--to", "two.zip").returncode == 0
     with zipfile.ZipFile(packed.root / "one.zip") as first, zipfile.ZipFile(packed.root / "two.zip") as second:
         assert {name.partition("/")[2]: first.read(name) for name in first.namelist()} == {
             name.partition("/")[2]: second.read(name) for name in second.namelist()
         }
-        inside = {name.partition("/")[2] for name in first.namelist()}
-    assert inside >= {
-        "report/index.html",
-        "report/results.json",
-        "requirements.lock",
-        "exports/badges/all.svg",
-        "COMMIT",
-    }
+        inside = {entry.filename.partition("/")[2]: entry.external_attr >> 16 & 0o111 for entry in first.infolist()}
+    wanted = ("report/index.html", "report/results.json", "requirements.lock", "exports/badges/all.svg", "COMMIT")
+    assert inside.keys() >= {*wanted}
+    assert {name for name, runs in inside.items() if runs} == {"fit.sh"} and inside["fit.sh"] == 0o111
 
 
 @pytest.mark.slow
-def test_archive_describes_its_files(packed: Lab, tmp_path: Path) -> None:
+def test_archive_describes_its_files(packed: Inside, tmp_path: Path) -> None:
     root = unpack(packed, tmp_path).root
     crate = json.loads((root / "ro-crate-metadata.json").read_text(encoding="utf-8"))
     nodes: dict[str, Any] = {node["@id"]: node for node in crate["@graph"]}
@@ -162,7 +153,7 @@ def test_archive_describes_its_files(packed: Lab, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Lab, tmp_path: Path) -> None:
+def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Inside, tmp_path: Path) -> None:
     inside = unpack(packed, tmp_path)
     assert inside.cli("check").returncode == 0
     assert inside.cli("artifact", "--to", "one.zip").returncode == 0
@@ -176,19 +167,20 @@ def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Lab, tmp_path
 
 
 @pytest.mark.slow
-def test_changed_file_of_an_archive_is_found(packed: Lab, tmp_path: Path) -> None:
+def test_changed_file_of_an_archive_is_found(packed: Inside, tmp_path: Path) -> None:
     inside = unpack(packed, tmp_path)
     assert inside.cli("artifact", "--check", ".").stdout == "0 files changed\n"
     inside.edit("toy2020/squares.py", "product", "multiple")
+    (inside.root / "report" / "index.html").unlink()
     done = inside.cli("artifact", "--check", ".")
     assert done.returncode == 1
-    assert "papers/toy2020/squares.py: changed" in done.stdout
+    assert "papers/toy2020/squares.py: changed" in done.stdout and "report/index.html: missing" in done.stdout
     assert "sources of this archive were changed (papers/toy2020" in inside.cli("artifact").stderr
 
 
 @pytest.mark.slow
-def test_edited_sources_are_not_packed(packed: Lab, tmp_path: Path) -> None:
-    edited = Lab(shutil.copytree(packed.root, tmp_path / "copy"))
+def test_edited_sources_are_not_packed(packed: Inside, tmp_path: Path) -> None:
+    edited = replace(packed, root=Path(shutil.copytree(packed.root, tmp_path / "copy")))
     edited.edit("toy2020/squares.py", "Squares", "Cubes")
     done = edited.cli("artifact")
     assert done.returncode == 2

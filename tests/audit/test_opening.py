@@ -35,8 +35,8 @@ from replication.errors import AuditError
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
-    return replace(results(tmp_path_factory.mktemp("figures")), figures=())
+def made(made: ResultsFile) -> ResultsFile:
+    return replace(made, figures=())
 
 
 def test_a_finding_has_25_words_and_two_numbers() -> None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
 from cases import altered
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from sample import results
 
 from replication.audit.judge.printed import decimal_fraction, has_uncertainty, number, parse
 from replication.audit.parts import Sensitivity
@@ -326,21 +324,12 @@ def test_what_is_no_real_number_is_no_input(printed: object) -> None:
         number(printed)
 
 
-# What a printed value stands for comes from the judgement
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> ResultsFile:
-    """The sample, with a claim whose parameters were moved: all sections of the report have something to show."""
-    made = results(tmp_path)
-    claim = made.claims[0]
-    move = Sensitivity(claim=claim.id, parameter="p", printed="0.5", base=1.33, low=1.32, high=1.34)
-    return replace(made, papers=(replace(made.papers[0], sensitivity=(move,)),))
-
-
-def test_what_a_print_stands_for_comes_from_the_judgement(file: ResultsFile) -> None:
+def test_what_a_print_stands_for_comes_from_the_judgement(made: ResultsFile) -> None:
+    first, *others = made.claims
+    move = Sensitivity(claim=first.id, parameter="p", printed="0.5", base=1.33, low=1.32, high=1.34)
+    file = replace(made, papers=(replace(made.papers[0], sensitivity=(move,)),))
     (room,) = rooms(file)
     assert room.agrees
-    elsewhere = altered(file.claims[0], intervals=(("2/1", "3/1"),))
-    (room,) = rooms(replace(file, claims=(elsewhere, *file.claims[1:])))
+    elsewhere = altered(first, intervals=(("2/1", "3/1"),))
+    (room,) = rooms(replace(file, claims=(elsewhere, *others)))
     assert not room.agrees

@@ -29,13 +29,15 @@ GAIN, STABLE = term("gain", "toy"), term("stable error system", "toy")
 PAIR = Evidence(method="m", value=(1.0, (2.0, -0.5)))
 
 
-def certificate(*, of: Term | None = None, readings: tuple[str, ...] = ("none",), **more: Any) -> CertificateRecord:
+def certificate(
+    *, of: Term | None = None, unit: str = "1", readings: tuple[str, ...] = ("none",), **more: Any
+) -> CertificateRecord:
     """A theorem on the gain, or if it only says yes or no on the stability, of the plant of the paper."""
     own = {"paper": "toy", "path": "certificates/toy/c.json", "statement": "method.what", "claims": ("toy.c1",)}
     made = sample.certificate("c", **(own | more))
     items = made.items or ((made.lower, made.upper),)
     bounds = any(end for pair in items for end in pair)
-    gain = Exported(of=of or GAIN, unit="1", readings=readings, items=items)
+    gain = Exported(of=of or GAIN, unit=unit, readings=readings, items=items)
     stable = Exported(of=of or STABLE, unit="yes or no", readings=readings, holds=made.holds)
     return replace(made, says=(*([gain] if bounds else []), *([stable] if made.holds is not None else [])))
 
@@ -213,6 +215,7 @@ ATTACKS: dict[str, tuple[Kind, Evidence, CertificateRecord, str]] = {
         certificate(readings=("seconds",), **DIGITS),
         "under the reading seconds only, not none",
     ),
+    "another unit": (Kind.VALUE, LEVEL, certificate(unit="dB", **DIGITS), "says it otherwise"),
     "the wrong side": (Kind.VALUE, LEVEL, certificate(lower="131/100"), "do not decide whether"),
     "bounds for a statement": (
         Kind.FEASIBLE,

@@ -16,7 +16,6 @@ import jsonschema
 import pytest
 import yaml
 from msgspec.structs import replace
-from sample import results as sample
 
 from replication.audit.people import Codecheck, Named, Reply, plain_orcid
 from replication.audit.project import Settings, read_settings
@@ -101,11 +100,10 @@ RULES: dict[str, Callable[[str, Any], bool]] = {
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
+def results(made: ResultsFile) -> ResultsFile:
     """A run on one paper, whose authors have ORCIDs."""
-    found = sample(tmp_path_factory.mktemp("figures"))
-    paper: PaperRecord = replace(found.papers[0], doi="10.1/x", orcids=dict.fromkeys(found.papers[0].authors, CARBERRY))
-    return replace(found, papers=(paper,), project=Settings(title="Toy", codecheck=CHECK))
+    paper: PaperRecord = replace(made.papers[0], doi="10.1/x", orcids=dict.fromkeys(made.papers[0].authors, CARBERRY))
+    return replace(made, papers=(paper,), project=Settings(title="Toy", codecheck=CHECK))
 
 
 @pytest.mark.parametrize("rule", RULES)

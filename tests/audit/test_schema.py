@@ -94,18 +94,21 @@ def test_file_survives_writing_and_reading(tmp_path: Path, validator: jsonschema
     assert {problem.cause for problem in check(read_results(path), None)} == {"changed verdict"}
 
 
-@pytest.mark.parametrize("path", list(leaves(json.loads(to_json(FILE)))), ids=lambda path: ".".join(map(str, path)))
-def test_a_damaged_field_is_refused_with_its_path(
-    path: Location, tmp_path: Path, validator: jsonschema.Draft202012Validator
-) -> None:
-    content = damaged(path, remove=False)
-    assert not validator.is_valid(content)
-    file = tmp_path / "results.json"
+def refusal(content: Any, file: Path) -> str:
     file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(AuditError) as caught:
         read_results(file)
-    assert str(file) in str(caught.value)
-    assert last_name(path) in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_damaged_field_is_refused_with_its_path(tmp_path: Path, validator: jsonschema.Draft202012Validator) -> None:
+    file, paths = tmp_path / "results.json", list(leaves(json.loads(to_json(FILE))))
+    assert len(paths) > 100
+    for path in paths:
+        content = damaged(path, remove=False)
+        assert not validator.is_valid(content), path
+        said = refusal(content, file)
+        assert str(file) in said and last_name(path) in said
 
 
 @pytest.mark.parametrize(
@@ -130,19 +133,14 @@ def test_every_field_is_required(where: Location, tmp_path: Path, validator: jso
     for field in place:
         content = damaged((*where, field), remove=True)
         assert not validator.is_valid(content)
-        file = tmp_path / "results.json"
-        file.write_text(json.dumps(content), encoding="utf-8")
-        with pytest.raises(AuditError, match=f"`{field}`"):
-            read_results(file)
+        assert f"`{field}`" in refusal(content, tmp_path / "results.json")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"), [(b"", "not a results file"), (b"{", "not a results file"), (b"\xff", "not a results file")]
-)
-def test_what_is_no_json_is_refused(text: bytes, words: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("text", [b"", b"{", b"\xff"])
+def test_what_is_no_json_is_refused(text: bytes, tmp_path: Path) -> None:
     file = tmp_path / "results.json"
     file.write_bytes(text)
-    with pytest.raises(AuditError, match=words):
+    with pytest.raises(AuditError, match="not a results file"):
         read_results(file)
     with pytest.raises(AuditError, match="does not exist"):
         read_results(tmp_path / "absent.json")
@@ -150,8 +148,6 @@ def test_what_is_no_json_is_refused(text: bytes, words: str, tmp_path: Path) -> 
 
 @pytest.mark.parametrize("version", [-1, 0, 2, SCHEMA_VERSION + 1])
 def test_any_other_schema_is_refused(version: int, tmp_path: Path) -> None:
-    file = tmp_path / "results.json"
     for content in ({**json.loads(to_json(FILE)), "schema_version": version}, {"schema_version": version}):
-        file.write_text(json.dumps(content), encoding="utf-8")
-        with pytest.raises(AuditError, match=f"has schema version {version}, .*make it again with"):
-            read_results(file)
+        said = refusal(content, tmp_path / "results.json")
+        assert f"has schema version {version}, " in said and "make it again with" in said

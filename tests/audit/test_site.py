@@ -21,6 +21,7 @@ import html5lib
 import pytest
 from axe_core import violations
 from lab import make_lab
+from looking import resize
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
@@ -44,7 +45,7 @@ RUN_HERE = sorted((ROOT / "docs" / "examples").glob("*.py"))
 LINES = 10
 """Of an example, at most."""
 EVERY = os.environ.get("PAGES") == "all"
-PAGES = ("index", "methods/index", "methods/costs", "reference/multirate", "tutorials/nonuniform", "adding-a-paper")
+PAGES = ("index", "methods/index", "methods/costs", "reference/dualrate", "tutorials/nonuniform", "another-field")
 """One page of each kind, narrow and light, wide and dark; `PAGES=all` looks at every page in all ways."""
 
 STUCK = """return [...document.querySelectorAll('main *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
@@ -83,8 +84,7 @@ def window(browser: Any) -> Callable[..., Any]:
     """A window of some width and colour scheme."""
 
     def go(width: int = 1440, scheme: str = "light") -> Any:
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        resize(browser, width)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_lab
-from sample import results
+from lab import Inside, Lab, make_inside
 
 from replication.audit.publish.readme import BEGIN, END
 from replication.audit.report import sections, templates
@@ -35,15 +35,14 @@ TAKEN = {
 TAMPER = """
 import copy, itertools, json, sys
 from pathlib import Path
-import papers
-from replication.audit.inspect.check import check
-from replication.audit.inspect.check import differences, kept
+from replication.audit.inspect.check import check, differences, kept
 from replication.audit.model import Kind, Verdict
+from replication.audit.project import find_project
 from replication.audit.store.cache import Cache
 from replication.audit.store.records import read_results
 from replication.errors import AuditError
 
-root = Path.cwd()
+root, papers = Path.cwd(), find_project(Path.cwd())
 content = json.loads((root / "report/results.json").read_bytes())
 again = kept(papers.load(), root, Cache(root / ".cache/replication"))
 
@@ -121,9 +120,9 @@ def theorem(lab: Lab, name: str, claims: list[str], bound: dict[str, str], witne
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Inside:
     """A run with a theorem that is proved, and with something in the parts that are empty otherwise."""
-    lab = make_lab(tmp_path_factory.mktemp("tampered"))
+    lab = make_inside(tmp_path_factory.mktemp("tampered"))
     lab.path("toy2020/plants.py").write_text(PLANTS, encoding="utf-8")
     (lab.root / "certificates" / "toy2020").mkdir(parents=True)
     radius = {"lower": "1094030315135/1099511627776", "upper": "273507688187/274877906944"}
@@ -147,7 +146,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Lab:
 
 
 @pytest.mark.slow
-def test_every_field_is_derived_or_on_the_list(ran: Lab) -> None:
+def test_every_field_is_derived_or_on_the_list(ran: Inside) -> None:
     done = ran.python("-c", TAMPER)
     assert done.returncode == 0, done.stderr[-2000:]
     answer = json.loads(done.stdout)
@@ -164,33 +163,24 @@ def test_every_field_is_derived_or_on_the_list(ran: Lab) -> None:
             "certificates/toy2020/stable.json": "stable.json: certificate: the file is not the one",
             "README.md": "README.md: stale",
         },
-        {"papers/toy2020/squares.py": "toy2020.square: not derived: sources, inputs or data are others now"},
+        {"PAPERS/toy2020/squares.py": "toy2020.square: not derived: sources, inputs or data are others now"},
     ],
 )
-def test_what_lies_beside_the_file_must_be_of_its_run(ran: Lab, words: dict[str, str]) -> None:
-    (ran.root / "README.md").write_text("\n", encoding="utf-8")
-    before = {ran.root / file: (ran.root / file).read_bytes() for file in words}
-    try:
-        for path, content in before.items():
-            path.write_bytes(
-                content + f"{BEGIN}\nold\n{END}\n".encode() if path.name == "README.md" else content + b"\n"
-            )
-        done = ran.cli("check")
-    finally:
-        for path, content in before.items():
-            path.write_bytes(content)
+def test_what_lies_beside_the_file_must_be_of_its_run(ran: Inside, words: dict[str, str], tmp_path: Path) -> None:
+    lab = replace(ran, root=Path(shutil.copytree(ran.root, tmp_path / "copy")))
+    (lab.root / "README.md").write_text(f"{BEGIN}\nold\n{END}\n", encoding="utf-8")
+    for file in words:
+        with (lab.root / file.replace("PAPERS", lab.package)).open("a", encoding="utf-8") as stream:
+            stream.write("\n")
+    done = lab.cli("check")
     assert done.returncode == 1
     assert all(re.search(text, done.stdout) for text in words.values()), done.stdout
 
 
-def test_without_the_results_that_it_was_made_of_this_is_said(ran: Lab, tmp_path: Path) -> None:
-    entry = ran.root / ".cache" / "replication" / "toy2020.square.json"
-    content = entry.read_bytes()
-    try:
-        entry.unlink()
-        done = ran.cli("check")
-    finally:
-        entry.write_bytes(content)
+def test_without_the_results_that_it_was_made_of_this_is_said(ran: Inside, tmp_path: Path) -> None:
+    lab = replace(ran, root=Path(shutil.copytree(ran.root, tmp_path / "copy")))
+    (lab.root / ".cache" / "replication" / "toy2020.square.json").unlink()
+    done = lab.cli("check")
     assert done.returncode == 0
     assert "note: toy2020: the cache does not hold the results of this run" in done.stdout
 
@@ -202,16 +192,6 @@ SOURCE: dict[str, Any] = {
     "places": ["Table 1, column (2,3)", "2024-02-29T12:00:00Z", "version 1.17.1"],
     "numbers": (0.63204, -1.7771, 3.7e-10, 73, 12345.6),
 }
-
-
-@pytest.fixture(scope="module")
-def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("figures")
-
-
-@pytest.fixture(scope="module")
-def made(figures: Path) -> ResultsFile:
-    return results(figures)
 
 
 def sources_copied_to(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
