@@ -232,13 +232,10 @@ def cone_map(block: ConeBlock, space: FormSpace) -> scipy.sparse.csr_array:
 
 def _assemble(entries: list[tuple[Index, Index, Index, float]], monomials: int, size: int) -> scipy.sparse.csr_array:
     """Sum the entries into a sparse matrix that gives M_pq and M_qp the same weight."""
-    rows = np.concatenate([entry[0] for entry in entries])
-    columns = np.concatenate([entry[1] for entry in entries])
-    target = np.concatenate([entry[2] for entry in entries])
+    row, column, target = (np.concatenate([entry[part] for entry in entries]) for part in range(3))
     weights = np.concatenate([np.full(entry[0].size, entry[3] / 2.0) for entry in entries])
-    where = (np.concatenate([target, target]), np.concatenate([rows * size + columns, columns * size + rows]))
-    matrix = scipy.sparse.coo_array((np.concatenate([weights, weights]), where), shape=(monomials, size * size)).tocsr()
-    matrix.sum_duplicates()
+    where = np.tile(target, 2), np.concatenate([row * size + column, column * size + row])
+    matrix = scipy.sparse.coo_array((np.tile(weights, 2), where), shape=(monomials, size * size)).tocsr()
     matrix.eliminate_zeros()
     return matrix
 
