@@ -200,14 +200,14 @@ def cone_map(block: ConeBlock, space: FormSpace) -> scipy.sparse.csr_array:
     u = np.concatenate([np.arange(points), space.moment(outer[:, None], function).ravel()])
     a, phi = np.repeat(np.arange(count), space.functions), np.tile(function, count)
     both = moments[degree[:, None], degree]
-    mixed, local = 2.0 * triple[:, degree[:, None], a], triple[:, a[:, None], a]
+    mixed, local = 2.0 * triple[:, a[:, None], degree], triple[:, a[:, None], a]
     i, j = np.nonzero(both)
-    c, k, m = np.nonzero(mixed)
+    c, m, k = np.nonzero(mixed)
     d, p, q = np.nonzero(local)
     row = np.concatenate([rows[i], rows[k], z1[p]])
     column = np.concatenate([rows[j], z1[m], z1[q]])
     monomial = space.pair(u[i], u[j]), space.pair(u[k], space.moment(c, phi[m])), space.multiplier(d, phi[p], phi[q])
-    weights = np.concatenate([both[i, j], mixed[c, k, m], local[d, p, q]]) / 2.0
+    weights = np.concatenate([both[i, j], mixed[c, m, k], local[d, p, q]]) / 2.0
     # M_pq and M_qp have the same weight.
     where = np.tile(np.concatenate(monomial), 2), np.concatenate([row * size + column, column * size + row])
     matrix = scipy.sparse.coo_array((np.tile(weights, 2), where), shape=(space.size, size * size)).tocsr()
