@@ -7,7 +7,6 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import spherical_jn
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
@@ -17,7 +16,7 @@ from replication.estimation.delay.exact.loop import (
     plant_terms,
 )
 from replication.estimation.delay.exact.response import Cells, Response, right_roots
-from replication.estimation.delay.exact.terms import Kernel, Terms, _spherical, projected
+from replication.estimation.delay.exact.terms import Kernel, Terms, projected
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.delay.plants import augmented, augmented_gains, averaged, delayed_output, made_up, two_late
@@ -32,13 +31,6 @@ OBSERVERS = {
 
 def response(observer: DelayObserver):  # type: ignore[no-untyped-def]
     return error_response(plant_terms(observer.plant), observer.terms)
-
-
-def test_bessel_functions_by_recurrence() -> None:
-    x = np.concatenate([[1e-12, 1e-3, np.pi, 4.493409457909064, -7.0], np.linspace(0.5, 300.0, 500)])
-    for count in (1, 2, 7, 40):
-        wanted = [spherical_jn(k, np.abs(x)) * np.sign(x) ** k for k in range(count)]
-        assert np.allclose(_spherical(x, count), np.array(wanted).T, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("s", [0.0, 3.0j, 250.0j, 2.0 + 5.0j, 1500.0, -2.0 + 5.0j])

@@ -21,7 +21,7 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.nonuniform.bounds import guarantee
 from replication.estimation.nonuniform.bounds import worst_case as sequences
 from replication.estimation.nonuniform.bounds.guarantee import certify, guaranteed_level
-from replication.estimation.nonuniform.bounds.path_lyapunov import Cells, ContextTree, ErrorSystem
+from replication.estimation.nonuniform.bounds.path_lyapunov import ContextTree, ErrorSystem
 from replication.estimation.nonuniform.bounds.worst_case import (
     error_ratio,
     repeated,
@@ -108,9 +108,9 @@ def test_brackets_nest_when_more_is_known(plant, periods, make):
 def test_a_certificate_stands_without_its_solver_and_falls_with_its_matrices():
     subject = oscillator_filter()
     guarantee = guaranteed_level(OSCILLATOR, subject, OSCILLATOR_RANGE, max_leaves=2)
-    again = certify(guarantee.system, guarantee.cells, guarantee.tree, guarantee.P, guarantee.level)
+    again = certify(guarantee.system, guarantee.edges, guarantee.tree, guarantee.P, guarantee.level)
     assert again.level <= guarantee.level * (1 + 1e-3)
-    spoiled = certify(guarantee.system, guarantee.cells, guarantee.tree, 0.9 * guarantee.P, guarantee.level)
+    spoiled = certify(guarantee.system, guarantee.edges, guarantee.tree, 0.9 * guarantee.P, guarantee.level)
     assert spoiled.level == np.inf or spoiled.level > guarantee.level
 
 
@@ -208,10 +208,6 @@ def test_a_search_of_more_runs_finds_worse_sequences():
     assert found.level > max(sequence_gain(OSCILLATOR, subject, rival)[0] for rival in rivals)
 
 
-def test_three_edges_cut_two_cells() -> None:
-    assert len(Cells((0.1, 0.2, 0.4))) == 2
-
-
 @pytest.mark.parametrize("h", [0.1, 0.4])
 def test_the_level_of_a_narrow_range_is_hardly_above_that_of_its_period(h: float) -> None:
     design, proof = proved_design(OSCILLATOR, PeriodRange(h, h * (1 + 1e-6)))
@@ -223,6 +219,6 @@ def test_a_storage_that_is_negative_proves_nothing() -> None:
     """An error that grows: P = -4 meets the inequality of a level all the same."""
     plant = StampedPlant([[0.5]], [[1, 0]], [[1]], [[0, 1]], [[1]])
     system = ErrorSystem(plant, StampedFilter(np.zeros((1, 3, 1))), np.eye(1), 1.0, False, np.ones(1))
-    found = certify(system, Cells((0.9, 1.0)), ContextTree.one_step(1), np.full((1, 1, 1), -4.0), 100.0)
+    found = certify(system, (0.9, 1.0), ContextTree.one_step(1), np.full((1, 1, 1), -4.0), 100.0)
     assert 0.0 < found.needs[0] < 100.0
     assert found.level == np.inf
