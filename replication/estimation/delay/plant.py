@@ -239,20 +239,8 @@ def delay_system(
 
     Parameters
     ----------
-    a0 : array (n, n)
-        A_0, in 1/s.
-    a : sequence of K arrays (n, n)
-        A_1 ... A_K, in 1/s.
-    delays : sequence of K floats
-        Increasing and positive, s.
-    b : array (n, r)
-        Effect of the disturbance w.
-    c10 : array (p, n)
-        What of the present state is to be estimated.
-    c2 : array (q, n)
-        Measurements, of full row rank.
-    c1 : sequence of K arrays (p, n), optional
-        What of the delayed states is to be estimated; nothing unless given.
+    a0, a, delays, b, c10, c2, c1 : see there
+        As in `DelayPlant`; the measurements are of full row rank.
 
     Returns
     -------

@@ -14,6 +14,7 @@ from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
+from replication.estimation.delay.sos.legendre import ends
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.validation import Array
 
@@ -113,9 +114,7 @@ def _pieces(terms: Terms) -> list[_Piece]:
 
 def shift(order: int) -> tuple[Array, Array, Array, float]:
     """(F, g, c, d): tau m' = F m + g v(t) and v(t - tau) = c m + d v(t)."""
-    index = np.arange(order)
-    now = np.sqrt(2.0 * index + 1.0)
-    then = (-1.0) ** index * now
+    index, (now, then) = np.arange(order), ends(order)
     direct = (-1.0) ** order
     reading = then - direct * now
     # <q_k', q_j> = -2 q_k(0) q_j(0) for j < k with k - j odd.

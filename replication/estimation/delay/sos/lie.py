@@ -91,10 +91,10 @@ def _rates(system: DelayPlant, source: FormSpace, target: FormSpace, drive: Driv
         np.zeros((source.functionals, target.functionals)),
         np.diag(np.repeat(1.0 / np.array(system.delays), n)),
     )
-    now, before = legendre.evaluate(count, 0.0), legendre.evaluate(count, -1.0)
+    now, before = (values[:, None] for values in legendre.ends(count))
     rate[:n, : target.points] = drive.rate
-    rate[n:, e:late] = np.kron(now.T, per_delay @ np.tile(np.eye(n), (system.delay_count, 1)))
-    rate[n:, late : late + width] = -np.kron(before.T, per_delay)
+    rate[n:, e:late] = np.kron(now, per_delay @ np.tile(np.eye(n), (system.delay_count, 1)))
+    rate[n:, late : late + width] = -np.kron(before, per_delay)
     rate[n:, target.points :] = -np.kron(legendre.derivative(count).T, per_delay)
     return where, rate
 
@@ -124,8 +124,7 @@ def _multiplier_terms(system: DelayPlant, source: FormSpace, target: FormSpace) 
     same = np.flatnonzero(first // n == second // n)
     degree, first, second, column = degree[same], first[same], second[same], source.pair_count + same
     speed = 1.0 / np.array(system.delays)[first // n]
-    now, before = legendre.evaluate(source.count, 0.0)[0], legendre.evaluate(source.count, -1.0)[0]
-    slope = legendre.derivative(source.count)
+    (now, before), slope = legendre.ends(source.count), legendre.derivative(source.count)
     lower, at = np.nonzero(slope[:, degree])
     rows = target.pair(e + first % n, e + second % n), target.pair(late + first, late + second)
     values = now[degree] * speed, -before[degree] * speed, -slope[lower, degree[at]] * speed[at]
