@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -230,10 +231,13 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
             f"whether {level:.6g} is reached is lost in rounding (slack {proof.slack:.1e}); ask for a higher level"
         )
     l0, lz, kernels = injection(program.form, program.rates, proof.storage)
-    return proof, DelayObserver(
-        plant,
-        back_in(scaling, program.form),
-        l0 / scaling.states[:, None] / scaling.time * scaling.sensors,
-        lz * scaling.gain**0.5 * scaling.sensors,
-        tuple(kernel / scaling.time * scaling.sensors for kernel in kernels),
-    )
+    return proof, in_units_of(plant, scaling, program.form, l0, lz, kernels)
+
+
+def in_units_of(
+    plant: DelayPlant, scaling: Scaling, form: LineForm, l0: Array, lz: Array, kernels: Iterable[Array]
+) -> DelayObserver:
+    """The observer of a plant, from its gains and lines in the units of `scaling`."""
+    rate = scaling.sensors / scaling.time
+    l0, lz = l0 / scaling.states[:, None] * rate, lz * scaling.gain**0.5 * scaling.sensors
+    return DelayObserver(plant, back_in(scaling, form), l0, lz, tuple(kernel * rate for kernel in kernels))
