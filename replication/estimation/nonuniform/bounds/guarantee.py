@@ -214,19 +214,27 @@ EXCHANGES = 3
 class Guarantee:
     """A level proved for every sampling sequence in [h_l, h_u].
 
-    level: upper bound of the gain; leaves, depth: size of the context tree, most periods ahead; history: the best level
-    proved with at most so many leaves; edges, tree, P, system: the certificate, which `certify` checks again.
+    level: upper bound of the gain; history: the best level proved with at most so many leaves; edges, tree, P, system:
+    the certificate, which `certify` checks again.
     """
 
     level: float
-    leaves: int
-    depth: int
     history: tuple[tuple[int, float], ...]
     edges: tuple[float, ...]
     tree: ContextTree
     P: Array
     system: ErrorSystem
     report: SolverReport
+
+    @property
+    def leaves(self) -> int:
+        """Size of the context tree."""
+        return len(self.tree.leaves)
+
+    @property
+    def depth(self) -> int:
+        """Most periods ahead that a leaf knows."""
+        return max(map(len, self.tree.leaves))
 
 
 def guaranteed_level(
@@ -249,7 +257,8 @@ def guaranteed_level(
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
     natural = _natural(plant, filter_, periods.middle, per_duration)
-    system, best = _common(natural, periods)
+    best = _common(natural, periods)
+    system = best.system
     history = [(1, best.level)]
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
@@ -263,7 +272,7 @@ def guaranteed_level(
         except SolverError:
             break  # what was proved so far stands: a certificate does not depend on the next one
         if proof.level < best.level:
-            best = _guarantee(system, samples.edges, tree, solution, proof, ())
+            best = Guarantee(proof.level, (), samples.edges, tree, solution.P, system, solution.report)
         history.append((len(tree.leaves), best.level))
         count = max(1, int(GROWTH * len(tree.leaves)))
         longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
@@ -289,8 +298,8 @@ def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, .
     return edges
 
 
-def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[ErrorSystem, Guarantee]:
-    """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
+def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
+    """The common Lyapunov function, its error system in coordinates and units in which it is about the identity."""
     tree = ContextTree.one_step(1)
     for roundings in ROUNDINGS:
         system, samples, best = replace(natural, roundings=roundings), Samples((periods.h_l, periods.h_u)), None
@@ -300,13 +309,14 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[ErrorSystem, Gu
             solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
             seen = system.level * float(np.sqrt(solution.delta))
             if np.isfinite(proof.level):
-                best = _guarantee(system, samples.edges, tree, solution, proof, ((1, proof.level),))
+                history, edges = ((1, proof.level),), samples.edges
+                best = Guarantee(proof.level, history, edges, tree, solution.P, system, solution.report)
             if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
                 break
             root = np.linalg.cholesky(solution.P[0]).T
             system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=seen)
         if best is not None:
-            return best.system, best
+            return best
     raise SolverError(
         f"no common Lyapunov function was certified: the one found keeps the level {seen:.6g} at "
         f"{len(samples.of(0, (0,)))} periods, not for certain at all others; narrow the range of sampling periods"
@@ -377,15 +387,3 @@ def _solve_until_proved(
         if proof.level <= target or not missed or attempt == exchanges:
             break
     return solution, samples, proof
-
-
-def _guarantee(
-    system: ErrorSystem,
-    edges: tuple[float, ...],
-    tree: ContextTree,
-    solution: PathSolution,
-    proof: Certificate,
-    history: tuple[tuple[int, float], ...],
-) -> Guarantee:
-    leaves, depth = len(tree.leaves), max(len(leaf) for leaf in tree.leaves)
-    return Guarantee(proof.level, leaves, depth, history, edges, tree, solution.P, system, solution.report)
