@@ -154,11 +154,8 @@ class Terms:
 
     def bound(self) -> Array:
         """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
-        return np.asarray(np.abs(self.constant) + sum(self.sizes()))
-
-    def sizes(self) -> list[Array]:
-        """Such bounds of the part of each line, whatever its delay."""
-        return [np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread]
+        sizes = (np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread)
+        return np.asarray(np.abs(self.constant) + sum(sizes))
 
     def sizes_beyond(self, phases: Array) -> list[Array]:
         """Bounds (M, a, b) of the part of line i on the imaginary axis where w tau_i >= phases[:, i]."""

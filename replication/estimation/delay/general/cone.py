@@ -251,12 +251,10 @@ class Storage:
 
 def storage_of(rates: Rates, w: Array, scalars: Array) -> Storage:
     """W_+, the triangles of S_i and T_i, and the level, as the matrices that they are."""
-    matrices = []
-    for unit in _line_units(rates):
-        matrices.append(np.tensordot(scalars[: len(unit)], unit, axes=1))
-        scalars = scalars[len(unit) :]
-    lines = len(rates.lines)
-    return Storage(w, tuple(matrices[:lines]), tuple(matrices[lines:]), float(scalars[0]))
+    units, lines = _line_units(rates), len(rates.lines)
+    parts = np.split(scalars, np.cumsum([len(unit) for unit in units], dtype=int))
+    matrices = [np.tensordot(part, unit, axes=1) for part, unit in zip(parts, units, strict=False)]
+    return Storage(w, tuple(matrices[:lines]), tuple(matrices[lines:]), float(parts[-1][0]))
 
 
 def scalars_of(storage: Storage) -> Array:

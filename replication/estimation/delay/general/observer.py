@@ -230,7 +230,7 @@ def worst_gain(
     ends = as_array("ranges", asked, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
-    roots = decided(right_roots)(error_response(plant))[1]
+    roots = right_roots(error_response(plant))[1]
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "
@@ -239,5 +239,5 @@ def worst_gain(
     middle = [float(value) for value in ends.mean(axis=1)]
     pairs = [(float(low), float(high)) for low, high in ends]
     response = mismatched_response(plant, observer.terms, middle, pairs)
-    gain = decided(gain_bracket)(response, relative)
+    gain = gain_bracket(response, relative)
     return replace(gain, delays=gain.delays[: len(pairs)])
