@@ -27,14 +27,7 @@ import scipy
 from threadpoolctl import ThreadpoolController
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.program import (
-    Inequalities,
-    Options,
-    Program,
-    Solution,
-    SolverReport,
-    program_under,
-)
+from replication.estimation.conic.program import Inequalities, Options, Program, Solution, SolverReport, program_under
 from replication.estimation.validation import Array
 
 ENDLESS = 1e9

@@ -227,13 +227,7 @@ def averages(plant: DelayPlant, i: int) -> Array:
 
 
 def delay_system(
-    a0: Any,
-    a: Sequence[Any],
-    delays: Sequence[float],
-    b: Any,
-    c10: Any,
-    c2: Any,
-    c1: Sequence[Any] | None = None,
+    a0: Any, a: Sequence[Any], delays: Sequence[float], b: Any, c10: Any, c2: Any, c1: Sequence[Any] | None = None
 ) -> DelayPlant:
     """The plant of eq. (1), checked.
 

@@ -137,14 +137,7 @@ class SequenceResult(Design):
 
     @classmethod
     def bracketed(
-        cls,
-        solution: Solution,
-        upper: float,
-        matrices: int,
-        more: Sequence[Evidence],
-        *,
-        horizon: int,
-        **own: Any,
+        cls, solution: Solution, upper: float, matrices: int, more: Sequence[Evidence], *, horizon: int, **own: Any
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = own["plant"], own["periods"], own["gain"].attack

@@ -13,10 +13,7 @@ from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, climbed, limit
-from replication.estimation.delay.exact.loop import (
-    error_response,
-    plant_terms,
-)
+from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import alone, beside, smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms

@@ -9,12 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay.exact.loop import (
-    decided,
-    error_response,
-    mismatched_response,
-    plant_terms,
-)
+from replication.estimation.delay.exact.loop import decided, error_response, mismatched_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
 from replication.estimation.delay.exact.terms import Kernel, Terms, projected
 from replication.estimation.delay.general.cone import LineForm, moment_plant

@@ -34,12 +34,7 @@ SETTLED = 1 - 1e-9
 
 
 def beside(
-    plant: SampledPlant,
-    filter_: Estimator,
-    periods: PeriodRange,
-    ends: tuple[float, float],
-    *,
-    horizon: int,
+    plant: SampledPlant, filter_: Estimator, periods: PeriodRange, ends: tuple[float, float], *, horizon: int
 ) -> tuple[float, tuple[Evidence, ...]]:
     """What a level over all sequences is worth: without sensors by the same measure, others at constant periods.
 
