@@ -87,10 +87,8 @@ def _rates(system: DelayPlant, source: FormSpace, target: FormSpace, drive: Driv
     n, width, count = system.states, source.functions, source.count
     _, e, late = point_offsets(system)
     where = np.concatenate([np.arange(e, e + n), np.arange(target.points, target.functionals)])
-    rate, per_delay = (
-        np.zeros((source.functionals, target.functionals)),
-        np.diag(np.repeat(1.0 / np.array(system.delays), n)),
-    )
+    per_delay = np.diag(np.repeat(1.0 / np.array(system.delays), n))
+    rate = np.zeros((source.functionals, target.functionals))
     now, before = (values[:, None] for values in legendre.ends(count))
     rate[:n, : target.points] = drive.rate
     rate[n:, e:late] = np.kron(now, per_delay @ np.tile(np.eye(n), (system.delay_count, 1)))
