@@ -150,7 +150,7 @@ def storage_certificate(
         P = storage_matrix(plant, filter_, parameters["from"], rational(level), per_duration=duration)
         return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
     found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts, per_duration=duration)
-    inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in found.cells.edges[1:-1]]
+    inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in found.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
         "before": found.tree.before(),

@@ -47,11 +47,12 @@ from replication.estimation.validation import Array, ComplexArray
 from tests.tolerances import AGREEMENT, GRID, ROUNDING
 
 
-def stable_system(seed: int, n: int, N: int, *, radius: float = 0.95) -> PeriodicSystem:
+def stable_system(seed: int, n: int, N: int, *, radius: float = 0.95, least: int = 1) -> PeriodicSystem:
+    """Stages with different numbers of inputs and outputs, at least so many."""
     rng = np.random.default_rng(seed)
     stages = []
     for _ in range(N):
-        m, p = rng.integers(1, 4, 2)
+        m, p = rng.integers(least, 4, 2)
         stages.append([rng.normal(size=(n, n)), *(rng.normal(size=s) for s in ((n, m), (p, n), (p, m)))])
     factor = (radius / PeriodicSystem(tuple(Stage(*s) for s in stages)).spectral_radius()) ** (1 / N)
     return PeriodicSystem(tuple(Stage(factor * A, B, C, D) for A, B, C, D in stages))
@@ -239,22 +240,8 @@ def test_circle_angles_are_the_crossings_of_a_level_whatever_the_reference() -> 
         np.testing.assert_allclose(angles, [crossing, crossing], rtol=ROUNDING)
 
 
-def varying_system(seed: int, n: int = 3, N: int = 4) -> PeriodicSystem:
-    """Stages with different numbers of inputs and outputs, none among them."""
-    rng = np.random.default_rng(seed)
-    sizes = [(k % 3, (k + 1) % 3) for k in range(N)]
-    return PeriodicSystem(
-        tuple(
-            Stage(
-                rng.normal(size=(n, n)) / n, rng.normal(size=(n, m)), rng.normal(size=(p, n)), rng.normal(size=(p, m))
-            )
-            for m, p in sizes
-        )
-    )
-
-
 def test_the_lifted_system_is_the_recursion_over_one_period() -> None:
-    system, rng = varying_system(1), np.random.default_rng(2)
+    system, rng = stable_system(1, 3, 4, least=0), np.random.default_rng(2)
     lifted = system.lift()
     x = start = rng.normal(size=3)
     inputs, outputs = [], []
@@ -270,7 +257,7 @@ def test_the_lifted_system_is_the_recursion_over_one_period() -> None:
 
 
 def test_the_cyclic_system_moves_one_state_copy_per_phase() -> None:
-    system = varying_system(3)
+    system = stable_system(3, 3, 4, least=0)
     turned, n, N = cyclic(system), system.order, system.period
     power = np.linalg.matrix_power(turned.A, N)
     np.testing.assert_allclose(power[:n, :n], system.monodromy(), rtol=ROUNDING)
@@ -282,7 +269,7 @@ def test_the_cyclic_system_moves_one_state_copy_per_phase() -> None:
 
 
 def test_the_frequency_response_solves_its_equation() -> None:
-    stage = varying_system(4).lift()
+    stage = stable_system(4, 3, 4, radius=0.5, least=0).lift()
     z = np.exp(0.7j)
     impulse = [stage.D] + [stage.C @ np.linalg.matrix_power(stage.A, k) @ stage.B for k in range(300)]
     series = sum(h * z**-k for k, h in enumerate(impulse))
@@ -335,22 +322,10 @@ RANDOM = MultiratePlant(
 )
 
 
-def shrinking_system(seed: int, n: int, N: int) -> PeriodicSystem:
-    """A stable system whose inputs and outputs change in number from stage to stage, down to none."""
-    rng = np.random.default_rng(seed)
-    stages = []
-    for _ in range(N):
-        m, p = rng.integers(0, 4, 2)
-        A = rng.normal(size=(n, n))
-        A *= 0.9 / np.linalg.norm(A, 2)
-        stages.append(Stage(A, *(rng.normal(size=shape) for shape in ((n, m), (p, n), (p, m)))))
-    return PeriodicSystem(tuple(stages))
-
-
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.integers(1, 60), st.floats(0, np.pi))
 def test_the_operator_and_its_adjoint_are_the_lifted_matrix(seed: int, n: int, N: int, angle: float) -> None:
-    system, rng = shrinking_system(seed, n, N), np.random.default_rng(seed)
+    system, rng = stable_system(seed, n, N, least=0), np.random.default_rng(seed)
     matrix = frequency_response(system.lift(), angle)
     response = LiftedResponse(system)
     assert response.inputs == matrix.shape[1]
@@ -393,7 +368,7 @@ def test_what_no_disturbance_reaches_is_zero_either_way(monkeypatch: pytest.Monk
 
 def test_a_long_period_forms_no_lifted_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stages that repeat have the norm of one, whatever the period they are given in."""
-    stage = shrinking_system(3, 4, 1).stages[0]
+    stage = stable_system(3, 4, 1).stages[0]
     one = l2_gain(PeriodicSystem((stage,)))
     longest: list[int] = []
     lift = PeriodicSystem.lift

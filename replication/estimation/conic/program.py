@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from typing import Any
 
@@ -50,10 +50,6 @@ class SolverReport:
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON values."""
         return asdict(self)
-
-    def with_residuals(self, measured: dict[str, float]) -> SolverReport:
-        """The same with residuals that were measured on the point, whatever the solver said of it."""
-        return replace(self, residuals=measured)
 
 
 def raise_unless_solved(report: SolverReport, *, accept: tuple[str, ...]) -> None:

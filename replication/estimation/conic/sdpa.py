@@ -27,14 +27,7 @@ import scipy
 from threadpoolctl import ThreadpoolController
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.program import (
-    Inequalities,
-    Options,
-    Program,
-    Solution,
-    SolverReport,
-    program_under,
-)
+from replication.estimation.conic.program import Inequalities, Options, Program, Solution, SolverReport, program_under
 from replication.estimation.validation import Array
 
 ENDLESS = 1e9
@@ -232,7 +225,7 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
             f" and residual {residual:.1e}; whether there is a solution is open, it would have a trace above "
             f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
-    return replace(solution, report=said.with_residuals(residuals))
+    return replace(solution, report=replace(said, residuals=residuals))
 
 
 OPTIONS: Options = {
@@ -347,10 +340,9 @@ def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: So
     equations = np.abs(np.einsum("kpab,kab->p", group.coefficients, duals) - cost)
     below = np.maximum(0.0, -np.linalg.eigvalsh(duals)[:, 0])
     lacking = float(equations @ np.abs(x) + below @ np.trace(slack, axis1=1, axis2=2))
-    return said.with_residuals(
-        {
-            "primal": max(0.0, -float(np.linalg.eigvalsh(slack)[:, 0].min())),
-            "dual": float(equations.max()),
-            "gap": (abs(objective - bound) + lacking) / (1 + abs(objective)),
-        }
-    )
+    residuals = {
+        "primal": max(0.0, -float(np.linalg.eigvalsh(slack)[:, 0].min())),
+        "dual": float(equations.max()),
+        "gap": (abs(objective - bound) + lacking) / (1 + abs(objective)),
+    }
+    return replace(said, residuals=residuals)

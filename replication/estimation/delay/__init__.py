@@ -17,20 +17,6 @@ else:
     __getattr__ = lazy(__name__)
 
 __all__ = [
-    "DegreeRule",
-    "DelayAnalysis",
-    "DelayObserver",
-    "DelayPlant",
-    "DelayResult",
-    "LeastGain",
-    "Limit",
-    "SdpaOptions",
-    "analyse",
-    "delay_system",
-    "design",
-    "exact_gain",
-    "limit",
-    "minimum_gain",
-    "simulate",
-    "worst_gain",
-]
+    "DegreeRule", "DelayAnalysis", "DelayObserver", "DelayPlant", "DelayResult", "LeastGain", "Limit", "SdpaOptions",
+    "analyse", "delay_system", "design", "exact_gain", "limit", "minimum_gain", "simulate", "worst_gain",
+]  # fmt: skip

@@ -183,11 +183,7 @@ def analyse(
     ----------
     plant : DelayPlant or control.StateSpace
         As in `design`.
-    delayed : sequence of array (n, n)
-        As in `design`.
-    delays : sequence of float
-        As in `design`, s.
-    measured : int, or sequence of int or str
+    delayed, delays, measured : see there
         As in `design`.
 
     Returns

@@ -227,32 +227,14 @@ def averages(plant: DelayPlant, i: int) -> Array:
 
 
 def delay_system(
-    a0: Any,
-    a: Sequence[Any],
-    delays: Sequence[float],
-    b: Any,
-    c10: Any,
-    c2: Any,
-    c1: Sequence[Any] | None = None,
+    a0: Any, a: Sequence[Any], delays: Sequence[float], b: Any, c10: Any, c2: Any, c1: Sequence[Any] | None = None
 ) -> DelayPlant:
     """The plant of eq. (1), checked.
 
     Parameters
     ----------
-    a0 : array (n, n)
-        A_0, in 1/s.
-    a : sequence of K arrays (n, n)
-        A_1 ... A_K, in 1/s.
-    delays : sequence of K floats
-        Increasing and positive, s.
-    b : array (n, r)
-        Effect of the disturbance w.
-    c10 : array (p, n)
-        What of the present state is to be estimated.
-    c2 : array (q, n)
-        Measurements, of full row rank.
-    c1 : sequence of K arrays (p, n), optional
-        What of the delayed states is to be estimated; nothing unless given.
+    a0, a, delays, b, c10, c2, c1 : see there
+        As in `DelayPlant`; the measurements are of full row rank.
 
     Returns
     -------

@@ -168,6 +168,7 @@ class LiftedResponse:
         chunks = [compressed(PeriodicSystem(group).lift()) for group in _groups(system.stages)]
         self._monodromy = system.monodromy()
         self._chunks = [Stage(*(np.asarray(M, dtype=complex) for M in chunk)) for chunk in chunks]
+        self._transposed = [Stage(A.T, C.T, B.T, D.T) for A, B, C, D in self._chunks[::-1]]
         self._inputs = np.cumsum([chunk.B.shape[1] for chunk in chunks])
         self._outputs = np.cumsum([len(chunk.C) for chunk in chunks])
 
@@ -180,31 +181,25 @@ class LiftedResponse:
         """(G, G*) at e^{j angle}: functions from vectors (inputs,) to (outputs,), and back."""
         closing = scipy.linalg.lu_factor(np.exp(1j * angle) * np.eye(len(self._monodromy)) - self._monodromy)
 
-        def forward(v: ComplexArray) -> ComplexArray:
-            parts = np.split(v, self._inputs[:-1])
-            driven = [chunk.B @ part for chunk, part in zip(self._chunks, parts, strict=True)]
+        def through(chunks: list[Stage], parts: list[ComplexArray], trans: int) -> list[ComplexArray]:
+            """The outputs of all chunks, from the state that repeats after the period up to e^{j angle}."""
+            driven = [chunk.B @ part for chunk, part in zip(chunks, parts, strict=True)]
             x = np.zeros(len(self._monodromy), dtype=complex)
-            for chunk, drive in zip(self._chunks, driven, strict=True):
+            for chunk, drive in zip(chunks, driven, strict=True):
                 x = chunk.A @ x + drive
-            x = scipy.linalg.lu_solve(closing, x)
+            x = scipy.linalg.lu_solve(closing, x, trans=trans)
             outputs = []
-            for chunk, drive, part in zip(self._chunks, driven, parts, strict=True):
+            for chunk, drive, part in zip(chunks, driven, parts, strict=True):
                 outputs.append(chunk.C @ x + chunk.D @ part)
                 x = chunk.A @ x + drive
-            return np.concatenate(outputs)
+            return outputs
+
+        def forward(v: ComplexArray) -> ComplexArray:
+            return np.concatenate(through(self._chunks, np.split(v, self._inputs[:-1]), 0))
 
         def adjoint(y: ComplexArray) -> ComplexArray:
             parts = np.split(y, self._outputs[:-1])[::-1]
-            seen = [chunk.C.T @ part for chunk, part in zip(self._chunks[::-1], parts, strict=True)]
-            x = np.zeros(len(self._monodromy), dtype=complex)
-            for chunk, sight in zip(self._chunks[::-1], seen, strict=True):
-                x = chunk.A.T @ x + sight
-            x = scipy.linalg.lu_solve(closing, x, trans=2)
-            inputs = []
-            for chunk, sight, part in zip(self._chunks[::-1], seen, parts, strict=True):
-                inputs.append(chunk.B.T @ x + chunk.D.T @ part)
-                x = chunk.A.T @ x + sight
-            return np.concatenate(inputs[::-1])
+            return np.concatenate(through(self._transposed, parts, 2)[::-1])
 
         return forward, adjoint
 

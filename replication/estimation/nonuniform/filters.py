@@ -213,3 +213,9 @@ def periodic_gain(
         raise InvalidInputError("periods must not be empty: give the sampling periods that repeat, in seconds")
     stages = {h: error_system(plant, filter_, h, per_duration=per_duration) for h in set(periods)}
     return l2_gain(PeriodicSystem(tuple(stages[h] for h in periods)))
+
+
+def gains_at(plant: SampledPlant, filters: Sequence[Estimator], periods: Sequence[float]) -> Array:
+    """The gain of each filter at a constant period of its own."""
+    pairs = zip(filters, periods, strict=True)
+    return np.array([periodic_gain(plant, filter_.at(h), [h]).value for filter_, h in pairs])

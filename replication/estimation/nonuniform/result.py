@@ -26,11 +26,11 @@ from replication.estimation.nonuniform.bounds.worst_case import (
     worst_case_gain,
     worst_sequence,
 )
-from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, observer, periodic_gain
+from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, gains_at, observer
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
-from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filter, proved_design
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filters, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.validation import Array, frozen, positive_scalar
 
@@ -137,20 +137,23 @@ class SequenceResult(Design):
 
     @classmethod
     def bracketed(
-        cls,
-        solution: Solution,
-        upper: float,
-        matrices: int,
-        more: Sequence[Evidence],
-        *,
-        horizon: int,
-        **own: Any,
+        cls, solution: Solution, upper: float, matrices: int, more: Sequence[Evidence], *, horizon: int, **own: Any
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
         lower, levels = compare.beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
-        facts = [*solution.evidence, *compare.ends_found(attack, lower, matrices), *more]
-        facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
+        what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
+        if lower > attack.level:  # constant periods are worse in the long run
+            what, how = "a constant period", "exact gain over all time"
+        facts = [
+            *solution.evidence,
+            Evidence("lower end attained by", what, how),
+            Evidence(
+                "upper end proved by", f"{matrices} Lyapunov matrices", "certificate for the continuum of periods"
+            ),
+            *more,
+            Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
+        ]
         bracket = Bracket(lower, upper, BOTH_ENDS)
         return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **own)
 
@@ -163,20 +166,16 @@ class SequenceResult(Design):
         """At the middle of the range, as a constant period."""
         return recursion(self.constant(self.periods.middle))
 
-    def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
+    def others(self, periods: list[float]) -> Mapping[str, Sequence[Estimator]]:
         """By name, filters for each of the periods to compare with."""
         return {}
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain at constant periods over the range, of this filter and of others, beside the bracket."""
         periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
-
-        def gains(filters: Sequence[Estimator]) -> Array:
-            pairs = zip(filters, periods.tolist(), strict=True)
-            return np.array([periodic_gain(self.plant, filter_.at(h), [h]).value for filter_, h in pairs])
-
-        filters = {"constant period": [self.filter] * len(periods), **self.others(periods)}
-        curves = {name: gains(several) for name, several in filters.items()}
+        nodes = periods.tolist()
+        filters = {"constant period": [self.filter] * len(nodes), **self.others(nodes)}
+        curves = {name: gains_at(self.plant, several, nodes) for name, several in filters.items()}
         lower = self.bracket.lower
         return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
 
@@ -287,7 +286,7 @@ class StampedResult(SequenceResult):
             if still.level <= proof.level:
                 before = tuple(map(tuple, still.tree.before()))
                 storage = still.system.storage(still.P)
-                filter_, proof = zero, StampedProof(still.level, storage, still.cells.edges, before)
+                filter_, proof = zero, StampedProof(still.level, storage, still.edges, before)
         n, edges = plant.order, np.array([periods.h_l, *filter_.edges, periods.h_u])
         gains = {"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}
         return Solution(gains, facts, {"filter": filter_, "proof": proof})
@@ -321,8 +320,6 @@ class StampedResult(SequenceResult):
         period = self.periods.middle if h is None else positive_scalar("h", h, unit="s")
         return labelled(self.constant(period), period, self.signals)
 
-    def others(self, periods: Array) -> Mapping[str, Sequence[Estimator]]:
+    def others(self, periods: list[float]) -> Mapping[str, Sequence[Estimator]]:
         """Kalman filters made for each period, if there is one at all of them."""
-        known = [kalman_filter(self.plant, h) for h in periods.tolist()]
-        filters = [filter_ for filter_ in known if filter_ is not None]
-        return {"Kalman filters": filters} if len(filters) == len(periods) else {}
+        return {"Kalman filters": filters} if (filters := kalman_filters(self.plant, periods)) else {}

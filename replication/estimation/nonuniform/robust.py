@@ -143,8 +143,7 @@ def variable_basis(plant: SampledPlant) -> LmiVariables:
 
 def combine(basis: LmiVariables, x: Array) -> LmiVariables:
     """The unknowns with coordinates x in `basis`."""
-    parts = {name: np.tensordot(x, getattr(basis, name)[1:], axes=1) for name in ("Z", "Y", "F", "G", "Q", "delta")}
-    return LmiVariables(**parts)
+    return LmiVariables(**{name: np.tensordot(x, part[1:], axes=1) for name, part in vars(basis).items()})
 
 
 def inequalities(plant: SampledPlant, periods: Sequence[float], basis: LmiVariables) -> program.Inequalities:
@@ -331,7 +330,7 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
             if not satisfied:
                 raise
             # The last periods were to make it more accurate only; its shortfall says how accurate it is without them.
-            return _ended(normalised, *satisfied[-1])
+            return RobustDesign(with_filter(normalised, satisfied[-1][0]), *satisfied[-1][1:])
         left = partial(largest_eigenvalues, normalised.plant, solution.variables)
         peaks = worst_periods(normalised.plant, left, candidates, transitions)
         violation, owed = peaks[0][0], shortfall(solution, peaks)
@@ -340,7 +339,7 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
         enough = owed <= NEGLIGIBLE or len(satisfied) > POLISHING or round_ == limit
         new = [h for value, h in peaks if value > (VIOLATION if enough else FLOOR) and h not in working]
         if not new:
-            return _ended(normalised, solution, round_, violation, owed)
+            return RobustDesign(with_filter(normalised, solution), round_, violation, owed)
         if solution.level > reached * (1 + PROGRESS):
             working = sorted({*(grid := condensed(solution, periods)), halfway(grid, new[0], periods)})
         else:
@@ -351,10 +350,6 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
         f"h = {peaks[0][1]:.6g} s and the level {solution.level:.9g} holds on the last grid only; "
         f"{_certified(plant, normalised, solution, periods)}; raise `max_rounds`, or narrow the range"
     )
-
-
-def _ended(normalised: Normalised, solution: LmiSolution, rounds: int, violation: float, owed: float) -> RobustDesign:
-    return RobustDesign(with_filter(normalised, solution), rounds, violation, owed)
 
 
 def _certified(plant: SampledPlant, normalised: Normalised, solution: LmiSolution, periods: PeriodRange) -> str:

@@ -1,9 +1,10 @@
-"""Both solvers on programs with known answers; statuses that are not answers are errors."""
+"""Solvers on programs with known answers; statuses that are not answers are errors; steps of the interior point."""
 
 from __future__ import annotations
 
 import os
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ import scipy.sparse as sparse
 from sdpap.sdpacall import sdpacall
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic import sdpa
+from replication.estimation.conic import interior, sdpa
+from replication.estimation.conic.interior import Block, Equations, Unknowns, _positive, scaled_pair, solve
 from replication.estimation.conic.program import (
     Inequalities,
     Program,
@@ -22,6 +24,7 @@ from replication.estimation.conic.program import (
 )
 from replication.estimation.conic.sdpa import LEAST, OPTIONS, _accurate, _measured, minimise_refined, solve_sdpa
 from replication.estimation.delay import SdpaOptions
+from replication.estimation.linear.riccati import symmetric
 
 SDPA_GAP = 1e-6
 
@@ -75,8 +78,8 @@ def test_linear_part() -> None:
     """min l + tr X subject to l + X_11 = 1: any split costs 1."""
     a = sparse.csr_array(np.array([[1.0, 1.0, 0.0, 0.0, 0.0]]))
     program = Program(a, np.ones(1), np.concatenate([[1.0], np.eye(2).ravel()]), 1, (2,))
-    for solve in (solve_sdpa, solve_clarabel):
-        assert solve(program).objective == pytest.approx(1.0, abs=SDPA_GAP)
+    for solver in (solve_sdpa, solve_clarabel):
+        assert solver(program).objective == pytest.approx(1.0, abs=SDPA_GAP)
 
 
 def test_multipliers_bound_the_trace() -> None:
@@ -194,3 +197,47 @@ def test_duals_that_are_no_proof_open_the_gap() -> None:
 def test_a_solution_has_no_gap_and_violates_nothing(gap: float, primal: float, accurate: bool) -> None:
     said = SolverReport(name="SDPA", version="7", status="pdOPT", residuals={"gap": gap, "primal": primal})
     assert _accurate(said) is accurate
+
+
+# A step of the interior-point method solves its equations; what counts as positive
+
+
+def test_a_step_takes_away_what_was_missed_and_keeps_the_duals_balanced() -> None:
+    """Slack and block move together but for what they were apart; the duals meet what was lacking."""
+    rng = np.random.default_rng(3)
+    n, k = 4, 3
+    blocks = tuple(
+        Block(symmetric(rng.normal(size=(n, n))), others, rng.normal(size=(k, n)), rng.normal(size=(k, n)))
+        for others in np.stack([[symmetric(rng.normal(size=(n, n))) for _ in range(2)] for _ in range(2)])
+    )
+    positive = [part @ part.T + np.eye(n) for part in rng.normal(size=(4, n, n))]
+    pairs = [scaled_pair(positive[0], positive[1]), scaled_pair(positive[2], positive[3])]
+    missed = [symmetric(rng.normal(size=(n, n))) for _ in blocks]
+    unknowns = Unknowns.of(k, 2)
+    lacking = rng.normal(size=unknowns.triangle + 2)
+    wanted = [symmetric(rng.normal(size=(n, n))) for _ in blocks]
+    dy, slacks, duals = Equations(unknowns, blocks, pairs, missed, lacking).direction(wanted)
+    for block, pair, miss, slack, dual, want in zip(blocks, pairs, missed, slacks, duals, wanted, strict=True):
+        moved = block.linear(*unknowns.split(dy)) + miss
+        assert pair.forward @ slack @ pair.forward.T == pytest.approx(moved, abs=1e-9)
+        assert slack + dual == pytest.approx(want, abs=1e-12)
+    plain = [pair.inverse.T @ dual @ pair.inverse for pair, dual in zip(pairs, duals, strict=True)]
+    assert unknowns.adjoint(blocks, plain) == pytest.approx(lacking, abs=1e-9)
+
+
+def test_a_point_whose_blocks_are_not_positive_is_none() -> None:
+    """The largest y with 1 - y - w >= 0 and w >= 0."""
+    one = np.ones((1, 1))
+    blocks = (Block(one, -one[None], one, -one / 2), Block(0.0 * one, 0.0 * one[None], one, one / 2))
+    assert solve(blocks, 1, np.ones(1)).value == pytest.approx(1.0, abs=1e-6)
+    with patch.object(interior, "_positive", return_value=False), pytest.raises(SolverError, match="no point"):
+        solve(blocks, 1, np.ones(1))
+
+
+def test_a_block_on_the_edge_is_not_positive() -> None:
+    """The block is the slack and what it misses, beyond rounding."""
+    eye = np.eye(2)
+    assert _positive(eye, 0.0 * eye)
+    assert not _positive(np.diag([1.0, 0.0]), 0.0 * eye)
+    assert not _positive(np.diag([1.0, 1e-17]), 0.0 * eye)
+    assert not _positive(eye, np.diag([0.0, -1.0]))

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from papers.peet2019.method import open_loop_gain
 from replication.estimation.delay import DelayObserver, DelayPlant, delay_system
-from replication.estimation.delay.exact.central import shift
 from replication.estimation.delay.general.cone import line_form
-from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.units import time_scaled, transformed
 from replication.estimation.validation import Array
 
@@ -38,13 +34,7 @@ def blind_two_delays() -> DelayPlant:
 def one_delay() -> DelayPlant:
     """Nearly unstable; z holds a delayed state; y mixes both states."""
     return delay_system(
-        [[-1.0, 2], [0.5, -0.5]],
-        [[[-0.5, 0.3], [0.4, -1.0]]],
-        [0.8],
-        np.eye(2),
-        [[1, 0.0]],
-        [[1, 1.0]],
-        [[[0.3, 0.0]]],
+        [[-1.0, 2], [0.5, -0.5]], [[[-0.5, 0.3], [0.4, -1.0]]], [0.8], np.eye(2), [[1, 0.0]], [[1, 1.0]], [[[0.3, 0.0]]]
     )
 
 
@@ -107,14 +97,6 @@ def awkward(system: DelayPlant, factor: float) -> DelayPlant:
     return transformed(time_scaled(system, factor), SIZES)
 
 
-ANCHORS = [
-    (unstable_pair(), 1 / np.sqrt(18)),
-    (blind_pair(), open_loop_gain(scalar([-1.0], [1.0])).upper),
-    pytest.param(blind_two_delays(), open_loop_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
-]
-"""Plants with their exact optima."""
-
-
 def frequency_response(system: DelayPlant, omega: Array | float) -> Array:
     """The exact response from w to z of a plant of `delay_system` (M, p, r), term by term as eq. (1) has it."""
     found = []
@@ -126,7 +108,7 @@ def frequency_response(system: DelayPlant, omega: Array | float) -> Array:
     return np.array(found)
 
 
-# Plants with noise, and the closed loop as a delay-free model
+# Plants with noise
 
 
 def delayed_output() -> DelayPlant:
@@ -184,50 +166,3 @@ def made_up(plant: DelayPlant, size: float, seed: int = 0, degree: int = 4) -> D
     kernels = tuple(size * rng.standard_normal((degree, line.width, q)) for line in form.lines)
     l0, lz = size * rng.standard_normal((plant.states, q)), size * rng.standard_normal((plant.outputs, q))
     return DelayObserver(plant, form, l0, lz, kernels)
-
-
-def augmented(observer: DelayObserver, order: int) -> tuple[Array, Array, Array, Array]:
-    """(A, B, C, D) of the error: each line a transport equation for psi - psi^ in Legendre moments, its source L_i.
-
-    Nothing is taken from the kernels of the lags that the exact loop uses: the moments of a line are driven by
-    -L_i(s) eps directly.
-    """
-    form = observer.form
-    n, q, p = form.states, form.measurements, form.outputs
-    widths = [line.width for line in form.lines]
-    size = n + order * sum(widths)
-    drift, source, reading, direct = shift(order)
-    points, weights = legendre.gauss(120)
-    age = np.polynomial.legendre.legvander(1.0 + 2.0 * points, order - 1) * np.sqrt(2.0 * np.arange(order) + 1.0)
-    # Rows (x', z, y) of the columns (states, w).
-    rows = np.zeros((n + p + q, size + form.inputs))
-    rows[:, :n], rows[:, size:] = form.now[:, :n], form.now[:, n:]
-    a, b, inject = np.zeros((size, size)), np.zeros((size, form.inputs)), np.zeros((size, q))
-    inject[:n], start = observer.l0, n
-    for i, (line, width) in enumerate(zip(form.lines, widths, strict=True)):
-        part = slice(start, start + order * width)
-        a[part, part] = np.kron(np.eye(width), drift) / line.delay
-        enter = np.kron(line.carry, source[:, None]) / line.delay
-        a[part, :n], b[part] = enter[:, :n], enter[:, n:]
-        gains = np.einsum("t,tk,tmq->mkq", weights, age, observer.kernel(i, points))
-        inject[part] = gains.reshape(order * width, q)
-        rows[:, :n] += direct * line.end @ line.carry[:, :n]
-        rows[:, size:] += direct * line.end @ line.carry[:, n:]
-        rows[:, part] += np.kron(line.end, reading[None, :])
-        if len(line.moments):
-            overlap = np.einsum("t,tc,tk->ck", weights, legendre.evaluate(len(line.moments), points), age)
-            rows[:, part] += np.einsum("cam,ck->amk", line.moments, overlap).reshape(len(rows), -1)
-        start += order * width
-    a[:n] += rows[:n, :size]
-    b[:n] += rows[:n, size:]
-    eps = rows[n + p :]
-    a, b = a - inject @ eps[:, :size], b - inject @ eps[:, size:]
-    z = rows[n : n + p] - observer.lz @ eps
-    return a, b, z[:, :size], z[:, size:]
-
-
-def augmented_gains(observer: DelayObserver, order: int, omega: Array) -> Array:
-    """The gain from w to the error of z of `augmented`, at each frequency."""
-    a, b, c, d = augmented(observer, order)
-    eye = np.eye(len(a))
-    return np.array([np.linalg.norm(c @ np.linalg.solve(1j * w * eye - a, b) + d, 2) for w in omega])

@@ -1,4 +1,4 @@
-"""Theorem 3: least levels against exact optima and invariances, certificates at a level, and what is refused."""
+"""Theorem 3: least levels against exact optima and invariances, certificates, refusals; models without delays."""
 
 from __future__ import annotations
 
@@ -7,27 +7,33 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import control
 import numpy as np
 import pytest
 
 from papers.peet2019.experiments.examples import cross_checked
-from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain
+from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain, without_noise
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import DegreeRule, DelayPlant, SdpaOptions, delay_system, minimum_gain
+from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.sos.certificate import STATED_GAP, _found, certificate_at
 from replication.estimation.delay.sos.operators import check
 from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
+from replication.estimation.delay.spectrum import Scheme, grid
 from replication.estimation.delay.units import gain_scaled, time_scaled, transformed
+from replication.estimation.validation import Array
 from tests.estimation.delay.plants import (
     awkward,
     blind_pair,
     blind_two_delays,
+    frequency_response,
     hidden,
     one_delay,
     random_system,
     scalar,
     tanks,
+    two_delays,
     unstable_pair,
 )
 
@@ -226,3 +232,85 @@ def test_what_cannot_be_asked_or_proved(
 def test_an_unstable_mode_that_y_sees_is_no_obstacle_in_any_unit(factor: float) -> None:
     seen = delay_system(np.diag([-0.01, 1.0]), [np.zeros((2, 2))], [1.0], np.eye(2), np.eye(2), [[0.0, 1.0]])
     assert minimum_gain(awkward(seen, factor), 1, BESSEL).gamma == pytest.approx(100.0, rel=1e-4)
+
+
+# Padé in lossless form, Chebyshev collocation
+
+
+OMEGA = np.array([0.1, 1.0, 4.0])
+
+
+def response(model: FilterModel, omega: float) -> Array:
+    return np.asarray(model.cz @ np.linalg.solve(1j * omega * np.eye(len(model.a)) - model.a, model.b))
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 4, 7, 10])
+def test_it_is_the_approximant_of_python_control(order: int) -> None:
+    numerator, denominator = control.pade(0.7, order)
+    model = pade_model(scalar([-1.0], [0.7]), order)
+    for omega in OMEGA:
+        delayed = np.polyval(numerator, 1j * omega) / np.polyval(denominator, 1j * omega)
+        assert response(model, omega)[0, 0] == pytest.approx(1 / (1j * omega + delayed), rel=1e-9)
+
+
+@pytest.mark.parametrize("build", [pade_model, chebyshev_model])
+def test_models_approach_the_exact_response(build: Any) -> None:
+    for system in (scalar([-1.0], [1.0]), one_delay(), two_delays()):
+        model = build(system, 14)
+        for omega in OMEGA:
+            assert np.abs(response(model, omega) - frequency_response(system, omega)[0]).max() < 1e-9
+
+
+def test_only_the_row_space_is_delayed() -> None:
+    assert pade_model(two_delays(), 5).a.shape[0] == 2 + 2 * 5 * 2
+    assert pade_model(scalar([-1.0, 0.0], [0.5, 1.0]), 5).a.shape[0] == 1 + 5
+
+
+def test_grids_differentiate_and_integrate() -> None:
+    net = grid(12)
+    assert net.points[0] == 0.0 and net.points[-1] == -1.0
+    assert np.abs(net.slope @ np.exp(net.points) - np.exp(net.points)).max() < 1e-10
+    assert net.weights @ np.exp(net.points) == pytest.approx(1 - np.exp(-1), abs=1e-13)
+    lumped = grid(200, Scheme.LUMPED)
+    assert lumped.weights @ np.exp(lumped.points) == pytest.approx(1 - np.exp(-1), abs=5e-3)
+    assert (lumped.slope @ np.exp(lumped.points))[1:] == pytest.approx(np.exp(lumped.points[1:]), abs=5e-3)
+
+
+@pytest.mark.parametrize("order", [0, -2, 1.5])
+@pytest.mark.parametrize("build", [pade_model, chebyshev_model])
+def test_bad_orders(build: Any, order: float) -> None:
+    with pytest.raises(InvalidInputError, match="order"):
+        build(scalar([-1.0], [1.0]), order)
+
+
+# LMI (3) and the Riccati equation agree with the exact anchors
+
+
+ANCHORS = [
+    (unstable_pair(), 1 / np.sqrt(18)),
+    (blind_pair(), open_loop_gain(scalar([-1.0], [1.0])).upper),
+    pytest.param(blind_two_delays(), open_loop_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
+]
+"""Plants with their exact optima."""
+
+
+@pytest.mark.parametrize(("system", "exact"), ANCHORS)
+def test_anchors(system: DelayPlant, exact: float) -> None:
+    pade, chebyshev = pade_model(system, 10), chebyshev_model(system, 10)
+    assert lmi_gain(pade).gamma == pytest.approx(exact, rel=SEVEN_DIGITS)
+    assert riccati_gain(pade) == pytest.approx(exact, rel=SEVEN_DIGITS)
+    assert riccati_gain(chebyshev) == pytest.approx(exact, rel=SEVEN_DIGITS)
+
+
+def test_undetectable_model() -> None:
+    model = without_noise(np.diag([1.0, -1.0]), np.eye(2), np.eye(2), np.array([[0.0, 1.0]]))
+    for solve in (lmi_gain, riccati_gain):
+        with pytest.raises(InvalidInputError, match="not detectable"):
+            solve(model)
+
+
+def test_optimum_of_zero() -> None:
+    """y shows w, or all states, or z does not depend on what is hidden: no level is too low."""
+    a, eye = np.array([[-1.0, 0.5], [0.3, -2.0]]), np.eye(2)
+    for b, c1, c2 in (([[1.0], [1.0]], eye, [[1.0, 0.0]]), (eye, eye, eye), (eye, [[0.0, 3.0]], [[0.0, 1.0]])):
+        assert riccati_gain(without_noise(a, np.array(b), np.array(c1), np.array(c2))) == 0.0

@@ -114,23 +114,12 @@ def test_of_a_linear_plant_it_is_the_kalman_filter() -> None:
     assert one.gated == other.gated > 0
 
 
-def test_late_samples_are_as_if_in_time_and_lost_ones_only_widen() -> None:
-    log = track(40)
-    order, late = ExtendedKalman(CART), ExtendedKalman(CART, horizon=1.0)
-    samples = [({"compass": log["compass"][k]}, 0.1 * k) for k in range(40)]
-    ranges = [({"range": log["range"][k]}, 0.1 * k + 0.03) for k in range(0, 39, 3)]
-    u = [1.0, 0.2]
-    for y, t in sorted([*samples, *ranges], key=lambda one: one[1]):
-        order.step(y, t=t, u=u)
-    arrivals = sorted(
-        [*((t, y, t) for y, t in samples), *((t + 0.25, y, t) for y, t in ranges)], key=lambda one: one[0]
-    )
-    for _, y, t in arrivals:
-        late.step(y, t=t, u=u if t == 0 else None)
-    np.testing.assert_allclose(late.estimate, order.estimate, rtol=0, atol=1e-12)
-    assert late.predict(5.0).P[0, 0] > late.covariance[0, 0]
+def test_a_prediction_widens_and_there_is_no_smoother() -> None:
+    observer = ExtendedKalman(CART, horizon=1.0)
+    observer.step({"compass": 0.1}, t=4.0, u=[1.0, 0.2])
+    assert observer.predict(5.0).P[0, 0] > observer.covariance[0, 0]
     with pytest.raises(InvalidInputError, match="no smoother"):
-        late.smoothed()
+        observer.smoothed()
 
 
 def test_the_multirate_form_counts_and_gates() -> None:

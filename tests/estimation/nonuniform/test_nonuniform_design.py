@@ -79,22 +79,18 @@ def test_lmi_10_is_the_congruence_of_6(n, m, r, s):
         assert np.allclose(got.C @ np.linalg.solve(z * np.eye(n) - got.A, got.B), want, rtol=1e-8, atol=1e-8)
 
 
-def test_routes_to_the_nominal_optimum_with_direct_feedthrough():
+def test_routes_to_the_nominal_optimum():
     h = OSCILLATOR_RANGE.middle
     formula = closed_form(OSCILLATOR, h)
     for design in (riccati_level(OSCILLATOR, h), design_for_periods(OSCILLATOR, [h])):
         assert design.level == pytest.approx(formula, rel=ROUTES)
         assert periodic_gain(OSCILLATOR, design.filter, [h]).value == pytest.approx(formula, rel=ROUTES)
-
-
-def test_routes_to_the_degenerate_optimum():
+    # Without direct feedthrough it is degenerate.
     h = MOTOR_RANGE.middle
     formula = closed_form(MOTOR, h)
     assert riccati_level(MOTOR, h).level == pytest.approx(formula, rel=DEGENERATE)
-    attained = periodic_gain(MOTOR, deadbeat_filter(MOTOR, h), [h])
-    assert attained.value == pytest.approx(formula, rel=ROUTES)
-    by_solver = design_for_periods(MOTOR, [h])
-    assert periodic_gain(MOTOR, by_solver.filter, [h]).upper >= formula * (1 - 1e-12)
+    assert periodic_gain(MOTOR, deadbeat_filter(MOTOR, h), [h]).value == pytest.approx(formula, rel=ROUTES)
+    assert periodic_gain(MOTOR, design_for_periods(MOTOR, [h]).filter, [h]).upper >= formula * (1 - 1e-12)
 
 
 def test_closed_form_refuses_what_it_does_not_cover():

@@ -14,7 +14,9 @@ from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
+from replication.estimation.delay.sos.legendre import ends
 from replication.estimation.linear.periodic import Stage
+from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
 
 # A plant whose past is replaced by moments: the Legendre-tau method on pieces of the past.
@@ -113,9 +115,7 @@ def _pieces(terms: Terms) -> list[_Piece]:
 
 def shift(order: int) -> tuple[Array, Array, Array, float]:
     """(F, g, c, d): tau m' = F m + g v(t) and v(t - tau) = c m + d v(t)."""
-    index = np.arange(order)
-    now = np.sqrt(2.0 * index + 1.0)
-    then = (-1.0) ** index * now
+    index, (now, then) = np.arange(order), ends(order)
     direct = (-1.0) ** order
     reading = then - direct * now
     # <q_k', q_j> = -2 q_k(0) q_j(0) for j < k with k - j odd.
@@ -181,19 +181,35 @@ def _balance(model: FilterModel) -> Array:
     return np.asarray(scale[-1] / scale[:-1])
 
 
+def hamiltonian(model: FilterModel, level: float) -> Array | None:
+    """The Hamiltonian matrix of the filter Riccati equation at a level; None where R has another inertia."""
+    p, q = len(model.cz), len(model.cy)
+    c, d = np.vstack([model.cz / level, model.cy]), np.vstack([model.dz / level, model.dy])
+    weight = d @ d.T - np.diag([1.0] * p + [0.0] * q)
+    values, vectors = np.linalg.eigh(weight)
+    if np.sum(values < 0.0) != p or np.abs(values).min() < 1e-14:
+        return None
+    inverse = vectors / values @ vectors.T
+    drift = model.a - model.b @ d.T @ inverse @ c
+    process = model.b @ (np.eye(d.shape[1]) - d.T @ inverse @ d) @ model.b.T
+    return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
+
+
+def stable_space(model: FilterModel, level: float) -> tuple[Array, Array]:
+    """U and V (N, N) with orthonormal [U; V], V U^-1 the solution that stabilises; raises LinAlgError if none does."""
+    matrix, n = hamiltonian(model, level), len(model.a)
+    if matrix is None:
+        raise np.linalg.LinAlgError("the weight of the Riccati equation has another inertia")
+    _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
+    if stable != n:
+        raise np.linalg.LinAlgError("the Hamiltonian matrix has eigenvalues on the imaginary axis, to rounding")
+    return vectors[:n, :n], vectors[n:, :n]
+
+
 def _riccati(model: FilterModel, level: float) -> Array:
     """P of `central`."""
-    weight, noise = model.dy @ model.dy.T, model.b @ model.dy.T
-    c, cross = model.cy, noise
-    if np.isfinite(level):
-        p = len(model.cz)
-        c = np.vstack([model.cz / level, c])
-        weight = scipy.linalg.block_diag(-np.eye(p), weight)
-        cross = np.hstack([np.zeros((len(noise), p)), noise])
-    try:
-        return np.asarray(scipy.linalg.solve_continuous_are(model.a.T, c.T, model.b @ model.b.T, weight, s=cross))
-    except (ValueError, np.linalg.LinAlgError):  # the ordering of its pencil fails
-        return _from_hamiltonian(model, c, weight, cross)
+    u, v = stable_space(model, level)
+    return symmetric(np.asarray(np.linalg.solve(u.T, v.T), dtype=float))
 
 
 def _refined(model: FilterModel, P: Array) -> Array:
@@ -205,26 +221,12 @@ def _refined(model: FilterModel, P: Array) -> Array:
         if np.linalg.eigvals(drift).real.max() >= 0.0:
             raise np.linalg.LinAlgError("rounding decides whether the filter of the model is stable")
         following = scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T)
-        following = (following + following.T) / 2.0
+        following = symmetric(following)
         moved = np.abs(following - P).max() <= 1e-14 * np.abs(following).max()
         P = following
         if moved:
             break
     return np.asarray(P)
-
-
-def _from_hamiltonian(model: FilterModel, c: Array, weight: Array, cross: Array) -> Array:
-    """The same from the stable space of the Hamiltonian matrix."""
-    inner = np.linalg.solve(weight, np.hstack([c, cross.T]))
-    seen, noise = inner[:, : len(model.a)], inner[:, len(model.a) :]
-    drift = model.a - cross @ seen
-    matrix = np.block([[drift.T, -c.T @ seen], [-(model.b @ model.b.T - cross @ noise), -drift]])
-    _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
-    n = len(drift)
-    if stable != n:
-        raise np.linalg.LinAlgError("the Hamiltonian matrix has eigenvalues on the imaginary axis, to rounding")
-    P = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T)
-    return np.asarray((P + P.T) / 2.0)
 
 
 def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:

@@ -9,7 +9,14 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError
-from replication.estimation.delay.exact.central import FilterModel, ladder_model, normal_states, whitened
+from replication.estimation.delay.exact.central import (
+    FilterModel,
+    hamiltonian,
+    ladder_model,
+    normal_states,
+    stable_space,
+    whitened,
+)
 from replication.estimation.delay.exact.loop import decided, plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
@@ -144,36 +151,16 @@ def _direct(model: FilterModel) -> float:
     return float(np.linalg.norm(model.dz @ free, 2)) if free.size else 0.0
 
 
-def _hamiltonian(model: FilterModel, level: float) -> Array | None:
-    """The Hamiltonian matrix of the filter Riccati equation; None where R has another inertia."""
-    p, q = len(model.cz), len(model.cy)
-    c, d = np.vstack([model.cz / level, model.cy]), np.vstack([model.dz / level, model.dy])
-    weight = d @ d.T - np.diag([1.0] * p + [0.0] * q)
-    values, vectors = np.linalg.eigh(weight)
-    if np.sum(values < 0.0) != p or np.abs(values).min() < 1e-14:
-        return None
-    inverse = vectors / values @ vectors.T
-    drift = model.a - model.b @ d.T @ inverse @ c
-    process = model.b @ (np.eye(d.shape[1]) - d.T @ inverse @ d) @ model.b.T
-    return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
-
-
 def _angle(model: FilterModel, level: float) -> float:
     """Positive iff a filter exists at `level`: pi/2 less the largest angle of Y, whose eigenvalues are tangents.
 
     It rises with the level, smoothly; -1 where there is no stabilising solution.
     """
-    matrix = _hamiltonian(model, level)
-    if matrix is None:
-        return -1.0
-    n = len(model.a)
     try:
-        _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
-    except np.linalg.LinAlgError:  # eigenvalues at the axis change sides as they are sorted
+        u, v = stable_space(model, level)
+    except np.linalg.LinAlgError:
         return -1.0
-    if stable != n:
-        return -1.0
-    basis = vectors[:n, :n] + 1j * vectors[n:, :n]
+    basis = u + 1j * v
     # The basis spans a Lagrangian space: it is unitary, and basis·basis' has the eigenvalues e^{2j angle}.
     angles = np.angle(np.linalg.eigvals(basis @ basis.T)) / 2.0
     angles = np.where(angles < -ANGLE, angles + np.pi, angles)
@@ -187,7 +174,7 @@ def _smoother(model: FilterModel, least: float) -> float:
     best = max(float(_gains(model, tried).max()), _direct(model))
     for _ in range(MOST_ROUNDS):
         level = max(best * (1.0 + 1e-10), least)
-        matrix = _hamiltonian(model, level)
+        matrix = hamiltonian(model, level)
         if matrix is None:
             return best
         values = np.linalg.eigvals(matrix).astype(complex)

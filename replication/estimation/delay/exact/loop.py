@@ -73,8 +73,7 @@ def error_response(plant: PlantTerms, injection: Terms | None = None) -> Respons
     # Rows (x', z, y) of the plant go to those of e, z and eps.
     to = np.hstack([rows[e].T, rows[z].T, rows[eps].T])
     loop = stacked(
-        [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])],
-        np.zeros((n + q + p + r,) * 2),
+        [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])], np.zeros((n + q + p + r,) * 2)
     )
     ranges = tuple((delay, delay) for delay in loop.delays)
     return Response(loop, (n, p, r), _direct(plant, injection), ranges)

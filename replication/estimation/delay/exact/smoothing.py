@@ -6,7 +6,10 @@ frequencies that were looked at makes the bound weaker and never wrong.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -19,8 +22,9 @@ from replication.estimation.delay.exact.terms import Complex, PlantTerms, axis
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
 
-DECADES, POINTS, TURNS, PER_TURN, ROUNDS = 6, 200, 12, 48, 40
-"""The grid: decades and points of its logarithmic part; turns of the longest delay and points a turn; refinements."""
+DECADES, POINTS, TURNS, PER_TURN, PEAKS, ROUNDS = 6, 200, 12, 48, 6, 40
+"""The grid: decades and points of its logarithmic part; turns of the longest delay and points a turn; peaks that are
+refined, and how often."""
 PARALLEL = 1e-10
 
 
@@ -41,20 +45,25 @@ def smoother_bound(plant: PlantTerms) -> SmootherBound:
     if longest:
         grid.append(np.linspace(0.0, 2.0 * np.pi * TURNS / longest, TURNS * PER_TURN))
     omega = np.unique(np.concatenate(grid))
-    values = smoother_gains(plant, omega)
-    inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
-    inner = inner[np.argsort(-values[inner])][:6]
-    best, where = float(values.max()), float(omega[int(values.argmax())])
+    return SmootherBound(*highest(partial(smoother_gains, plant), omega))
+
+
+def highest(values: Callable[[Array], Array], omega: Array) -> tuple[float, float]:
+    """The largest value of a function on a grid, refined at its highest peaks, and where it is."""
+    on_grid = values(omega)
+    inner = np.flatnonzero((on_grid[1:-1] >= on_grid[:-2]) & (on_grid[1:-1] >= on_grid[2:])) + 1
+    inner = inner[np.argsort(-on_grid[inner])][:PEAKS]
+    best, where = float(on_grid.max()), float(omega[int(on_grid.argmax())])
     # Every peak is enclosed by thirds, all at once; the best value so far is kept.
     left, right = omega[inner - 1], omega[inner + 1]
     for _ in range(ROUNDS if inner.size else 0):
         first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        gains = smoother_gains(plant, np.concatenate([first, second]))
-        if gains.max() > best:
-            best, where = float(gains.max()), float(np.concatenate([first, second])[int(gains.argmax())])
-        low, high = np.split(gains, 2)
+        found = values(np.concatenate([first, second]))
+        if found.max() > best:
+            best, where = float(found.max()), float(np.concatenate([first, second])[int(found.argmax())])
+        low, high = np.split(found, 2)
         left, right = np.where(low < high, first, left), np.where(low < high, right, second)
-    return SmootherBound(best, where)
+    return best, where
 
 
 def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
@@ -92,32 +101,48 @@ WIDTH = 1e-4
 ORDER, STATES = 6, 120
 """Moments of each piece of the past in the model of the Kalman filter, fewer for more states than these."""
 
+Measure = TypeVar("Measure", float, Bracket)
 DEPENDENT = 1e-10
 """Least eigenvalue of the correlations of the noise in the measurements, below which one has no noise of its own."""
 
 
 def worth(plant: PlantTerms, level: float | Bracket) -> tuple[Evidence, ...]:
     """The facts to set beside `level`, with advice where it is hardly below that without sensors."""
-    how = "gain from w to the error of z, true exponentials"
+    how, gain = "gain from w to the error of z, true exponentials", error_response(plant)
+    without = alone(lambda: Bracket((found := gain_bracket(gain, WIDTH)).lower, found.upper, "attained"))
+    return *beside(level, how, without, smoother_bound(plant).level), _kalman(plant)
+
+
+def alone(measure: Callable[[], Measure]) -> Measure | Literal["open"] | None:
+    """A measure of the estimate zero: None if it is infinite, open where a root next to the axis leaves it so."""
     try:
-        gain = gain_bracket(error_response(plant), WIDTH)
-        without = Bracket(gain.lower, gain.upper, "attained")
+        return measure()
     except InfeasibleError:
-        without = None
+        return None
     except (SolverError, np.linalg.LinAlgError):
-        others = baselines(level, how, without=None, limit=smoother_bound(plant).level)
-        unknown = Evidence("level without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
-        return unknown, *others[1:], _kalman(plant)
-    return *baselines(level, how, without=without, limit=smoother_bound(plant).level), _kalman(plant)
+        return "open"
+
+
+def beside(
+    own: float | Bracket,
+    how: str,
+    without: float | Bracket | Literal["open"] | None,
+    limit: float | None = None,
+    what: str = "level",
+) -> tuple[Evidence, ...]:
+    """`baselines` of a measure, with one of the estimate zero as `alone` gives it."""
+    if without != "open":
+        return baselines(own, how, what=what, without=without, limit=limit)
+    unknown = Evidence(f"{what} without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
+    return unknown, *baselines(own, how, what=what, without=None, limit=limit)[1:]
 
 
 def _kalman(plant: PlantTerms) -> Evidence:
     what = "level of the Kalman filter"
-    order = ORDER
-    model = ladder_model(plant, order)
-    while len(model.a) > STATES and order > 1:
-        order -= 1
+    for order in range(ORDER, 0, -1):
         model = ladder_model(plant, order)
+        if len(model.a) <= STATES:
+            break
     how = f"white noise of unit intensity; on a model with {len(model.a)} states"
     try:
         return Evidence(what, kalman_level(model), how)

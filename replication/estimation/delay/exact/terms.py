@@ -88,34 +88,10 @@ def _legendre_transforms(b: Complex, count: int) -> Complex:
     """e^{-|Re b|} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
     orders = np.arange(count)
     if not np.any(b.real):
-        return np.asarray(2.0 * (-1j) ** orders * _spherical(b.imag.astype(float), count))
+        return np.asarray(2.0 * (-1j) ** orders * scipy.special.spherical_jn(orders, b.imag[:, None]))
     b = np.where(b == 0.0, 1e-200, b)
     bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * scipy.special.ive(orders + 0.5, b[:, None])
     return np.asarray(2.0 * (-1.0) ** orders * bessel)
-
-
-def _spherical(x: Array, count: int) -> Array:
-    """Spherical Bessel functions j_0 .. j_{count-1} of real x, (M, count): by recurrence, up or (x < count) down."""
-    sign = np.where(x < 0.0, -1.0, 1.0)[:, None] ** np.arange(count)
-    x = np.maximum(np.abs(x), 1e-30)
-    first = np.sinc(x / np.pi)
-    second = np.where(x > 1e-2, (first - np.cos(x)) / x, x / 3.0 - x**3 / 30.0 + x**5 / 840.0)
-    bessel = np.zeros((len(x), max(count, 2)))
-    bessel[:, 0], bessel[:, 1] = first, second
-    up = x > count
-    for k in range(2, count):
-        bessel[up, k] = (2 * k - 1) / x[up] * bessel[up, k - 1] - bessel[up, k - 2]
-    down = x[~up]
-    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), bessel.shape[1]))
-    for k in range(count + 10 + int(np.sqrt(40.0 * count)), 0, -1):
-        ratio = 1.0 / ((2 * k + 1) / down - ratio)
-        if k < bessel.shape[1]:
-            ratios[:, k] = ratio
-    # From j_0 or j_1, whichever is the larger: one of them may be next to zero.
-    later = np.where(np.abs(second[~up]) > np.abs(first[~up]), second[~up], first[~up] * ratios[:, 1])
-    bessel[~up, 1] = later
-    bessel[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
-    return np.asarray(sign * bessel[:, :count])
 
 
 def projected(function: Callable[[Array], Array], degree: int) -> Array:
@@ -178,11 +154,8 @@ class Terms:
 
     def bound(self) -> Array:
         """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
-        return np.asarray(np.abs(self.constant) + sum(self.sizes()))
-
-    def sizes(self) -> list[Array]:
-        """Such bounds of the part of each line, whatever its delay."""
-        return [np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread]
+        sizes = (np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread)
+        return np.asarray(np.abs(self.constant) + sum(sizes))
 
     def sizes_beyond(self, phases: Array) -> list[Array]:
         """Bounds (M, a, b) of the part of line i on the imaginary axis where w tau_i >= phases[:, i]."""

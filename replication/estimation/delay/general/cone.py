@@ -159,7 +159,23 @@ class Rates:
 
         Raises InvalidInputError if a combination of measurements is free of noise.
         """
-        return _pivoted(self.y, len(self.u))
+        order = len(self.u)
+        noise = self.y[:, order:]
+        rows, size = noise.shape
+        left, values, right = np.linalg.svd(noise)
+        if rows > size or values[-1] <= DEPENDENT * np.abs(self.y).max():
+            which = int(np.argmax(np.abs(left[:, -1])))
+            raise InvalidInputError(
+                f"a combination of measurements with y[{which}] is free of noise: [D_21, delayed part of y] has rank "
+                f"below {rows}; add noise to row {which} of d21, or drop that measurement"
+            )
+        seen = left @ right[:rows]  # orthonormal rows
+        unit = np.asarray(scipy.linalg.sqrtm(noise @ noise.T).real)
+        change = np.eye(self.y.shape[1])
+        change[order:, :order] = -seen.T @ np.linalg.solve(unit, self.y[:, :order])
+        change[order:, order : order + rows] = seen.T
+        change[order:, order + rows :] = right[rows:].T
+        return change, unit
 
     def without_innovation(self) -> Array:
         """zeta as a function of (u, rest), where eps = 0."""
@@ -187,11 +203,7 @@ def rates(form: LineForm, degree: int) -> Rates:
     zeta = np.eye(size)
     now = np.vstack([zeta[:n], zeta[size - r :]])
     flow = form.now @ now
-    slope, first, last = (
-        legendre.derivative(degree),
-        legendre.evaluate(degree, 0.0)[0],
-        legendre.evaluate(degree, -1.0)[0],
-    )
+    slope, (first, last) = legendre.derivative(degree), legendre.ends(degree)
     lines, start, far = [], n, order
     for line in form.lines:
         m = line.width
@@ -214,7 +226,7 @@ def moment_plant(form: LineForm, order: int) -> FilterModel:
     over = rates(form, order)
     k, size = over.rate.shape
     # The coefficient of p_order makes psi(0) what enters; psi(-1) follows.
-    first, last = legendre.evaluate(order + 1, 0.0)[0], legendre.evaluate(order + 1, -1.0)[0]
+    first, last = legendre.ends(order + 1)
     ends = [
         np.tensordot(last[:-1], line.moments, axes=1)
         + last[-1] / first[-1] * (line.entry - np.tensordot(first[:-1], line.moments, axes=1))
@@ -225,26 +237,6 @@ def moment_plant(form: LineForm, order: int) -> FilterModel:
     basis[k : size - len(over.w)] = np.vstack([np.zeros((0, size)), *ends]) @ known
     rate, z, y = over.rate @ basis, over.z @ basis, over.y @ basis
     return FilterModel(rate[:, :k], rate[:, k:], z[:, :k], z[:, k:], y[:, :k], y[:, k:])
-
-
-def _pivoted(y: Array, order: int) -> tuple[Array, Array]:
-    """zeta in terms of (u, eps, rest), and the unit of eps."""
-    noise = y[:, order:]
-    rows, size = noise.shape
-    left, values, right = np.linalg.svd(noise)
-    if rows > size or values[-1] <= DEPENDENT * np.abs(y).max():
-        which = int(np.argmax(np.abs(left[:, -1])))
-        raise InvalidInputError(
-            f"a combination of measurements with y[{which}] is free of noise: [D_21, delayed part of y] has rank "
-            f"below {rows}; add noise to row {which} of d21, or drop that measurement"
-        )
-    seen = left @ right[:rows]  # orthonormal rows
-    unit = np.asarray(scipy.linalg.sqrtm(noise @ noise.T).real)
-    change = np.eye(y.shape[1])
-    change[order:, :order] = -seen.T @ np.linalg.solve(unit, y[:, :order])
-    change[order:, order : order + rows] = seen.T
-    change[order:, order + rows :] = right[rows:].T
-    return change, unit
 
 
 @dataclass(frozen=True)
@@ -259,12 +251,10 @@ class Storage:
 
 def storage_of(rates: Rates, w: Array, scalars: Array) -> Storage:
     """W_+, the triangles of S_i and T_i, and the level, as the matrices that they are."""
-    matrices = []
-    for unit in _line_units(rates):
-        matrices.append(np.tensordot(scalars[: len(unit)], unit, axes=1))
-        scalars = scalars[len(unit) :]
-    lines = len(rates.lines)
-    return Storage(w, tuple(matrices[:lines]), tuple(matrices[lines:]), float(scalars[0]))
+    units, lines = _line_units(rates), len(rates.lines)
+    parts = np.split(scalars, np.cumsum([len(unit) for unit in units], dtype=int))
+    matrices = [np.tensordot(part, unit, axes=1) for part, unit in zip(parts, units, strict=False)]
+    return Storage(w, tuple(matrices[:lines]), tuple(matrices[lines:]), float(parts[-1][0]))
 
 
 def scalars_of(storage: Storage) -> Array:

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.results import Bracket, Evidence, baselines
+from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, climbed, limit
-from replication.estimation.delay.exact.loop import (
-    error_response,
-    plant_terms,
-)
+from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import gain_bracket, right_roots
-from replication.estimation.delay.exact.smoothing import smoother_bound, worth
+from replication.estimation.delay.exact.smoothing import alone, beside, smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
@@ -232,10 +229,10 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
     """
     designs = Designs(plant, degree)
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
-    aim, alone = np.inf, _alone(plant_terms(plant))
+    aim, without = np.inf, _alone(plant_terms(plant))
     if goal is Goal.MIXED:
         aim = (
-            designs.balance(np.inf if alone is None or np.isnan(alone) else alone)
+            designs.balance(without if isinstance(without, float) else np.inf)
             if level is None
             else designs.above_least(level)
         )
@@ -244,7 +241,7 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
     covariance, reach = error_covariance(plant_terms(plant), observer.terms)
     evidence = (
         *asked,
-        *_mean_facts(plant, covariance, reach, alone),
+        *_mean_facts(plant, covariance, reach, without),
         Evidence("gains computed with", f"{designs.degree} moments of each delay", "filter Riccati equation"),
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
@@ -255,7 +252,7 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
     return made(observer, bracket, evidence, covariance=held, **shown)
 
 
-WHITE = "white noise of unit intensity; spectrum over all frequencies, true exponentials"
+RMS, WHITE = "rms error", "white noise of unit intensity; spectrum over all frequencies, true exponentials"
 
 
 def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
@@ -268,18 +265,12 @@ def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
     except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
         return (Evidence(OF, "open", str(error)),)
     own = _rms(covariance)
-    return Evidence(OF, own, WHITE), *_beside(own, _alone(plant_terms(plant)))
+    return Evidence(OF, own, WHITE), *beside(own, WHITE, _alone(plant_terms(plant)), what=RMS)
 
 
-def _beside(own: float, alone: float | None, limit: float | None = None) -> tuple[Evidence, ...]:
-    """Mean errors to compare with; alone: that of the estimate zero, None if it is infinite, nan if that is open."""
-    if alone is None or not np.isnan(alone):
-        return baselines(own, WHITE, what="rms error", without=alone, limit=limit)
-    unknown = Evidence("rms error without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
-    return unknown, *baselines(own, WHITE, what="rms error", without=None, limit=limit)[1:]
-
-
-def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float | None) -> tuple[Evidence, ...]:
+def _mean_facts(
+    plant: DelayPlant, covariance: Array, reach: float, without: float | Literal["open"] | None
+) -> tuple[Evidence, ...]:
     """The mean error of z, each and together, beside those without sensors, of any observer and of a smoother."""
     own, each = _rms(covariance), np.sqrt(np.diag(covariance)).tolist()
     least, models = _least_rms(plant, own)
@@ -289,7 +280,7 @@ def _mean_facts(plant: DelayPlant, covariance: Array, reach: float, alone: float
     if isinstance(least, float) and own > least * (1 + NOTICED) and returns(plant):
         why = "a disturbance that y has shown acts again later, and the optimal gains jump there"
         facts.append(Evidence("above the least", f"{100 * (own / least - 1):.2g} %", why))
-    return *facts, *_beside(own, alone, _rms(smoother_covariance(plant_terms(plant), reach)))
+    return *facts, *beside(own, WHITE, without, _rms(smoother_covariance(plant_terms(plant), reach)), RMS)
 
 
 def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
@@ -314,11 +305,6 @@ def _rms(covariance: Array) -> float:
     return float(np.sqrt(np.trace(covariance)))
 
 
-def _alone(terms: PlantTerms) -> float | None:
-    """The rms error of the estimate zero; None if it is infinite, nan if a root next to the axis leaves it open."""
-    try:
-        return _rms(error_covariance(terms)[0])
-    except InfeasibleError:
-        return None
-    except (SolverError, np.linalg.LinAlgError):
-        return float(np.nan)
+def _alone(terms: PlantTerms) -> float | Literal["open"] | None:
+    """The rms error of the estimate zero."""
+    return alone(lambda: _rms(error_covariance(terms)[0]))

@@ -19,7 +19,7 @@ from replication.estimation.delay.exact.smoothing import smoother_maps
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
-from replication.estimation.delay.general.synthesis import back_in, require_noise, scaling_of
+from replication.estimation.delay.general.synthesis import in_units_of, require_noise, scaling_of
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.linear.norms import continuous_norm
@@ -213,16 +213,10 @@ class Designs:
                 f"the gains {what} are not found with {self.degree} moments of each delay ({error}); "
                 "raise the level, or set `degree`"
             ) from error
-        n, q, kernels = self.form.states, self.form.measurements, []
-        start, rate = n, self.scaling.sensors / self.scaling.time
-        for line in self.form.lines:
-            stop = start + self.degree * line.width
-            kernels.append(gains[start:stop].reshape(self.degree, line.width, q) * rate)
-            start = stop
-        l0 = gains[:n] / self.scaling.states[:, None] * rate
-        return DelayObserver(
-            self.plant, back_in(self.scaling, self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
-        )
+        n, q = self.form.states, self.form.measurements
+        ends = n + self.degree * np.cumsum([line.width for line in self.form.lines], dtype=int)
+        kernels = [part.reshape(self.degree, -1, q) for part in np.split(gains, [n, *ends])[1:-1]]
+        return in_units_of(self.plant, self.scaling, self.form, gains[:n], np.zeros((self.form.outputs, q)), kernels)
 
     def measures(self, level: float) -> Measures:
         """The exact gain and root mean square of the design at a level."""

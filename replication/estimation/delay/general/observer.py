@@ -9,12 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay.exact.loop import (
-    decided,
-    error_response,
-    mismatched_response,
-    plant_terms,
-)
+from replication.estimation.delay.exact.loop import decided, error_response, mismatched_response, plant_terms
 from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
 from replication.estimation.delay.exact.terms import Kernel, Terms, projected
 from replication.estimation.delay.general.cone import LineForm, moment_plant
@@ -230,7 +225,7 @@ def worst_gain(
     ends = as_array("ranges", asked, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
-    roots = decided(right_roots)(error_response(plant))[1]
+    roots = right_roots(error_response(plant))[1]
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "
@@ -239,5 +234,5 @@ def worst_gain(
     middle = [float(value) for value in ends.mean(axis=1)]
     pairs = [(float(low), float(high)) for low, high in ends]
     response = mismatched_response(plant, observer.terms, middle, pairs)
-    gain = decided(gain_bracket)(response, relative)
+    gain = gain_bracket(response, relative)
     return replace(gain, delays=gain.delays[: len(pairs)])

@@ -117,22 +117,6 @@ def _taps(terms: Terms, dt: float) -> Array:
     return taps
 
 
-def c_form(name: str, comment: str, recursion: SampledObserver) -> str:
-    """The C99 source of the recursion; `name` begins every name in it, `comment` stands at the top.
-
-    Raises InvalidInputError if `name` is no C identifier, too long, or a keyword.
-    """
-    n, p, q, m = recursion.sizes
-    present, now = recursion.present(), recursion.taps[0]
-    tables = {"taps": recursion.taps[1:], "now": now[:, : n + q], "driven": now[:, n + q :]}
-    tables |= {"solve": np.linalg.inv(present), "free": np.linalg.inv(present[:n, :n])}
-    tables |= {"start": np.linalg.inv(present[n:, n:]), "half": np.array([recursion.dt / 2.0])}
-    sizes = {"starts": n, "estimates": n, "outputs": p, "measurements": q, "inputs": m, "first": n + p}
-    sizes |= {"unknowns": n + q, "columns": n + q + m, "rows": n + p + q, "past": len(recursion.taps) - 1}
-    usage = f"{INSTANTS} An instant lasts {recursion.dt!r} s; obs_output gives the estimate of z."
-    return c_file(name, comment, usage, source("delay.c"), sizes, tables)
-
-
 LONGEST = 20_000
 """Samples that are kept, at the most."""
 
@@ -174,9 +158,10 @@ class InnovationsObserver(RunningObserver):
             raise InvalidInputError(f"dt = {self.dt:g} s is too long: the recursion is not stable; sample faster")
         n, _, q, m = self.recursion.sizes
         self._past = np.zeros((len(self.recursion.taps) - 1, n + q + m))
-        self._solve = np.linalg.inv(self.recursion.present())
-        self._free = np.linalg.inv(self.recursion.present()[:n, :n])
-        self._first = np.linalg.inv(self.recursion.present()[n:, n:])
+        present = self.recursion.present()
+        self._solve, self._free, self._first = (
+            np.linalg.inv(part) for part in (present, present[:n, :n], present[n:, n:])
+        )
         super().__init__(n, m, q)
 
     @property
@@ -196,7 +181,13 @@ class InnovationsObserver(RunningObserver):
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; NAME_output gives the estimate of z."""
-        return c_form(name, comment, self.recursion)
+        (n, p, q, m), now, past = self.recursion.sizes, self.recursion.taps[0], self.recursion.taps[1:]
+        tables = {"taps": past, "now": now[:, : n + q], "driven": now[:, n + q :], "solve": self._solve}
+        tables |= {"free": self._free, "start": self._first, "half": np.array([self.dt / 2.0])}
+        sizes = {"starts": n, "estimates": n, "outputs": p, "measurements": q, "inputs": m, "first": n + p}
+        sizes |= {"unknowns": n + q, "columns": n + q + m, "rows": n + p + q, "past": len(past)}
+        usage = f"{INSTANTS} An instant lasts {self.dt!r} s; obs_output gives the estimate of z."
+        return c_file(name, comment, usage, source("delay.c"), sizes, tables)
 
     def to_statespace(self) -> control.StateSpace:
         """From u and y to x^ at the same instant, from rest and from a first sample of zero.

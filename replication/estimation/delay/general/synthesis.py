@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.delay.exact.central import ladder_model, normal_states, whitened
 from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.exact.smoothing import highest, smoother_bound
 from replication.estimation.delay.exact.terms import axis
 from replication.estimation.delay.general.cone import (
     Line,
@@ -80,7 +80,7 @@ def _power(value: float) -> float:
 
 NONE = 1e-6
 """Least singular value, relative to rows of unit length, that counts as none."""
-POINTS, DECADES, ROUNDS = 400, 4, 40
+POINTS, DECADES = 400, 4
 
 
 def require_noise(plant: DelayPlant) -> None:
@@ -115,9 +115,9 @@ def _direct_noise(plant: DelayPlant) -> float:
         total = np.tile(plant.d21.astype(complex), (len(omega), 1, 1))
         for delay, matrix in zip(plant.delays, plant.d21_delayed, strict=True):
             total += np.exp(-1j * omega * delay)[:, None, None] * matrix
-        return np.asarray(np.linalg.svd(total / sizes[:, None], compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(total / sizes[:, None], compute_uv=False)[:, -1])
 
-    return _least(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[1]
+    return -highest(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[0]
 
 
 def _weakest(plant: DelayPlant) -> tuple[float, float]:
@@ -126,23 +126,10 @@ def _weakest(plant: DelayPlant) -> tuple[float, float]:
     grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
 
     def values(omega: Array) -> Array:
-        return np.asarray(np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])
 
-    return _least(values, np.unique(grid))
-
-
-def _least(values: Callable[[Array], Array], omega: Array) -> tuple[float, float]:
-    """Where a function is least, near the least of its values on a grid, and that value."""
-    on_grid = values(omega)
-    best = int(np.argmin(on_grid))
-    left, right = omega[max(best - 1, 0)], omega[min(best + 1, len(omega) - 1)]
-    for _ in range(ROUNDS):
-        first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        low, high = values(np.array([first, second]))
-        left, right = (left, second) if low < high else (first, right)
-    middle = (left + right) / 2.0
-    value = float(values(np.array([middle]))[0])
-    return (middle, value) if value < on_grid[best] else (float(omega[best]), float(on_grid[best]))
+    least, where = highest(values, np.unique(grid))
+    return where, -least
 
 
 DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 50
@@ -244,10 +231,13 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
             f"whether {level:.6g} is reached is lost in rounding (slack {proof.slack:.1e}); ask for a higher level"
         )
     l0, lz, kernels = injection(program.form, program.rates, proof.storage)
-    return proof, DelayObserver(
-        plant,
-        back_in(scaling, program.form),
-        l0 / scaling.states[:, None] / scaling.time * scaling.sensors,
-        lz * scaling.gain**0.5 * scaling.sensors,
-        tuple(kernel / scaling.time * scaling.sensors for kernel in kernels),
-    )
+    return proof, in_units_of(plant, scaling, program.form, l0, lz, kernels)
+
+
+def in_units_of(
+    plant: DelayPlant, scaling: Scaling, form: LineForm, l0: Array, lz: Array, kernels: Iterable[Array]
+) -> DelayObserver:
+    """The observer of a plant, from its gains and lines in the units of `scaling`."""
+    rate = scaling.sensors / scaling.time
+    l0, lz = l0 / scaling.states[:, None] * rate, lz * scaling.gain**0.5 * scaling.sensors
+    return DelayObserver(plant, back_in(scaling, form), l0, lz, tuple(kernel * rate for kernel in kernels))

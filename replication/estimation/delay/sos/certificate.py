@@ -230,11 +230,10 @@ def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: S
     system, count, drive = assembly.system, assembly.count, assembly.drive
     matrices = np.concatenate([block.ravel() for block in solution.blocks])
     own = assembly.storage.shape[1]
-    storage = assembly.storage @ matrices[:own] + epsilon * lie.storage_identity(system, count)
-    dissipation = assembly.dissipation @ matrices[own:]
+    storage = assembly.storage @ matrices[:own] + epsilon * lie.energy(lie.state_space(system, count))
     cross, level = lie.supply(system, count, drive)
-    total = assembly.derivative @ storage + cross + gamma * level + dissipation
-    total = total + epsilon * lie.dissipation_identity(system, count)
+    total = assembly.derivative @ storage + cross + gamma * level + assembly.dissipation @ matrices[own:]
+    total = total + epsilon * lie.energy(lie.derivative_space(system, count), lie.point_offsets(system)[1])
     return Certificate(
         system=system,
         change=assembly.change,

@@ -188,57 +188,29 @@ def cone_map(block: ConeBlock, space: FormSpace) -> scipy.sparse.csr_array:
 
     M is ordered as ζ: x; then Z_1 by (degree, function); then Z_2 by (member, function).
     """
-    size, points, width = block.size(space), space.points, space.functions
-    first, second = block.kernel_basis()
-    count = block.degree + 1
+    size, points, count = block.size(space), space.points, block.degree + 1
     moments = legendre.products(1, count, count, block.weighted)[0]  # ∫g p_a p_b
     triple = legendre.products(space.count, count, count, block.weighted)  # coefficients of g p_a p_b
-    x = np.arange(points, dtype=np.int64)
-    function = np.arange(width, dtype=np.int64)
-    z1, z2 = points, points + count * width
-    entries: list[tuple[Index, Index, Index, float]] = []  # row of M, column of M, monomial, weight
-
-    def add(rows: Index, columns: Index, monomial: Index, weight: float) -> None:
-        shape = np.broadcast_shapes(rows.shape, columns.shape, monomial.shape)
-        row, column, target = (np.broadcast_to(part, shape).ravel() for part in (rows, columns, monomial))
-        entries.append((row, column, target, weight))
-
-    left, up = function[:, None], function[None, :]
-    add(x[:, None], x[None, :], space.pair(x[:, None], x[None, :]), float(moments[0, 0]))
-    for a in range(count):
-        columns = z1 + a * width + up
-        for c in range(space.count):
-            # x against Z_1, and Z_1 against Z_1 (the multiplier S). Most weights are zero.
-            if triple[c, a, 0]:
-                add(x[:, None], columns, space.pair(x[:, None], space.moment(c, up)), 2.0 * float(triple[c, a, 0]))
-            for b in np.flatnonzero(triple[c, a]).tolist():
-                rows = z1 + b * width + left
-                add(rows, columns, space.multiplier(np.int64(c), left, up), float(triple[c, a, b]))  # type: ignore[arg-type]
-    for member, (inner, outer) in enumerate(zip(first, second, strict=True)):
-        columns = z2 + member * width + up
-        target = space.moment(outer, up)
-        if moments[0, inner]:
-            add(x[:, None], columns, space.pair(x[:, None], target), 2.0 * float(moments[0, inner]))
-        for a in range(count):
-            for c in np.flatnonzero(triple[:, a, inner]).tolist():
-                rows = z1 + a * width + left
-                add(rows, columns, space.pair(space.moment(c, left), target), 2.0 * float(triple[c, a, inner]))
-        for other in np.flatnonzero(moments[first, inner]).tolist():
-            rows = z2 + other * width + left
-            weight = float(moments[first[other], inner])
-            add(rows, columns, space.pair(space.moment(second[other], left), target), weight)
-    return _assemble(entries, space.size, size)
-
-
-def _assemble(entries: list[tuple[Index, Index, Index, float]], monomials: int, size: int) -> scipy.sparse.csr_array:
-    """Sum the entries into a sparse matrix that gives M_pq and M_qp the same weight."""
-    rows = np.concatenate([entry[0] for entry in entries])
-    columns = np.concatenate([entry[1] for entry in entries])
-    target = np.concatenate([entry[2] for entry in entries])
-    weights = np.concatenate([np.full(entry[0].size, entry[3] / 2.0) for entry in entries])
-    where = (np.concatenate([target, target]), np.concatenate([rows * size + columns, columns * size + rows]))
-    matrix = scipy.sparse.coo_array((np.concatenate([weights, weights]), where), shape=(monomials, size * size)).tocsr()
-    matrix.sum_duplicates()
+    function = np.arange(space.functions, dtype=np.int64)
+    # Rows p_a(η)u of x and Z_2, u a functional; rows p_a(η)φ of Z_1.
+    inner, outer = block.kernel_basis()
+    z1 = points + np.arange(count * space.functions)
+    rows = np.delete(np.arange(size), z1)
+    degree = np.concatenate([np.zeros(points, dtype=np.int64), np.repeat(inner, space.functions)])
+    u = np.concatenate([np.arange(points), space.moment(outer[:, None], function).ravel()])
+    a, phi = np.repeat(np.arange(count), space.functions), np.tile(function, count)
+    both = moments[degree[:, None], degree]
+    mixed, local = 2.0 * triple[:, a[:, None], degree], triple[:, a[:, None], a]
+    i, j = np.nonzero(both)
+    c, m, k = np.nonzero(mixed)
+    d, p, q = np.nonzero(local)
+    row = np.concatenate([rows[i], rows[k], z1[p]])
+    column = np.concatenate([rows[j], z1[m], z1[q]])
+    monomial = space.pair(u[i], u[j]), space.pair(u[k], space.moment(c, phi[m])), space.multiplier(d, phi[p], phi[q])
+    weights = np.concatenate([both[i, j], mixed[c, m, k], local[d, p, q]]) / 2.0
+    # M_pq and M_qp have the same weight.
+    where = np.tile(np.concatenate(monomial), 2), np.concatenate([row * size + column, column * size + row])
+    matrix = scipy.sparse.coo_array((np.tile(weights, 2), where), shape=(space.size, size * size)).tocsr()
     matrix.eliminate_zeros()
     return matrix
 

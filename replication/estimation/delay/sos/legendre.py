@@ -32,6 +32,12 @@ def evaluate(count: int, points: Array | float) -> Array:
     return values
 
 
+def ends(count: int) -> tuple[Array, Array]:
+    """p_0..p_{count-1} at 0 and at -1, each of shape (count,)."""
+    norms: Array = np.sqrt(2.0 * np.arange(count) + 1.0)
+    return norms, (-1.0) ** np.arange(count) * norms
+
+
 @cache
 def derivative(count: int) -> Array:
     """Matrix D with p_a' = Σ_c D[c, a] p_c; shape (count, count)."""

@@ -82,27 +82,19 @@ def point_offsets(system: DelayPlant) -> tuple[int, int, int]:
     return v, e, e + system.states
 
 
-def _rates(system: DelayPlant, source: FormSpace, target: FormSpace, drive: Drive) -> tuple[Array, Array]:
-    """E and D with u = E h and du/dt = D h for the functionals u of V; shapes (source, target functionals)."""
+def _rates(system: DelayPlant, source: FormSpace, target: FormSpace, drive: Drive) -> tuple[Index, Array]:
+    """Where each functional u of V stands among those of h, and D with du/dt = D h (source, target functionals)."""
     n, width, count = system.states, source.functions, source.count
     _, e, late = point_offsets(system)
-    embed = np.zeros((source.functionals, target.functionals))
-    rate = np.zeros_like(embed)
-    embed[:n, e : e + n] = np.eye(n)
+    where = np.concatenate([np.arange(e, e + n), np.arange(target.points, target.functionals)])
+    per_delay = np.diag(np.repeat(1.0 / np.array(system.delays), n))
+    rate = np.zeros((source.functionals, target.functionals))
+    now, before = (values[:, None] for values in legendre.ends(count))
     rate[:n, : target.points] = drive.rate
-    moments = source.points + np.arange(count * width)
-    embed[moments, target.points + np.arange(count * width)] = 1.0
-    per_delay = np.repeat(1.0 / np.array(system.delays), n)
-    now, before = legendre.evaluate(count, 0.0)[0], legendre.evaluate(count, -1.0)[0]
-    slope = legendre.derivative(count)
-    function = np.arange(width)
-    for c in range(count):
-        rows = source.moment(c, function)
-        rate[rows, e + function % n] += now[c] * per_delay
-        rate[rows, late + function] -= before[c] * per_delay
-        for lower in range(c):
-            rate[rows, target.moment(lower, function)] -= slope[lower, c] * per_delay
-    return embed, rate
+    rate[n:, e:late] = np.kron(now, per_delay @ np.tile(np.eye(n), (system.delay_count, 1)))
+    rate[n:, late : late + width] = -np.kron(before, per_delay)
+    rate[n:, target.points :] = -np.kron(legendre.derivative(count).T, per_delay)
+    return where, rate
 
 
 def lie_derivative(system: DelayPlant, count: int, drive: Drive | None = None) -> scipy.sparse.csr_array:
@@ -112,26 +104,14 @@ def lie_derivative(system: DelayPlant, count: int, drive: Drive | None = None) -
     The columns of multiplier monomials that couple two different delays are empty: V must not contain them.
     """
     source, target = state_space(system, count), derivative_space(system, count)
-    embed, rate = _rates(system, source, target, drive or direct(system))
-    where = np.argmax(embed, axis=1)  # each functional of V is one functional of h
-    rates = scipy.sparse.csr_array(rate)
-    first, second = triangle(source.functionals)
-    monomial = np.arange(first.size, dtype=np.int64)
-    rows, columns, values = [], [], []
-    for fixed, moving in ((first, second), (second, first)):
-        lengths = np.diff(rates.indptr)[moving]
-        # Position in the rows of `rates` of every term of du_moving/dt, one run per monomial.
-        start = np.repeat(rates.indptr[moving] - np.concatenate([[0], np.cumsum(lengths)[:-1]]), lengths)
-        position = start + np.arange(lengths.sum())
-        rows.append(target.pair(np.repeat(where[fixed], lengths), rates.indices[position].astype(np.int64)))
-        columns.append(np.repeat(monomial, lengths))
-        values.append(rates.data[position])
-    extra = _multiplier_terms(system, source, target)
-    rows.append(extra[0])
-    columns.append(extra[1])
-    values.append(extra[2])
-    data = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return scipy.sparse.coo_array(data, shape=(target.size, source.size)).tocsr()
+    where, rate = _rates(system, source, target, drive or direct(system))
+    moving, kept = scipy.sparse.coo_array(rate), np.arange(source.functionals)[:, None]
+    # The part of u_p u_q that moves with u_q, for all p; a square moves twice.
+    rows, columns = target.pair(where[kept], moving.col), source.pair(kept, moving.row)
+    values = np.where(kept == moving.row, 2.0, 1.0) * moving.data
+    more = _multiplier_terms(system, source, target)
+    row, column, value = (np.concatenate([a.ravel(), b]) for a, b in zip((rows, columns, values), more, strict=True))
+    return scipy.sparse.coo_array((value, (row, column)), shape=(target.size, source.size)).tocsr()
 
 
 def _multiplier_terms(system: DelayPlant, source: FormSpace, target: FormSpace) -> tuple[Index, Index, Array]:
@@ -139,38 +119,23 @@ def _multiplier_terms(system: DelayPlant, source: FormSpace, target: FormSpace) 
     n = system.states
     _, e, late = point_offsets(system)
     degree, first, second = source.multiplier_functions()
-    column = source.pair_count + np.arange(degree.size, dtype=np.int64)
-    same = first // n == second // n
-    degree, first, second, column = degree[same], first[same], second[same], column[same]
+    same = np.flatnonzero(first // n == second // n)
+    degree, first, second, column = degree[same], first[same], second[same], source.pair_count + same
     speed = 1.0 / np.array(system.delays)[first // n]
-    now, before = legendre.evaluate(source.count, 0.0)[0], legendre.evaluate(source.count, -1.0)[0]
-    slope = legendre.derivative(source.count)
-    rows = [target.pair(e + first % n, e + second % n), target.pair(late + first, late + second)]
-    columns = [column, column]
-    values = [now[degree] * speed, -before[degree] * speed]
-    for lower in range(source.count):
-        weight = -slope[lower, degree] * speed
-        keep = weight != 0.0
-        rows.append(target.multiplier(np.int64(lower), first[keep], second[keep]))  # type: ignore[arg-type]
-        columns.append(column[keep])
-        values.append(weight[keep])
-    return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+    (now, before), slope = legendre.ends(source.count), legendre.derivative(source.count)
+    lower, at = np.nonzero(slope[:, degree])
+    rows = target.pair(e + first % n, e + second % n), target.pair(late + first, late + second)
+    values = now[degree] * speed, -before[degree] * speed, -slope[lower, degree[at]] * speed[at]
+    return (
+        np.concatenate([*rows, target.multiplier(lower, first[at], second[at])]),
+        np.concatenate([column, column, column[at]]),
+        np.concatenate(values),
+    )
 
 
-def storage_identity(system: DelayPlant, count: int) -> Array:
-    """Coefficients of |e|² + Σ∫|φ_i|² in the space of V: what ε multiplies in Theorem 3."""
-    space = state_space(system, count)
-    return _identity(space, np.arange(system.states))
-
-
-def dissipation_identity(system: DelayPlant, count: int) -> Array:
-    """Coefficients of |e|² + Σ∫|φ_i|² in the space of dV/dt."""
-    _, e, _ = point_offsets(system)
-    return _identity(derivative_space(system, count), np.arange(e, e + system.states))
-
-
-def _identity(space: FormSpace, points: Index) -> Array:
-    coefficients = np.zeros(space.size)
+def energy(space: FormSpace, e: int = 0) -> Array:
+    """Coefficients of |e|² + Σ∫|φ_i|², e from that point variable on: what ε multiplies in Theorem 3."""
+    coefficients, points = np.zeros(space.size), np.arange(e, e + space.channels)
     coefficients[space.pair(points, points)] = 1.0
     function = np.arange(space.functions, dtype=np.int64)
     coefficients[space.multiplier(np.int64(0), function, function)] = 1.0  # type: ignore[arg-type]
@@ -183,11 +148,10 @@ def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[
     drive: as in `lie_derivative`.
     """
     space = derivative_space(system, count)
-    v, e, late = point_offsets(system)
+    v, e, _ = point_offsets(system)
     cross, level = np.zeros(space.size), np.zeros(space.size)
     outputs = np.hstack([system.c10, *system.c1])
     rows, columns = np.divmod(np.arange(outputs.size), outputs.shape[1])
-    assert late == e + system.states  # the columns of [C_10 C_11 .. C_1K] follow the order of h
     cross[space.pair(v + rows, e + columns)] = 2.0 * outputs.ravel()
     signal = (drive or direct(system)).signal
     weight = signal.T @ signal
@@ -206,18 +170,15 @@ def absorbed(system: DelayPlant, count: int) -> npt.NDArray[np.bool_]:
     space = derivative_space(system, count)
     n, q, k = system.states, system.measurements, system.delay_count
     _, e, late = point_offsets(system)
-    group = np.zeros(space.functionals, dtype=np.int64)  # 0 for w and v, 1 e, 2 φ(-1), 3 moment
-    group[e:late], group[late : space.points], group[space.points :] = 1, 2, 3
-    measured = np.zeros(space.functionals, dtype=bool)
     hidden = np.arange(n) >= n - q
-    measured[e : space.points] = np.tile(hidden, k + 1)
-    measured[space.points :] = np.tile(hidden, k * count)
+    measured = np.concatenate([np.zeros(e, dtype=bool), np.tile(hidden, 1 + k + k * count)])
+    position = np.arange(space.functionals)
+    end = (position >= late) & (position < space.points)
+    state = (position >= e) & ~end  # e and the moments
     first, second = triangle(space.functionals)
-    low, high = group[first], group[second]
-    either = measured[first] | measured[second]
-    inside = ((low == 1) & (high == 1)) | ((low == 1) & (high == 3)) | ((low == 3) & (high == 3))
-    end = ((low == 1) & (high == 2) & measured[second]) | ((low == 2) & (high == 3) & measured[first])
+    inside = state[first] & state[second] & (measured[first] | measured[second])
+    ends = (state[first] & (end & measured)[second]) | ((end & measured)[first] & state[second])
     _, left, right = space.multiplier_functions()
     multiplier = (left // n == right // n) & (np.tile(hidden, k)[left] | np.tile(hidden, k)[right])
-    mask: npt.NDArray[np.bool_] = np.concatenate([(inside & either) | end, multiplier])
+    mask: npt.NDArray[np.bool_] = np.concatenate([inside | ends, multiplier])
     return mask

@@ -23,12 +23,7 @@ if TYPE_CHECKING:
     from replication.estimation.api.running import RunningObserver
 
 
-def error_system(
-    system: DelayPlant,
-    gains: ObserverGains,
-    order: int = 40,
-    scheme: Scheme = Scheme.CHEBYSHEV,
-) -> Stage:
+def error_system(system: DelayPlant, gains: ObserverGains, order: int = 40, scheme: Scheme = Scheme.CHEBYSHEV) -> Stage:
     """The error of the observer (2) with `gains`, histories at order + 1 points; its first n states are the error of x.
 
     Gains of an observer close to the optimum vary quickly in η: compare two orders before trusting the result. Raises

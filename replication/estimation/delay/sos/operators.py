@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.plant import DelayPlant
@@ -44,28 +45,6 @@ class Operator:
         return int(self.row.shape[-1])
 
 
-def padded(array: Array, count: int, axes: tuple[int, ...]) -> Array:
-    """`array` with `count` entries along each axis: zeros appended, or the highest coefficients dropped."""
-    for axis in axes:
-        missing = count - array.shape[axis]
-        if missing > 0:
-            array = np.pad(array, [(0, missing if i == axis else 0) for i in range(array.ndim)])
-        elif missing < 0:
-            array = np.take(array, np.arange(count), axis=axis)
-    return array
-
-
-def resized(operator: Operator, count: int) -> Operator:
-    """The operator with `count` coefficients: padded, or projected on the first ones."""
-    return Operator(
-        operator.point,
-        padded(operator.row, count, (3,)),
-        padded(operator.column, count, (2,)),
-        padded(operator.multiplier, count, (3,)),
-        padded(operator.kernel, count, (2, 5)),
-    )
-
-
 def self_adjoint(core: Array, multiplier: Array, points: int, delays: int, channels: int) -> Operator:
     """The operator of the form uᵀWu + Σ∫φᵀSφ: `core` W (m + C·nK)², `multiplier` (C, nK, nK), as `FormSpace.split`."""
     count = multiplier.shape[0]
@@ -99,14 +78,13 @@ QUADRATURE = 64
 class Inverse:
     """The parts of the inverse that are matrices; the functions follow from them and from S.
 
-    point (n, n): P̂. h (n, K, n, C): Ĥ. gamma (K, n, C, K, n, C): Γ̂. moment (K, n, C, n, C): the blocks of K.
+    point (n, n): P̂. h (n, K, n, C): Ĥ. gamma (K, n, C, K, n, C): Γ̂.
     """
 
     operator: Operator
     point: Array
     h: Array
     gamma: Array
-    moment: Array
 
 
 def multiplier_inverse(operator: Operator, points: Array) -> Array:
@@ -132,12 +110,8 @@ def invert(operator: Operator) -> Inverse:
     inverse = multiplier_inverse(operator, nodes)
     moment = np.einsum("t,tc,tkij,td->kicjd", weights, basis, inverse, basis, optimize=True)
     width = delays * channels * count
-    h = operator.row.reshape(size, width)
-    gamma = operator.kernel.reshape(width, width)
-    big = np.zeros((delays, channels * count, delays, channels * count))
-    for k in range(delays):
-        big[k, :, k, :] = moment[k].reshape(channels * count, channels * count)
-    diagonal = big.reshape(width, width)
+    h, gamma = operator.row.reshape(size, width), operator.kernel.reshape(width, width)
+    diagonal = scipy.linalg.block_diag(*moment.reshape(delays, channels * count, channels * count))
     eye = np.eye(width)
     solved = np.linalg.solve(operator.point, h)
     middle = diagonal @ h.T @ solved - eye - diagonal @ gamma
@@ -150,7 +124,6 @@ def invert(operator: Operator) -> Inverse:
         np.asarray(point, dtype=float),
         hat.reshape(size, *shape),
         np.asarray(gamma_hat, dtype=float).reshape(*shape, *shape),
-        np.asarray(moment, dtype=float),
     )
 
 
@@ -203,7 +176,8 @@ def injection_operator(certificate: Certificate) -> Operator:
     space = lie.derivative_space(system, count)
     _, e, late = lie.point_offsets(system)
     whole = self_adjoint(*space.split(certificate.residual), space.points, k, n)
-    weight = _measured_weight(n, q)  # share of a symmetric coefficient that the column side takes
+    measured = (np.arange(n) >= n - q).astype(float)
+    weight = measured * (1.0 - measured[:, None] / 2.0)  # the share of a symmetric coefficient that a column takes
     now = slice(e, e + n)
     point = np.zeros((n, k + 1, n))
     point[:, 0] = whole.point[now, now] * weight
@@ -222,15 +196,6 @@ def injection_operator(certificate: Certificate) -> Operator:
         np.einsum("kimc,mq->kiqc", multiplier[:, :, n - q :], sensor),
         np.einsum("kiclmd,mq->kiclqd", kernel[..., n - q :, :], sensor),
     )
-
-
-def _measured_weight(n: int, q: int) -> Array:
-    """Weights (row, column): 1 if only the column is measured, 1/2 if both, 0 if the column is not measured."""
-    measured = np.arange(n) >= n - q
-    weight = np.zeros((n, n))
-    weight[:, measured] = 1.0
-    weight[np.ix_(measured, measured)] = 0.5
-    return weight
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
@@ -299,18 +264,18 @@ class GalerkinCheck:
 
 def matrix(operator: Operator, count: int) -> Array:
     """⟨ψ, 𝒪φ⟩ on histories with `count` coefficients, ordered (x; φ_1 channel by channel, coefficient last; φ_2 ..)."""
-    full = resized(operator, count)
+    fit = np.eye(count, operator.count)  # appends zeros, or leaves the highest coefficients out
+    delays, out = operator.column.shape[:2]
+    row, column = operator.row @ fit.T, np.einsum("kicm,ac->kiam", operator.column, fit)
+    kernel = np.einsum("kicljd,ac,bd->kialjb", operator.kernel, fit, fit, optimize=True)
     product = legendre.products(count, operator.count, count, False)
-    delays, out, _, into = full.column.shape[0], full.column.shape[1], count, full.row.shape[2]
-    local = np.einsum("cad,kija->kicjd", product, operator.multiplier)
-    kernel = full.kernel.copy()
-    for k in range(delays):
-        kernel[k, :, :, k] += local[k]
-    points_out, points_in = full.point.shape
+    for k, local in enumerate(np.einsum("cad,kija->kicjd", product, operator.multiplier)):
+        kernel[k, :, :, k] += local
+    points_out, points_in = operator.point.shape
     return np.block(
         [
-            [full.point, full.row.reshape(points_out, -1)],
-            [full.column.reshape(-1, points_in), kernel.reshape(delays * out * count, delays * into * count)],
+            [operator.point, row.reshape(points_out, -1)],
+            [column.reshape(-1, points_in), kernel.reshape(delays * out * count, -1)],
         ]
     )
 
@@ -318,39 +283,25 @@ def matrix(operator: Operator, count: int) -> Array:
 def generator(system: DelayPlant, count: int) -> Array:
     """𝒜 on polynomial histories: (x, φ) ↦ (A_0x + ΣA_iφ_i(-1), φ_i'/τ_i), in the order of `matrix`."""
     n, k = system.states, system.delay_count
-    size = n + k * n * count
-    late = end_values(system, count, -1.0)
-    result = np.zeros((size, size))
-    result[:n, :n] = system.a0
-    for i, a in enumerate(system.a):
-        result[:n] += a @ late[i]
-    rates = np.kron(np.eye(n), legendre.derivative(count))
-    for i, delay in enumerate(system.delays):
-        part = slice(n + i * n * count, n + (i + 1) * n * count)
-        result[part, part] = rates / delay
+    rates = np.kron(np.eye(k * n), legendre.derivative(count)) / np.repeat(system.delays, n * count)[:, None]
+    result: Array = scipy.linalg.block_diag(system.a0, rates)
+    for a, late in zip(system.a, end_values(system, count, -1.0), strict=True):
+        result[:n] += a @ late
     return result
 
 
 def end_values(system: DelayPlant, count: int, point: float) -> Array:
     """Rows that evaluate φ_i at `point`: shape (K, n, size)."""
     n, k = system.states, system.delay_count
-    values = legendre.evaluate(count, point)
-    rows = np.zeros((k, n, n + k * n * count))
-    for i in range(k):
-        start = n + i * n * count
-        rows[i, :, start : start + n * count] = np.kron(np.eye(n), values)
-    return rows
+    rows = np.kron(np.eye(k * n), legendre.evaluate(count, point))
+    return np.hstack([np.zeros((k * n, n)), rows]).reshape(k, n, -1)
 
 
 def measured_histories(system: DelayPlant, count: int) -> Array:
     """𝒞_2 with end values: (x, φ) ↦ (y_0, y_1(-1), .., y_K(-1); y_i), in the order of `matrix`."""
-    n, k = system.states, system.delay_count
-    size = n + k * n * count
-    now = np.hstack([system.c2, np.zeros((system.measurements, size - n))])
-    late = [system.c2 @ rows for rows in end_values(system, count, -1.0)]
-    spread = np.kron(np.eye(k), np.kron(system.c2, np.eye(count)))
-    histories = np.hstack([np.zeros((spread.shape[0], n)), spread])
-    return np.vstack([now, *late, histories])
+    q, each = system.measurements, np.kron(np.eye(system.delay_count), np.kron(system.c2, np.eye(count)))
+    whole = scipy.linalg.block_diag(system.c2, each)
+    return np.vstack([whole[:q], *(system.c2 @ end_values(system, count, -1.0)), whole[q:]])
 
 
 def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
@@ -363,7 +314,7 @@ def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
     rate = storage @ generator(system, count) + injection
     late = end_values(system, count, -1.0)
     size = storage.shape[0]
-    output = np.hstack([system.c10, np.zeros((p, size - n))]) + sum(c @ late[i] for i, c in enumerate(system.c1))
+    output = np.pad(system.c10, ((0, 0), (0, size - n))) + sum(c @ late[i] for i, c in enumerate(system.c1))
     drive = -storage[:, :n] @ system.b
     gamma = certificate.gamma
     form = np.block(
@@ -377,7 +328,7 @@ def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
     now = end_values(system, count, 0.0)
     meet = np.vstack([rows - np.eye(n, size) for rows in now])
     domain = np.linalg.svd(meet)[2][meet.shape[0] :].T
-    basis = np.block([[np.eye(r + p), np.zeros((r + p, domain.shape[1]))], [np.zeros((size, r + p)), domain]])
+    basis = scipy.linalg.block_diag(np.eye(r + p), domain)
     restricted = basis.T @ form @ basis
     return GalerkinCheck(
         storage=float(np.linalg.eigvalsh((storage + storage.T) / 2.0)[0]),

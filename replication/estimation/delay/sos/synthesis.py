@@ -114,23 +114,18 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     if epsilon != 0.0:
         positive_scalar("epsilon", epsilon)
     system, count, drive = assembly.system, assembly.count, assembly.drive
-    v_space = lie.state_space(system, count)
+    v_space, h_space = lie.state_space(system, count), lie.derivative_space(system, count)
     cross, level = lie.supply(system, count, drive)
-    constant = cross + epsilon * (
-        lie.dissipation_identity(system, count) + assembly.derivative @ lie.storage_identity(system, count)
-    )
+    strict = lie.energy(h_space, lie.point_offsets(system)[1]) + assembly.derivative @ lie.energy(v_space)
+    constant = cross + epsilon * strict
     _, first, second = v_space.multiplier_functions()
     coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
-    empty = scipy.sparse.csr_array((coupled.size, assembly.dissipation.shape[1]))
     kept = assembly.kept
+    forms = assembly.derivative[kept] @ assembly.storage, assembly.dissipation[kept]
+    blocks = [[None, assembly.storage[coupled], None], [scipy.sparse.csr_array(level[kept][:, None]), *forms]]
     if gamma is not None:
-        constant = constant + gamma * level
-    columns = [assembly.derivative[kept] @ assembly.storage, assembly.dissipation[kept]]
-    upper = [assembly.storage[coupled], empty]
-    if gamma is None:
-        columns.insert(0, scipy.sparse.csr_array(level[kept][:, None]))
-        upper.insert(0, scipy.sparse.csr_array((coupled.size, 1)))
-    matrix = scipy.sparse.vstack([scipy.sparse.hstack(upper), scipy.sparse.hstack(columns)], format="csr")
+        constant, blocks = constant + gamma * level, [row[1:] for row in blocks]
+    matrix = scipy.sparse.block_array(blocks, format="csr")
     right = np.concatenate([np.zeros(coupled.size), -constant[kept]])
     used = np.diff(matrix.indptr) > 0
     if np.any(right[~used] != 0.0):

@@ -11,11 +11,11 @@ import scipy
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.results import LITTLE, Bracket, Evidence, baselines
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import BadSequence, worst_sequence
-from replication.estimation.nonuniform.filters import Estimator, periodic_gain
+from replication.estimation.nonuniform.bounds.worst_case import worst_sequence
+from replication.estimation.nonuniform.filters import Estimator, gains_at, periodic_gain
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.design import StampedFilter, kalman_filter
+from replication.estimation.nonuniform.stamped.design import StampedFilter, kalman_filters
 
 LEAVES = 4
 """Lyapunov matrices for the level without sensors, whose guarantee gains little by more."""
@@ -34,28 +34,16 @@ SETTLED = 1 - 1e-9
 
 
 def beside(
-    plant: SampledPlant,
-    filter_: Estimator,
-    periods: PeriodRange,
-    ends: tuple[float, float],
-    *,
-    horizon: int,
+    plant: SampledPlant, filter_: Estimator, periods: PeriodRange, ends: tuple[float, float], *, horizon: int
 ) -> tuple[float, tuple[Evidence, ...]]:
     """What a level over all sequences is worth: without sensors by the same measure, others at constant periods.
 
     ends: what a sequence attains, and what none exceeds. The lower one comes back first: a constant period is a
     sequence, too, so that it is at least what the filter has there.
     """
-    nodes = [float(h) for h in periods.nodes(COMPARED if periods.h_l < periods.h_u else 1)]
-
-    def largest(filters: Sequence[Estimator]) -> float:
-        pairs = zip(filters, nodes, strict=True)
-        return max(periodic_gain(plant, filter_.at(h), [h]).value for filter_, h in pairs)
-
-    own = largest([filter_] * len(nodes))
-    known = [kalman_filter(plant, h) for h in nodes]
-    filters = [filter_ for filter_ in known if filter_ is not None]
-    kalman = largest(filters) if len(filters) == len(nodes) else None
+    nodes = periods.nodes(COMPARED if periods.h_l < periods.h_u else 1).tolist()
+    own, filters = float(max(gains_at(plant, [filter_] * len(nodes), nodes))), kalman_filters(plant, nodes)
+    kalman = float(max(gains_at(plant, filters, nodes))) if filters else None
     how = f"largest of {len(nodes)} constant periods"
     level = Bracket(min(max(ends[0], own), ends[1]), ends[1], "")
     facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
@@ -101,7 +89,7 @@ def zero_at_constant_periods(plant: SampledPlant, periods: Sequence[float]) -> f
     """The largest gain of the estimate zero at constant periods; None if it is infinite."""
     if np.max(np.abs(np.linalg.eigvals(plant.discretise(max(periods))[0]))) >= SETTLED:
         return None
-    return max(periodic_gain(plant, zero_filter(plant), [h]).value for h in periods)
+    return float(max(gains_at(plant, [zero_filter(plant)] * len(periods), periods)))
 
 
 def smoother_limit(plant: SampledPlant, h: float) -> float:
@@ -151,16 +139,3 @@ def searched(horizon: int) -> Iterator[None]:
             f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
             "widen the range of sampling periods"
         ) from error
-
-
-def ends_found(attack: BadSequence, lower: float, matrices: int) -> tuple[Evidence, Evidence]:
-    """How both ends of a bracket were found; lower: the end itself, above the level of the attack if constant periods
-    are worse in the long run."""
-    what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
-    if lower > attack.level:
-        what, how = "a constant period", "exact gain over all time"
-    upper = f"{matrices} Lyapunov matrices"
-    return (
-        Evidence("lower end attained by", what, how),
-        Evidence("upper end proved by", upper, "certificate for the continuum of periods"),
-    )

@@ -23,7 +23,6 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.program import ALMOST, SolverReport
 from replication.estimation.nonuniform.bounds.path_lyapunov import (
     ROUGH,
-    Cells,
     ContextTree,
     ErrorSystem,
     PathSolution,
@@ -63,11 +62,11 @@ class Certificate:
     periods: Array
 
 
-def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, target: float) -> Certificate:
+def certify(system: ErrorSystem, edges: tuple[float, ...], tree: ContextTree, P: Array, target: float) -> Certificate:
     """The level that P (leaves, N, N) proves; pieces are halved until it is at most `target`, or HALVINGS times."""
     steps = np.array(tree.transitions())
     needs, periods = np.zeros(len(steps)), np.zeros(len(steps))
-    for letter, ends in enumerate(pairwise(cells.edges)):
+    for letter, ends in enumerate(pairwise(edges)):
         chosen = steps[:, 1] == letter
         pairs = P[steps[chosen, 0]], P[steps[chosen, 2]]
         needs[chosen], periods[chosen] = cell_needs(system, *pairs, ends, (target / system.level) ** 2)
@@ -215,21 +214,27 @@ EXCHANGES = 3
 class Guarantee:
     """A level proved for every sampling sequence in [h_l, h_u].
 
-    level: upper bound of the gain; leaves, depth: size of the context tree, most periods ahead; history: the best level
-    proved with at most so many leaves; cells, tree, P, system: the certificate, which `certify` checks again; ended:
-    why the tree grew no further.
+    level: upper bound of the gain; history: the best level proved with at most so many leaves; edges, tree, P, system:
+    the certificate, which `certify` checks again.
     """
 
     level: float
-    leaves: int
-    depth: int
     history: tuple[tuple[int, float], ...]
-    cells: Cells
+    edges: tuple[float, ...]
     tree: ContextTree
     P: Array
     system: ErrorSystem
     report: SolverReport
-    ended: str
+
+    @property
+    def leaves(self) -> int:
+        """Size of the context tree."""
+        return len(self.tree.leaves)
+
+    @property
+    def depth(self) -> int:
+        """Most periods ahead that a leaf knows."""
+        return max(map(len, self.tree.leaves))
 
 
 def guaranteed_level(
@@ -252,23 +257,22 @@ def guaranteed_level(
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
     natural = _natural(plant, filter_, periods.middle, per_duration)
-    system, best = _common(natural, periods)
+    best = _common(natural, periods)
+    system = best.system
     history = [(1, best.level)]
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
         return best
-    samples, tree = Samples(Cells(edges)), ContextTree.one_step(len(edges) - 1)
-    ended, exchanges = "", 0
-    while not ended:
+    samples, tree = Samples(edges), ContextTree.one_step(len(edges) - 1)
+    exchanges = 0
+    while True:
         seen = samples
         try:
             solution, samples, proof = _solve_until_proved(system, samples, tree, exchanges)
-        except SolverError as error:
-            # What was proved so far stands: a certificate does not depend on the next one.
-            ended = str(error)
-            break
+        except SolverError:
+            break  # what was proved so far stands: a certificate does not depend on the next one
         if proof.level < best.level:
-            best = _guarantee(system, samples.cells, tree, solution, proof, ())
+            best = Guarantee(proof.level, (), samples.edges, tree, solution.P, system, solution.report)
         history.append((len(tree.leaves), best.level))
         count = max(1, int(GROWTH * len(tree.leaves)))
         longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
@@ -278,8 +282,8 @@ def guaranteed_level(
             # Samples that were found missing are kept, so that only the last tree is solved more than once.
             exchanges = EXCHANGES
         else:
-            ended = f"more than {limit} leaves would be needed"
-    return replace(best, history=tuple(history), ended=ended)
+            break
+    return replace(best, history=tuple(history))
 
 
 def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, ...]:
@@ -294,24 +298,25 @@ def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, .
     return edges
 
 
-def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[ErrorSystem, Guarantee]:
-    """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
+def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
+    """The common Lyapunov function, its error system in coordinates and units in which it is about the identity."""
     tree = ContextTree.one_step(1)
     for roundings in ROUNDINGS:
-        system, samples, best = replace(natural, roundings=roundings), Samples(Cells((periods.h_l, periods.h_u))), None
+        system, samples, best = replace(natural, roundings=roundings), Samples((periods.h_l, periods.h_u)), None
         # Each solution gives the coordinates of the next, which is more accurate where the plant's are badly scaled.
         # A solver that ends early has then done enough, and what is proved does not depend on its word.
         for _ in range(ROUNDS):
             solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
             seen = system.level * float(np.sqrt(solution.delta))
             if np.isfinite(proof.level):
-                best = _guarantee(system, samples.cells, tree, solution, proof, ((1, proof.level),))
+                history, edges = ((1, proof.level),), samples.edges
+                best = Guarantee(proof.level, history, edges, tree, solution.P, system, solution.report)
             if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
                 break
             root = np.linalg.cholesky(solution.P[0]).T
             system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=seen)
         if best is not None:
-            return best.system, best
+            return best
     raise SolverError(
         f"no common Lyapunov function was certified: the one found keeps the level {seen:.6g} at "
         f"{len(samples.of(0, (0,)))} periods, not for certain at all others; narrow the range of sampling periods"
@@ -372,7 +377,7 @@ def _solve_until_proved(
     for attempt in range(exchanges + 1):
         solution = solve(system, samples, tree, accept=accept)
         target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
-        proof = certify(system, samples.cells, tree, solution.P, target)
+        proof = certify(system, samples.edges, tree, solution.P, target)
         missed = {}
         for (_, letter, following), need, h in zip(tree.transitions(), proof.needs, proof.periods, strict=True):
             word = tree.leaves[following]
@@ -382,17 +387,3 @@ def _solve_until_proved(
         if proof.level <= target or not missed or attempt == exchanges:
             break
     return solution, samples, proof
-
-
-def _guarantee(
-    system: ErrorSystem,
-    cells: Cells,
-    tree: ContextTree,
-    solution: PathSolution,
-    proof: Certificate,
-    history: tuple[tuple[int, float], ...],
-) -> Guarantee:
-    depth = max(len(leaf) for leaf in tree.leaves)
-    leaves = len(tree.leaves)
-    ended = "one Lyapunov function was asked for"
-    return Guarantee(proof.level, leaves, depth, history, cells, tree, solution.P, system, solution.report, ended)

@@ -150,30 +150,21 @@ class ErrorSystem:
 
 
 @dataclass(frozen=True)
-class Cells:
-    """The range of periods cut at `edges` (increasing, seconds): letter a is the cell from edges[a] to edges[a + 1]."""
-
-    edges: tuple[float, ...]
-
-    def __len__(self) -> int:
-        return len(self.edges) - 1
-
-
-@dataclass(frozen=True)
 class Samples:
     """The periods at which the solver sees a letter before a leaf: the ends of the cell, and `added` ones.
 
     Between the ends the inequality seldom binds; where it does, the certificate finds it missing.
 
-    added: periods by (letter, word), for every leaf that begins with the word; a longer leaf keeps them.
+    edges (increasing, s): letter a is the cell from edges[a] to edges[a + 1]. added: periods by (letter, word), for
+    every leaf that begins with the word; a longer leaf keeps them.
     """
 
-    cells: Cells
+    edges: tuple[float, ...]
     added: Mapping[tuple[int, Word], tuple[float, ...]] = field(default_factory=dict)
 
     def of(self, letter: int, leaf: Word) -> list[float]:
         """The sorted periods of a transition."""
-        a, b = self.cells.edges[letter : letter + 2]
+        a, b = self.edges[letter : letter + 2]
         words = (leaf[:k] for k in range(1, len(leaf) + 1))
         return sorted({a, b}.union(*(self.added.get((letter, word), ()) for word in words)))
 

@@ -66,9 +66,7 @@ def sequence_gain(
     guess[:count] = rng.standard_normal(count)
     try:
         most = RESTARTS if count <= DENSE else None
-        largest = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[
-            1
-        ]
+        _, largest = scipy.sparse.linalg.eigsh(operator, 1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)
     except scipy.sparse.linalg.ArpackNoConvergence:
         # The largest values lie too close together for Lanczos.
         if count > DENSE:

@@ -19,6 +19,7 @@ Apkarian, Int. J. Robust Nonlinear Control 4 (1994)). The unknowns are X_c and g
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -123,6 +124,12 @@ def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
     except np.linalg.LinAlgError:
         return None
     return innovations_filter(plant, P)
+
+
+def kalman_filters(plant: SampledPlant, periods: Sequence[float]) -> list[StampedFilter]:
+    """One made for each period; none if there is none at one of them."""
+    found = [filter_ for h in periods if (filter_ := kalman_filter(plant, h)) is not None]
+    return found if len(found) == len(periods) else []
 
 
 def innovations_filter(plant: SampledPlant, P: Array) -> StampedFilter:

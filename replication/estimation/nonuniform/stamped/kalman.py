@@ -233,11 +233,7 @@ class Recursion:
             x, P = instant.mean[:n], instant.covariance[:n, :n]
             estimates.append(Estimate(instant.t, x + P @ pull, symmetric(P - P @ weight @ P)))
             C = self.plant.C[instant.used]
-            scaled = (
-                np.linalg.solve(instant.spread, np.column_stack([instant.innovation, C]))
-                if len(C)
-                else np.zeros((0, n + 1))
-            )
+            scaled = np.linalg.solve(instant.spread, np.column_stack([instant.innovation, C]))
             kept = np.eye(n) - instant.prior.P @ C.T @ scaled[:, 1:]
             pull = C.T @ scaled[:, 0] + kept.T @ pull
             weight = symmetric(C.T @ scaled[:, 1:] + kept.T @ weight @ kept)
