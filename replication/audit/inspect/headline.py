@@ -247,7 +247,7 @@ def notes(
         yield f"a statement that rests on no experiment: {listed(statements)}"
     loose = [f"{', '.join(one.untraced)} ({one.name})" for one in results.experiments if one.untraced]
     if loose:
-        yield f"not traced, and so computed again by every run: {listed(loose)}"
+        yield f"not traced: {listed(loose)}"
     if unborne := [erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)]:
         yield f"an erratum that its own proof does not bear out: {listed(unborne)}"
     pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
