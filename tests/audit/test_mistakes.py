@@ -162,7 +162,7 @@ FIT = "echo '{\"mean\": 0.751}'"
         ("claims.toml", "", FITTED.format("").replace('["fit.sh"]\n[', '["fit.sh", "PAPERS/toy/printed.toml"]\n['), 2,
          "reads '.*/toy/printed.toml', and so what the paper prints"),
         ("claims.toml", "", FITTED.format("").replace('["sh", "fit.sh"]', '["sh", "-c", "echo hello"]'), 3,
-         r"its output is no JSON, it begins with 'hello\\n'"),
+         r"its output is no JSON, near 'hello\\n'"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -165,18 +165,22 @@ def _experiment(state: _Run, paper: Paper, experiment: Experiment) -> Experiment
         solvers=done.entry.solvers if done.entry is not None else (),
         error=done.error,
         read=tuple(data),
-        untraced=_untraced(state, paper, [experiment.name]),
+        untraced=_untraced(state, [experiment]),
         version=next((now for name, now in data.items() if name.startswith(VERSION)), ""),
     )
 
 
-def _untraced(state: _Run, paper: Paper, names: Collection[str]) -> tuple[str, ...]:
-    """What these experiments and those that they need did that cannot be followed, and what no one sees of commands."""
-    found: set[str] = set()
+def _untraced(state: _Run, experiments: Iterable[Experiment]) -> tuple[str, ...]:
+    """What these experiments did that cannot be followed, and what no one sees of those that are commands."""
+    return tuple(sorted({words for one in experiments for words in (*state.computed[one.name].untraced, *unseen(one))}))
+
+
+def _behind(paper: Paper, names: Collection[str]) -> Iterator[Experiment]:
+    """The experiments of these names, and all that they need."""
     for one in paper.experiments:
         if one.name in names:
-            found |= {*state.computed[one.name].untraced, *unseen(one), *_untraced(state, paper, one.needs)}
-    return tuple(sorted(found))
+            yield one
+            yield from _behind(paper, one.needs)
 
 
 def _prove(state: _Run, paper: str, erratum: Erratum) -> ErratumRecord:
@@ -202,7 +206,7 @@ def _claim(
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
         certificates=certificates,
-        untraced=_untraced(state, paper, claim.uses),
+        untraced=_untraced(state, _behind(paper, claim.uses)),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
 
