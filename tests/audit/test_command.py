@@ -53,7 +53,7 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
     [
         ("echo 1 # OUT/k.txt", True, ""),
         ("echo 1 # x=OUT/k.txt;", True, ""),
-        ("echo 1 # file://OUT/k.txt", True, ""),
+        ("echo 1 # file://OUT/k.txt /dev/null /proc/cpuinfo /usr/share", True, ""),
         ("cd OUT; echo 1", False, "OUT"),
         ("echo 1 # OUT/none.txt", False, "OUT"),
         ("echo 1 # cc -IOUT", False, "OUT"),

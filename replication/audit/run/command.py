@@ -85,8 +85,7 @@ def execute(
         texts = ["\n".join([*command, *given]).encode(), *map(_bytes, folder.rglob("*"))]
         outside = named({os.fsdecode(path) for text in texts for path in _ABSOLUTE.findall(text)})
         before, there = _seen(folder, project, names), _around(folder, project, outside)
-        below = (path for name in reads for path in (project / name).rglob(".*"))
-        hidden = sorted({str(path.relative_to(project)) for path in below})
+        hidden = (str(path.relative_to(project)) for name in reads for path in (project / name).rglob(".*"))
         output = _run(command, folder, variables, hidden)
         after, now = _seen(folder, project, names), _around(folder, project, outside)
         new = after.keys() - before.keys()
@@ -157,7 +156,7 @@ def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
             raise AuditError(f"reads {name!r}, which is not in {project}; write a file or folder of the project")
 
 
-def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden: Sequence[str]) -> bytes:
+def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden: Iterable[str]) -> bytes:
     kept = {name: os.environ[name] for name in ("PATH", *variables) if name in os.environ}
     line, own = " ".join(command), str(folder.with_name("tmp"))
     try:
@@ -183,7 +182,8 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden:
         told = "; ".join(filter(_TELLING.search, lines)) or (lines[-1] if lines else "it says nothing")
         told = told.replace(own, "~").replace(f"{folder}/", "")
         ended = f"ended with code {code}" if code > 0 else f"was ended by signal {-code} ({signal.strsignal(-code)})"
-        more = f"; hidden files are left out, unless reads names them: {listed(hidden)}" if hidden else ""
+        left = listed(sorted(set(hidden)))
+        more = f"; hidden files are left out, unless reads names them: {left}" if left else ""
         raise AuditError(f"`{line}` {ended}: {told[:LONGEST]}{more}")
     return output
 

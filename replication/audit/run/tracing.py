@@ -229,7 +229,7 @@ def _chance(words: str, frame: FrameType) -> None:
 
 
 def named(paths: Iterable[str]) -> tuple[Path, ...]:
-    """Of absolute paths that a command names the files that count, noted as read; of others the folder is named.
+    """Of absolute paths that a command names the files, noted as read; of others the folder, unless of the machine.
 
     Which files of a folder a command opens, and whether one is there later, no one can follow.
     """
@@ -238,12 +238,12 @@ def named(paths: Iterable[str]) -> tuple[Path, ...]:
         return ()
     for path in sorted(map(Path, paths)):
         there = next(one for one in (path, *path.parents) if os.path.exists(one))  # noqa: PTH110 - any text may be one
-        if len(there.parts) > 1 and (_counts(str(there), active.root) or there.is_relative_to("/dev/shm")):
-            if there.is_file():
-                active.read[str(there)] = None
-                files.append(there)
-            else:
-                loose(f"files in {there}")
+        if there.is_file() and not str(there).startswith(("/proc/", "/sys/")):
+            inside = there.is_relative_to(active.root)
+            note(f"./{there.relative_to(active.root)}" if inside else str(there))
+            files.append(there)
+        elif len(there.parts) > 1 and (_counts(str(there), active.root) or there.is_relative_to("/dev/shm")):
+            loose(f"files in {there}")
     return tuple(files)
 
 
