@@ -304,8 +304,8 @@ def command(
 ) -> Experiment:
     """An experiment that is a command in any language, under its short name.
 
-    It runs in an empty folder with copies of the files that it reads, and sees of the environment PATH, HOME and
-    `variables`. Its result is what it prints, as JSON, or what a file holds that it writes.
+    It runs in an empty folder with copies of the files that it reads, has an empty HOME, and sees of the environment
+    PATH and `variables`. Its result is what it prints, as JSON, or what a file holds that it writes.
 
     Parameters
     ----------

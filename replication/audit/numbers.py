@@ -26,6 +26,7 @@ what is left out, `[[reading]]` is that of `model.Reading`.
 from __future__ import annotations
 
 import contextlib
+import inspect
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -184,9 +185,7 @@ def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Ite
 
 
 def _converted(where: str, row: Mapping[str, Any], kind: type[S]) -> S:
-    known = [field.encode_name for field in msgspec.structs.fields(kind)]
-    if unknown := sorted(row.keys() - set(known)):
-        raise AuditError(f"{where} has the unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+    _require_known(where, row, [field.encode_name for field in msgspec.structs.fields(kind)])
     try:
         return msgspec.convert(row, kind)
     except msgspec.ValidationError as error:
@@ -194,8 +193,14 @@ def _converted(where: str, row: Mapping[str, Any], kind: type[S]) -> S:
         raise AuditError(f"{where} {row.get('id', '')}: {said}; correct it") from None
 
 
+def _require_known(where: str, row: Mapping[str, Any], known: Sequence[str]) -> None:
+    if unknown := sorted(row.keys() - set(known)):
+        raise AuditError(f"{where} has the unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+
+
 def _command(path: Path, where: str, row: dict[str, Any]) -> Experiment:
     given = dict(row)
+    _require_known(where, row, list(inspect.signature(command).parameters))
     try:
         made = command(given.pop("name"), given.pop("line"), **given)
     except KeyError as missing:

@@ -15,6 +15,7 @@ from replication.commands.shared import (
     results_path,
     say,
     say_report,
+    say_stale,
 )
 
 
@@ -29,7 +30,8 @@ def report(chosen: argparse.Namespace) -> int:
     from replication.audit.store.records import read_results
 
     path = results_path(chosen)
-    say_report(read_results(path), chosen.figures or project_root() / "figures", path.parent / "index.html")
+    say_stale(results := read_results(path))
+    say_report(results, chosen.figures or project_root() / "figures", path.parent / "index.html")
     return FINE
 
 
@@ -63,7 +65,7 @@ def export(chosen: argparse.Namespace) -> int:
     from replication.audit.store.records import read_results
 
     path, root = results_path(chosen), project_root()
-    results = read_results(path)
+    say_stale(results := read_results(path))
     say(map(str, write_exports(results, root, chosen.to or path.parent / "exports")))
     say(write_registers(results, read_software(root), root))
     return FINE
@@ -84,7 +86,7 @@ rebuilds beside nothing but Python.
 )
 def artifact(chosen: argparse.Namespace) -> int:
     """Write the archive, or name the files of an unpacked one that are not what they were."""
-    from replication.audit.publish.archive import archive_name, changed_files, write_archive
+    from replication.audit.publish.archive import archive_name, changed_files, unfilled, write_archive
 
     if chosen.check is not None:
         changed = changed_files(chosen.check)
@@ -92,5 +94,5 @@ def artifact(chosen: argparse.Namespace) -> int:
         return DIFFERENT if changed else FINE
     root = project_root()
     path = chosen.to or root / "dist" / archive_name(root)
-    say([f"{path}: {write_archive(root, path)} files"])
+    say([f"{path}: {write_archive(root, path)} files", *(f"note: {left}" for left in unfilled(root))])
     return FINE

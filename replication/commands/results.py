@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_path, say
+from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_path, say, say_stale
 
 if TYPE_CHECKING:
     from replication.audit.project import Project
@@ -27,8 +27,11 @@ def list_claims(chosen: argparse.Namespace) -> int:
 
     path = results_path(chosen)
     # In a directory that was asked for the results must be there.
-    claims = read_results(path).claims if chosen.output or path.is_file() else ()
-    say(list_lines(here().load(chosen.papers), {claim.id: claim for claim in claims}))
+    claims = {}
+    if chosen.output or path.is_file():
+        say_stale(results := read_results(path))
+        claims = {claim.id: claim for claim in results.claims}
+    say(list_lines(here().load(chosen.papers), claims))
     return FINE
 
 
@@ -44,7 +47,7 @@ def show(chosen: argparse.Namespace) -> int:
     from replication.audit.store.records import read_results
     from replication.errors import one_of
 
-    results = read_results(results_path(chosen))
+    say_stale(results := read_results(results_path(chosen)))
     claims = {claim.id: claim for claim in results.claims}
     claim = claims[one_of("claim", chosen.claim, claims)]
     replies = [reply for paper in results.papers for reply in paper.replies if reply.claim == claim.id]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -13,8 +14,11 @@ import pytest
 from lab import Lab, make_inside
 
 from replication.audit.declare import command
+from replication.audit.publish.linked_data import Software, crate
 from replication.audit.run.command import execute, held
-from replication.audit.run.tracing import traced
+from replication.audit.run.tracing import labels, traced
+from replication.audit.store.records import read_results
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
 
@@ -44,12 +48,49 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
     assert {path.name for path in (tmp_path / "store").iterdir()} and not (tmp_path / "out.csv").exists()
 
 
-@pytest.mark.parametrize(("text", "named"), [("echo 1 # /tmp/x", True), ("mktemp > a; echo 1; rm a", False)])
-def test_a_folder_that_all_programs_share_is_named(tmp_path: Path, text: str, named: bool) -> None:
-    (tmp_path / "fit.sh").write_text(text)
-    with traced(tmp_path) as trace:
-        assert answer(tmp_path, ["sh", "fit.sh"], reads=["fit.sh"]) == 1
-    assert list(trace.untraced) == ["files in a folder that all programs share"] * named
+@pytest.mark.parametrize(
+    ("text", "read", "named"),
+    [
+        ("echo 1 # OUT/k.txt", True, ""),
+        ("echo 1 # x=OUT/k.txt;", True, ""),
+        ("echo 1 # file://OUT/k.txt /dev/null /proc/cpuinfo /usr/share", True, ""),
+        ("cd OUT; echo 1", False, "OUT"),
+        ("echo 1 # OUT/none.txt", False, "OUT"),
+        ("echo 1 # cc -IOUT", False, "OUT"),
+        ("echo 1 # $GIVEN", False, "OUT"),
+        ("echo 1 # /tmp/none", False, "/tmp"),
+        ("echo 1 # /dev/shm/none", False, "/dev/shm"),
+        ("echo 1 # https://a.orgOUT/k.txt ${x}OUT/k.txt ~OUT/k.txt <OUT/k.txt aOUT/k.txt /no-such/place", False, ""),
+        ("mktemp > a; echo 1; rm a", False, ""),
+    ],
+)
+def test_what_a_script_names_outside_counts_or_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, read: bool, named: str
+) -> None:
+    root, out = tmp_path / "in", tmp_path / "out"
+    root.mkdir()
+    out.mkdir()
+    (out / "k.txt").write_text("1")
+    monkeypatch.setenv("GIVEN", str(out))
+    (root / "fit.sh").write_text(text.replace("OUT", str(out)))
+    variables = ["GIVEN"] * ("$GIVEN" in text)
+    with traced(root) as trace:
+        assert answer(root, ["sh", "fit.sh"], reads=["fit.sh"], variables=variables) == 1
+    assert (str(out / "k.txt") in labels(trace, SourceTree({}), ())) == read
+    assert list(trace.untraced) == [f"files in {named.replace('OUT', str(out))}"] * bool(named)
+    assert not {"./work", "./tmp"} & labels(trace, SourceTree({}), ()).keys()
+
+
+def test_its_home_is_empty_and_may_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "home").mkdir()
+    (tmp_path / "home" / "k").write_text("2")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "in").mkdir()
+    line = sh("cat ~/k 2> /dev/null || { echo 1 > ~/k; cat ~/k; }")
+    assert answer(tmp_path / "in", line) == 1
+    with traced(tmp_path / "in") as trace:
+        assert answer(tmp_path / "in", line, variables=["HOME"]) == 2
+    assert f"files in {tmp_path / 'home'}" in trace.untraced
 
 
 @pytest.mark.parametrize(
@@ -58,9 +99,15 @@ def test_a_folder_that_all_programs_share_is_named(tmp_path: Path, text: str, na
         (["no-such-program"], {}, "`no-such-program` cannot be started: No such file.*install no-such-program"),
         (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
         (sh("exit 1"), {}, "ended with code 1: it says nothing"),
-        (sh("kill -9 $$"), {}, "ended with code -9"),
-        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON, it begins with '{.a.: 1.*write the answer and nothing else"),
-        (sh("true"), {}, "its output is no JSON"),
+        (sh("echo Error in file: cannot open >&2; echo In addition >&2; echo \"cannot open 'k.csv'\" >&2; exit 1"), {},
+         "code 1: Error in file: cannot open; cannot open 'k.csv'$"),
+        (sh("cat ~/k.txt"), {}, "code 1: cat: '?~/k.txt'?: No such file"),
+        (sh("exit 1"), {"reads": ["a"]}, "it says nothing; hidden files are left out, unless reads names them: a/.k.txt$"),
+        (sh("kill -9 $$"), {}, r"was ended by signal 9 \(Killed\)"),
+        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON, near '{.a.: 1.*write the answer and nothing else"),
+        (sh("echo '{\"a\": 1, \"b\": NA}'"), {}, "near '.*NA}.*column 15.*JSON has no NA, only null, true and false"),
+        (sh("echo '[-Inf]'"), {}, "JSON has no -Inf"),
+        (sh("true"), {}, "its output is empty; write the answer there"),
         (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
         (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
         (sh("echo 1 > log.txt; echo 1"), {}, r"it writes log.txt, which it does not declare; add to writes"),
@@ -79,6 +126,7 @@ def test_a_folder_that_all_programs_share_is_named(tmp_path: Path, text: str, na
 def test_bad_commands_are_told_apart(tmp_path: Path, line: list[str], more: dict[str, Any], words: str) -> None:
     (tmp_path / "in.txt").write_text("1")
     (tmp_path / "a" / "b").mkdir(parents=True)
+    (tmp_path / "a" / ".k.txt").write_text("1")
     with pytest.raises(AuditError, match=words):
         answer(tmp_path, [word.replace("ROOT", str(tmp_path)) for word in line], **more)
     assert (tmp_path / "in.txt").read_text() == ("2\n" if "ROOT/in.txt" in line[-1] else "1")
@@ -140,6 +188,7 @@ def test_a_command_that_cannot_be_meant_is_refused(line: Any, more: dict[str, An
         command("toy", line, **more)
 
 
+NO_LOCK = "packages, clock, draws, child programs and computed paths"
 PAPER = """
 from replication.audit.declare import Evidence, Part, command, paper
 PART = Part("All", reading="none")
@@ -190,13 +239,57 @@ def test_a_program_in_another_language_is_computed_again_when_its_files_change(t
     assert first.returncode == 0, first.stdout + first.stderr
     before = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
     assert f"./{name}" in {label for experiment in before for label in experiment["read"]}
-    assert not [experiment["untraced"] for experiment in before if experiment["untraced"]]
+    assert {words.partition(" of ")[0] for one in before for words in one["untraced"]} <= {
+        NO_LOCK,
+        f"version, {NO_LOCK}",
+    }
     assert "0 computed" in lab.cli("run").stdout
     path = lab.root / name
     path.write_text(path.read_text().replace(old, new))
     assert f"{len(before)} computed, 0 reused" in lab.cli("run").stdout
     after = json.loads((lab.root / "report" / "results.json").read_text())["experiments"]
     assert all(one["key"] != other["key"] for one, other in zip(before, after, strict=True))
+
+
+def test_its_program_and_what_it_names_outside_are_part_of_its_key_and_its_version_is_told(tmp_path: Path) -> None:
+    (tmp_path / "bin").mkdir()
+    program, other = tmp_path / "bin" / "tool", tmp_path / "k.txt"
+    program.write_text('#!/bin/sh\n[ "$1" = --version ] && echo tool 1.2.3 && exit\nsh "$@"\n')
+    program.chmod(0o755)
+    other.write_text("1")
+    made = 'command("a", ["tool", "fit.sh"], reads=["fit.sh", "d.csv"], version=["tool", "--version"]{}),'
+    lab = project(tmp_path, made.format(""), "a", fit_sh=f"cat {other}", d_csv="1")
+    path = f"{program.parent}{os.pathsep}{os.environ['PATH']}"
+
+    def ran(*words: str) -> str:
+        done = lab.cli(*words, PATH=path)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    told = ran("run")
+    assert f"not traced: {NO_LOCK} of tool (roe.a)" in told and "0 computed, 1 reused" in ran("run", "--jobs", "1")
+    record = json.loads((lab.root / "report" / "results.json").read_text())
+    assert record["experiments"][0]["version"] == "tool 1.2.3"
+    assert record["claims"][0]["judgement"]["reason"].endswith(f"Not traced: {NO_LOCK} of tool.")
+    page = (lab.root / "report" / "index.html").read_text()
+    assert page.count("<bdi>tool 1.2.3</bdi>") == 2 and "<bdi>tool fit.sh</bdi>" in page
+    results = read_results(lab.root / "report" / "results.json")
+    software = Software(title="T", abstract="A", version="1", license="MIT", authors=())
+    assert {"@id": "#program-1", "@type": "SoftwareApplication", "name": "tool 1.2.3"} in crate(results, software, {})[
+        "@graph"
+    ]
+    (lab.root / "d.csv").write_text("2")
+    for words in (("list",), ("show", "roe.value"), ("report",), ("export",)):
+        assert "changed since the run: d.csv" in lab.cli(*words, PATH=path).stderr
+    (lab.root / "d.csv").write_text("1")
+    assert "changed since the run" not in ran("list")
+    other.write_text("2")
+    assert f"(changed: {other})" in ran("run")
+    program.write_text(program.read_text() + "# another one\n")
+    assert "(changed: program:tool)" in ran("run")
+    (lab.root / "lock").write_text("tool-lib 1")
+    lab.path("roe/__init__.py").write_text(PAPER.format(uses=("a",), commands=made.format(', environment="lock"')))
+    assert "not traced: clock, draws, child programs and computed paths of tool (roe.a)" in ran("run")
 
 
 @pytest.mark.slow

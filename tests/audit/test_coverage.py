@@ -142,7 +142,7 @@ def test_a_print_that_no_row_is_bound_to_is_a_fault(folder: Path, more: str, fau
         ("[paper", "is not a list of what a text holds"),
         ("[paper]\nplaces = []", "missing required field `runs`"),
         ("[paper]\nruns = 1\nplaces = [{ place = 'II', numeral = [] }]", "unknown field `numeral`"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[1.14, 'data:level']] }]", "$[...].places[0]"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[1.14, 'data:level']] }]", "at `a text.places[0]"),
         ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [['1.14']] }]", "numerals[0]"),
         ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[]] }]", "numerals[0]"),
     ],
@@ -166,3 +166,8 @@ def test_a_text_and_its_list_are_compared_numeral_by_numeral(folder: Path) -> No
     ]
     assert list(differences(listed, TEXT + " 8")) == ["8: 2 in the text, 1 in the list"]
     assert next(differences(listed, TEXT.replace("0.5", ".5"))) == ".5: 1 in the text, 0 in the list"
+
+
+def test_a_text_of_which_nothing_is_listed_is_a_fault(folder: Path) -> None:
+    (folder / "coverage.toml").write_text("[paper]\nruns = 3\n", encoding="utf-8")
+    assert "toy: paper: 0 numerals are listed, and the text has 3; one was taken out or added" in faults(folder, PAPER)

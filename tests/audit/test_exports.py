@@ -18,10 +18,11 @@ from cases import altered
 from lab import Inside, committed, make_inside
 
 from replication.audit.publish import archive, rebuild
-from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts
+from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts, unfilled
 from replication.audit.publish.linked_data import Person, media_type, read_software
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
+from replication.scaffold.make import scaffold
 
 ROOT = Path(__file__).parents[2]
 
@@ -186,6 +187,17 @@ def test_edited_sources_are_not_packed(packed: Inside, tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "commit, then `replication run`" in done.stderr
     assert not (edited.root / "dist").exists()
+
+
+def test_what_a_new_project_leaves_to_be_written_is_named(tmp_path: Path) -> None:
+    scaffold("moss", tmp_path)
+    assert [line.partition(" still says ") for line in unfilled(tmp_path)] == [
+        ("CITATION.cff", " still says ", "'WHAT IS AUDITED', which is for you to write"),
+        ("papers/moss/paper.toml", " still says ", "'TITLE', which is for you to write"),
+    ]
+    for path in (tmp_path / "CITATION.cff", tmp_path / "papers/moss/paper.toml"):
+        path.write_text(re.sub("A. AUTHOR|WHAT IS AUDITED|TITLE|In your own words", "Moss", path.read_text()))
+    assert unfilled(tmp_path) == []
 
 
 @pytest.mark.parametrize("line", ["x  a", f"{'0' * 64}  ../a", f"{'0' * 64}  /etc/passwd", "0" * 64])

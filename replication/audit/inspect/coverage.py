@@ -51,7 +51,7 @@ class Text(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """All that one text holds; runs: of digits; numbered: the items by kind, as `1-3, 5`."""
 
     runs: int
-    places: tuple[Place, ...]
+    places: tuple[Place, ...] = ()
     numbered: dict[str, str] = {}
 
 
@@ -62,7 +62,8 @@ def read_coverage(path: Path) -> dict[str, Text]:
     except OSError as error:
         raise AuditError(f"{path} cannot be read: {error.strerror}; list the numerals of the text there") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise AuditError(f"{path} is not a list of what a text holds: {error}") from None
+        said = str(error).replace("$[...]", "a text")
+        raise AuditError(f"{path} is not a list of what a text holds: {said}") from None
 
 
 def tallies(module: str) -> tuple[Coverage, ...]:

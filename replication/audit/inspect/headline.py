@@ -245,9 +245,10 @@ def notes(
         yield f"a number that rests on no experiment: {listed(numbers)}"
     if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
         yield f"a statement that rests on no experiment: {listed(statements)}"
-    loose = [f"{', '.join(one.untraced)} ({one.name})" for one in results.experiments if one.untraced]
-    if loose:
-        yield f"not traced, and so computed again by every run: {listed(loose)}"
+    for of_command, words in ((False, "not traced, and so computed again by every run"), (True, "not traced")):
+        found = [one for one in results.experiments if one.untraced and bool(one.line) == of_command]
+        if loose := [f"{', '.join(one.untraced)} ({one.name})" for one in found]:
+            yield f"{words}: {listed(loose)}"
     if unborne := [erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)]:
         yield f"an erratum that its own proof does not bear out: {listed(unborne)}"
     pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 
 from replication.audit.inspect.headline import tally
 from replication.audit.judge.proofs import sha256
-from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software
+from replication.audit.publish.linked_data import CITATION, Json, Software, claims_graph, crate, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
 from replication.audit.report.claim import standing
@@ -127,6 +127,14 @@ def changed_files(directory: Path) -> tuple[str, ...]:
         name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
     }
     return tuple(f"{name}: {problem}" for name, problem in state.items())
+
+
+def unfilled(root: Path) -> list[str]:
+    """What `replication new` left to be written by hand and nobody has, file by file."""
+    left = re.compile(r"A\. AUTHOR|WHAT IS AUDITED|\bTITLE\b|In your own words:")
+    paths = [root / CITATION, *root.glob("*/*/paper.toml")]
+    found = {path.relative_to(root): left.search(_read(path)) for path in paths}
+    return [f"{path} still says {there[0]!r}, which is for you to write" for path, there in found.items() if there]
 
 
 def _manifest(directory: Path) -> Iterator[tuple[str, str]]:

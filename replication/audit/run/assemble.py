@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -19,6 +19,7 @@ from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.chance import copied
+from replication.audit.run.command import VERSION, unseen
 from replication.audit.run.pool import Step
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import encode
@@ -129,7 +130,7 @@ def assemble(
             for name in unused_readings(paper.readings, answered)
         )
         errata.extend(proofs.values())
-        experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
+        experiments.extend(_experiment(state, paper, experiment) for experiment in paper.experiments)
         record, errors = _paper(state, paper)
         records.append(record)
         failures.extend(f"{what} of {paper.key}: {error}" for what, error in errors.items() if error)
@@ -150,11 +151,12 @@ def assemble(
     return results, tuple(failures), unused
 
 
-def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRecord:
+def _experiment(state: _Run, paper: Paper, experiment: Experiment) -> ExperimentRecord:
     done = state.computed[experiment.name]
+    data = done.entry.data if done.entry is not None else {}
     return ExperimentRecord(
         name=experiment.name,
-        paper=paper,
+        paper=paper.key,
         function=done.dependencies.function,
         code=state.sources.location(experiment.function),
         inputs=json.loads(done.dependencies.inputs),
@@ -162,9 +164,23 @@ def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRe
         seconds=done.seconds,
         solvers=done.entry.solvers if done.entry is not None else (),
         error=done.error,
-        read=tuple(done.entry.data) if done.entry is not None else (),
-        untraced=done.untraced,
+        read=tuple(data),
+        untraced=_untraced(state, [experiment]),
+        version=next((now for name, now in data.items() if name.startswith(VERSION)), ""),
     )
+
+
+def _untraced(state: _Run, experiments: Iterable[Experiment]) -> tuple[str, ...]:
+    """What these experiments did that cannot be followed, and what no one sees of those that are commands."""
+    return tuple(sorted({words for one in experiments for words in (*state.computed[one.name].untraced, *unseen(one))}))
+
+
+def _behind(paper: Paper, names: Collection[str]) -> Iterator[Experiment]:
+    """The experiments of these names, and all that they need."""
+    for one in paper.experiments:
+        if one.name in names:
+            yield one
+            yield from _behind(paper, one.needs)
 
 
 def _prove(state: _Run, paper: str, erratum: Erratum) -> ErratumRecord:
@@ -190,7 +206,7 @@ def _claim(
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
         certificates=certificates,
-        untraced=sorted({words for name in claim.uses for words in state.computed[name].untraced}),
+        untraced=_untraced(state, _behind(paper, claim.uses)),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
 

@@ -1,8 +1,9 @@
 """Experiments that are a command in any language: run in a folder of their own that holds what they declare, no more.
 
-A command sees copies of the files that it declares to read, the files that the experiments made which it needs, and of
-the environment PATH, HOME, a fixed language and time zone, and the variables that it declares. Whatever else it would
-depend on is not there. It answers in JSON or CSV, on its output or in a file.
+A command sees copies of the files that it declares to read, the files that the experiments made which it needs, an
+empty HOME, and of the environment PATH, a fixed language and time zone, and the variables that it declares. Its program
+counts by its place and content and by the version that it prints, a file outside that the line or a script names by its
+content. What no one can see is named. It answers in JSON or CSV, on its output or in a file.
 """
 
 from __future__ import annotations
@@ -19,20 +20,26 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from replication.audit.run.tracing import ABSENT, FIXED, loose, note, said
-from replication.errors import AuditError
+from replication.audit.model import Experiment
+from replication.audit.run.tracing import ABSENT, FIXED, loose, named, note, said
+from replication.errors import AuditError, listed
 from replication.files import visible, write_atomically
 
-HANDED_ON = ("PATH", "HOME")
+VERSION = "version:"
+"""How the name of a dependency begins whose state is what a program prints of its version; see `tracing.state`."""
 OUTPUT = "-"
 """The answer stands on the standard output, as JSON."""
 LONGEST = 300
-_SHARED = re.compile(rb"/tmp/|/dev/shm/")
-"""Where programs may leave something for one another. TMPDIR is a folder of the command's own."""
+_ABSOLUTE = re.compile(
+    rb"(?:(?<![\w./<>*\\)\]}$~])|(?<=-[ILo])|(?<=file://))(?:/[^\x00-\x20/\"'`<>|&;:,()\[\]{}$*?\\#=]+)+"
+)
+"""Absolute paths as lines, scripts and compiled programs write them, but no address, closing tag, date or quotient."""
+_NO_JSON = re.compile(r"-?(NA|NaN|Inf|inf|nan|NULL|None|TRUE|FALSE|True|False|undefined)\b")
+_TELLING = re.compile(r"error|cannot|no such|not found", re.IGNORECASE)
 
 
 def execute(
@@ -68,15 +75,19 @@ def execute(
         for name, sha256 in needed.items():
             shutil.copy(Path(store) / sha256, folder / name)
             (folder / name).chmod(0o755)  # it may be a program
-        before, there = _seen(folder, project, names), _around(folder, project)
         if version and said(tuple(version)) == ABSENT:
             raise AuditError(f"`{' '.join(version)}` says no version; give the command that prints it, or none")
-        program = f"version:{json.dumps(list(version))}" if version else f"program:{command[0]}"
-        note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables), program)
-        if any(_SHARED.search(text) for text in [" ".join(command).encode(), *map(_bytes, folder.rglob("*"))]):
-            loose("files in a folder that all programs share")
-        output = _run(command, folder, variables)
-        after, now = _seen(folder, project, names), _around(folder, project)
+        programs = {word for word in (*command, *version) if shutil.which(word)} | {command[0]}
+        note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables))
+        note(*(f"program:{word}" for word in programs if os.sep not in word or Path(word).is_absolute()))
+        note(*([f"{VERSION}{json.dumps(list(version))}"] if version else []))
+        given = (os.environ.get(name, "") for name in variables)
+        texts = ["\n".join([*command, *given]).encode(), *map(_bytes, folder.rglob("*"))]
+        outside = named({os.fsdecode(path) for text in texts for path in _ABSOLUTE.findall(text)})
+        before, there = _seen(folder, project, names), _around(folder, project, outside)
+        hidden = (str(path.relative_to(project)) for name in reads for path in (project / name).rglob(".*"))
+        output = _run(command, folder, variables, hidden)
+        after, now = _seen(folder, project, names), _around(folder, project, outside)
         new = after.keys() - before.keys()
         for found, words in (
             ({name for name in before if after.get(name) != before[name]},
@@ -95,6 +106,16 @@ def execute(
             return _json(output, f"`{' '.join(command)}`: its output") if told else {"files": list(writes)}
         text = (folder / answer).read_text(encoding="utf-8-sig")
         return _csv(text, answer) if answer.endswith(".csv") else _json(text, f"`{' '.join(command)}`: {answer}")
+
+
+def unseen(experiment: Experiment) -> tuple[str, ...]:
+    """What no one sees of an experiment that is a command, in words; nothing of any other one."""
+    if experiment.function is not execute:
+        return ()
+    inputs = experiment.inputs
+    kinds = ["version"] * (not inputs["version"]) + ["packages"] * (not inputs["environment"])
+    kinds.append("clock, draws, child programs and computed paths")
+    return (f"{', '.join(kinds)} of {Path(inputs['command'][0]).name}",)
 
 
 def held(file: str, sha256: str, root: str, store: str, needed: Mapping[str, str]) -> Any:
@@ -135,14 +156,14 @@ def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
             raise AuditError(f"reads {name!r}, which is not in {project}; write a file or folder of the project")
 
 
-def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> bytes:
-    kept = {name: os.environ[name] for name in (*HANDED_ON, *variables) if name in os.environ}
-    line = " ".join(command)
+def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden: Iterable[str]) -> bytes:
+    kept = {name: os.environ[name] for name in ("PATH", *variables) if name in os.environ}
+    line, own = " ".join(command), str(folder.with_name("tmp"))
     try:
         process = subprocess.Popen(
             list(command),
             cwd=folder,
-            env={**kept, **FIXED, "TMPDIR": str(folder.with_name("tmp"))},
+            env={"HOME": own, **kept, **FIXED, "TMPDIR": own},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -156,10 +177,14 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str]) -> byte
         os.killpg(process.pid, signal.SIGKILL)  # what it started ends with it
         process.communicate()
         raise
-    if process.returncode:
+    if code := process.returncode:
         lines = [line.strip() for line in complaint.decode(errors="replace").splitlines() if line.strip()]
-        told = next((line for line in lines if "error" in line.lower()), lines[-1] if lines else "it says nothing")
-        raise AuditError(f"`{line}` ended with code {process.returncode}: {told[:LONGEST]}")
+        told = "; ".join(filter(_TELLING.search, lines)) or (lines[-1] if lines else "it says nothing")
+        told = told.replace(own, "~").replace(f"{folder}/", "")
+        ended = f"ended with code {code}" if code > 0 else f"was ended by signal {-code} ({signal.strsignal(-code)})"
+        left = listed(sorted(set(hidden)))
+        more = f"; hidden files are left out, unless reads names them: {left}" if left else ""
+        raise AuditError(f"`{line}` {ended}: {told[:LONGEST]}{more}")
     return output
 
 
@@ -169,9 +194,9 @@ def _keep(path: Path, store: Path) -> str:
     return sha256
 
 
-def _around(folder: Path, project: Path) -> dict[str, tuple[int, int]]:
-    """Size and time of the files of the project that are not hidden, and of those beside the folder of a command."""
-    beside = (path for path in folder.parent.iterdir() if path.is_file())
+def _around(folder: Path, project: Path, outside: Iterable[Path]) -> dict[str, tuple[int, int]]:
+    """Size and time of the files of the project that are not hidden, of those beside a command's folder and outside."""
+    beside = (path for path in (*folder.parent.iterdir(), *outside) if path.is_file())
     found = ((path, path.stat()) for path in (*visible(project, apart=("__pycache__",)), *beside))
     return {str(path): (state.st_size, state.st_mtime_ns) for path, state in found}
 
@@ -194,8 +219,13 @@ def _json(text: str | bytes, where: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        begins = f", it begins with {text[:30]!r}".replace("b'", "'", 1) if text else ""
-        raise AuditError(f"{where} is no JSON{begins}: {error}; write the answer and nothing else") from None
+        if not text.strip():
+            raise AuditError(f"{where} is empty; write the answer there") from None
+        whole, place = getattr(error, "doc", ""), getattr(error, "pos", 0)
+        near = f", near {whole[max(place - 20, 0) : place + 20]!r}" if whole else ""
+        word = _NO_JSON.match(whole, place)
+        cure = f"JSON has no {word[0]}, only null, true and false" if word else "write the answer and nothing else"
+        raise AuditError(f"{where} is no JSON{near}: {error}; {cure}") from None
 
 
 def _csv(text: str, where: str) -> dict[str, list[float | str]]:

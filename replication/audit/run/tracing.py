@@ -151,7 +151,7 @@ def state(label: str, tree: SourceTree) -> str:
         if program is None:
             return ABSENT
         path = Path(program).resolve()
-        return f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}"
+        return f"{path} {_program_sha256(path, path.stat().st_mtime_ns)}"
     path = Path(label) if label.startswith("/") else tree.path(label)
     with contextlib.suppress(OSError, ValueError):
         if label.endswith("/"):
@@ -172,6 +172,13 @@ def said(command: tuple[str, ...]) -> str:
         return ABSENT
     lines = (done.stdout + done.stderr).strip().splitlines()
     return lines[0] if lines and not done.returncode else ABSENT
+
+
+@functools.cache
+def _program_sha256(path: Path, changed: int) -> str:
+    with contextlib.suppress(OSError):
+        return _sha256(path.read_bytes())
+    return str(changed)
 
 
 def _sha256(content: bytes) -> str:
@@ -221,6 +228,25 @@ def _chance(words: str, frame: FrameType) -> None:
         _owner(frame).untraced[words] = None
 
 
+def named(paths: Iterable[str]) -> tuple[Path, ...]:
+    """Of absolute paths that a command names the files, noted as read; of others the folder, unless of the machine.
+
+    Which files of a folder a command opens, and whether one is there later, no one can follow.
+    """
+    files: list[Path] = []
+    if (active := _active) is None:
+        return ()
+    for path in sorted(map(Path, paths)):
+        there = next(one for one in (path, *path.parents) if os.path.exists(one))  # noqa: PTH110 - any text may be one
+        if there.is_file() and not str(there).startswith(("/proc/", "/sys/")):
+            inside = there.is_relative_to(active.root)
+            note(f"./{there.relative_to(active.root)}" if inside else str(there))
+            files.append(there)
+        elif len(there.parts) > 1 and (_counts(str(there), active.root) or there.is_relative_to("/dev/shm")):
+            loose(f"files in {there}")
+    return tuple(files)
+
+
 def loose(words: str) -> None:
     """Note what cannot be followed of the computation that goes on."""
     if _active is not None:
@@ -249,7 +275,9 @@ def _hear(event: str, arguments: tuple[Any, ...]) -> None:
             flags = (arguments[2] or 0) if event == "open" else 0
             path = os.fsdecode(arguments[0])
             own = path.endswith(f"/{CONFIGURATION}") and _asking(frame).startswith(_HOME)
-            if not own and not by.endswith(("/linecache.py", "/tokenize.py")):
+            # A folder that is removed is opened by names within the one above.
+            removed = frame.f_code.co_name.startswith("_rmtree")
+            if not (own or removed or by.endswith(("/linecache.py", "/tokenize.py"))):
                 _open(path, flags, frame, library=event == "ctypes.dlopen")
     elif event in LISTS:
         # What this program lists, such as the papers there are, is no data of a computation.

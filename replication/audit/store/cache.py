@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -217,6 +218,13 @@ class Cache:
         if not self.read:
             return Lookup(None, NOT_ASKED, entry.seconds)
         return Lookup(entry, "unchanged", entry.seconds)
+
+    def data(self, name: str, key: str) -> Mapping[str, str]:
+        """The state of what was read for the result of this key, as far as it is kept."""
+        with contextlib.suppress(OSError):
+            entry = _read(self._path(name).read_bytes())
+            return entry.data if entry is not None and entry.key == key else {}
+        return {}
 
     def store(self, name: str, entry: Entry) -> str:
         """Write the entry, whole or not at all; why it could not be written, empty if it was."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,8 @@ from replication.verify.predicate import Exported
 
 SCHEMA_VERSION = 3
 Name = str
+COMMAND = "replication.audit.run.command:execute"
+"""The function of experiments that are commands."""
 DECIDING = (
     *("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability", "draws"),
     *("outcomes", "over_inputs"),
@@ -110,6 +113,7 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Provenance of one experiment: what ran, on what, how long it took when it ran, what the solvers said.
 
     read: what it read while it ran, which its key covers. untraced: what it did that no key can cover.
+    version: what the program of a command prints of its version; empty for what is no command, or declares none.
     """
 
     name: str
@@ -123,6 +127,12 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     error: str
     read: tuple[str, ...] = ()
     untraced: tuple[str, ...] = ()
+    version: str = ""
+
+    @property
+    def line(self) -> str:
+        """The line of a command; empty for what is none."""
+        return shlex.join(self.inputs["command"]) if self.function == COMMAND else ""
 
 
 class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
