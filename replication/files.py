@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -13,7 +12,6 @@ from replication.errors import AuditError, InvalidInputError
 
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
-_SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -49,21 +47,6 @@ def sum_of(paths: Iterable[Path]) -> str:
         for path in paths
     ]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def write_page(path: Path, page: str, key: str) -> None:
-    """Write an HTML page with the checksum of what it was made from, and its own: so an edited page is made again."""
-    content = page.encode()
-    signature = f"<!-- made from {key}, the page above {hashlib.sha256(content).hexdigest()} -->\n"
-    write_atomically(path, content + signature.encode())
-
-
-def made_from(path: Path) -> str:
-    """The key of a page as `write_page` left it; empty for any other file, or none."""
-    content = path.read_bytes() if path.is_file() else b""
-    found = _SIGNED.search(content)
-    whole = found is not None and hashlib.sha256(content[: found.start()]).hexdigest() == found[2].decode()
-    return found[1].decode() if found is not None and whole else ""
 
 
 def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:

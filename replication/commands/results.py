@@ -76,16 +76,15 @@ def check(chosen: argparse.Namespace) -> int:
     project, path = here(), results_path(chosen)
     drawn = chosen.figures or project.root / "figures"
     last = Last(project.root, [drawn, path], [str(path)], project.cache, CHECK)
-    said = last.said() or _checked(project, path, drawn, last)
-    say(said.lines)
-    return said.code
+    lines, code = last.said() or _checked(project, path, drawn, last)
+    say(lines)
+    return code
 
 
 def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     from replication.audit.inspect.check import check, differences, kept, unfounded
     from replication.audit.inspect.coverage import faults
     from replication.audit.publish.readme import is_stale
-    from replication.audit.run.last import Said
     from replication.audit.run.tracing import traced
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
@@ -104,8 +103,8 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
     count = f"{len(problems)} problems in {len(results.claims)} claims"
-    lines = [*problems, *([f"note: {note}"] if note else []), count, *wrong]
-    said = Said(lines=tuple(lines), code=DIFFERENT if problems or wrong else FINE)
+    lines = (*problems, *([f"note: {note}"] if note else []), count, *wrong)
+    said = lines, DIFFERENT if problems or wrong else FINE
     last.keep(said, loading, again.traced, again.untraced)
     return said
 

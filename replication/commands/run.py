@@ -21,7 +21,6 @@ from replication.commands.shared import (
     output,
     say,
     say_report,
-    say_tutorials,
     tutorials,
 )
 from replication.errors import AuditError
@@ -56,7 +55,7 @@ depend on are unchanged. The report goes to report/; a run of some papers only g
 )
 def audit(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    from replication.audit.run.last import Last, Said
+    from replication.audit.run.last import Last
     from replication.audit.run.tracing import traced
 
     executor = _executor(chosen)
@@ -66,17 +65,13 @@ def audit(chosen: argparse.Namespace) -> int:
     drawings = chosen.figures or root / "figures"
     directory = project.cache
     written = [drawings, *(target / name for name in ("results.json", "index.html", "articles"))]
-    last = Last(root, written, wanted, directory)
+    last = Last(root, written, [*wanted, *tutorials()], directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
-        say(said.lines)
-        say_tutorials(said.tutorials)
-        return said.code
-    import msgspec
-
+        say(said[0])
+        return said[1]
     from replication.audit.declare import unlisted
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.draw import Drawings
     from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
     from replication.files import require_writable
@@ -90,21 +85,19 @@ def audit(chosen: argparse.Namespace) -> int:
     require_writable(drawings, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     limit = chosen.timeout or TIMEOUT
-    figures = Drawings(papers, drawings, cache=cache, root=root)
     audited = partial(run, papers, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
-    outcome = audited(cache=cache, ended=figures.draw)
-    results = _dated(msgspec.structs.replace(outcome.results, figures=figures.records), target / "results.json")
+    outcome = audited(cache=cache, figures=drawings)
+    results = _dated(outcome.results, target / "results.json")
     remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, drawings, project.folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
-    say_report(results, drawings, target / "index.html")
+    report = say_report(results, drawings, target / "index.html")
     code = _code(results, outcome.failures)
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
     if cache.write and code != FAILED and whole:
         # What a run says that finds all of this done.
         log = [replace(step, action=Action.REUSED) for step in outcome.log]
-        lines = (*run_lines(results, log, ()), *remarks, f"report: {target / 'index.html'}")
-        said = Said(lines=lines, tutorials=tutorials(results), code=code)
-        last.keep(said, loading, [*outcome.traced, *figures.traced], [*outcome.untraced, *figures.untraced])
+        lines = (*run_lines(results, log, ()), *remarks, *report)
+        last.keep((lines, code), loading, outcome.traced, outcome.untraced)
     if not chosen.twice:
         return code
     again = audited(cache=replace(cache, read=False, write=False))

@@ -255,7 +255,8 @@ def test_figures_must_be_as_the_run_left_them(tmp_path: Path) -> None:
     (tmp_path / "one.csv").write_text("x")
     (tmp_path / "one.svg").write_text("<svg/>")
     left = figure_checksums(tmp_path, "one")
-    again: Any = SimpleNamespace(results=results_file(), files={"one": left}, environment=None, absent=frozenset())
+    drawn = {"one": SimpleNamespace(files=left)}
+    again: Any = SimpleNamespace(results=results_file(), drawn=drawn, environment=None, log=())
     nothing: Any = {"_environment": lambda *args, **more: (), "_here": lambda *args: True, "_unknown": lambda *args: ()}
     with patch.multiple(derive, **nothing):
         assert list(derive.differences(results_file(), again, tmp_path)) == []

@@ -14,7 +14,7 @@ import pytest
 from lab import make_lab
 
 import replication.audit.run.last as unchanged
-from replication.audit.run.last import Last, Said
+from replication.audit.run.last import Last
 from replication.audit.run.tracing import Trace
 from replication.audit.store import provenance
 from replication.audit.store.provenance import git_state, read_environment, run_date, run_record
@@ -123,7 +123,7 @@ def test_without_a_project_the_packages_are_those_of_this_one(tmp_path: Path, mo
     assert read_environment(tmp_path).packages == {}
 
 
-SAID = Said(lines=("all is well",), tutorials=("delay",), code=0)
+SAID = ("all is well",), 0
 
 
 @pytest.fixture

@@ -578,20 +578,6 @@ def test_two_authors_are_both_named(made: ResultsFile, authors: tuple[str, ...],
     assert replace(made.papers[0], authors=authors, year=1999).cited == f"{who} (1999)"
 
 
-def test_a_page_is_made_again_only_if_it_or_what_it_was_made_from_has_changed(tmp_path: Path) -> None:
-    made, page = results(tmp_path), tmp_path / "index.html"
-    build_report(made, tmp_path, page)
-    whole, file = page.read_bytes(), page.stat().st_ino
-    build_report(made, tmp_path, page)
-    assert page.stat().st_ino == file
-    page.write_bytes(whole.replace(b"<title>", b"<title>Edited: ", 1))
-    build_report(made, tmp_path, page)
-    assert page.read_bytes() == whole
-    later = replace(made, run=replace(made.run, date="2030-01-01T00:00:00Z"))
-    build_report(later, tmp_path, page)
-    assert "2030-01-01" in page.read_text()
-
-
 def test_a_table_that_names_an_unknown_claim_is_refused(made: ResultsFile, tmp_path: Path) -> None:
     table = Table(place="Table 2", caption="", header=("",), rows=((f"claim:{KEY}.absent",),))
     changed = replace(made, papers=(replace(made.papers[0], tables=(table,)),))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,9 @@ from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Judgement, StatedClaim, Verdict
 from replication.audit.parts import Paper
-from replication.audit.run.draw import checksums, kept_figures
+from replication.audit.run.draw import checksums
 from replication.audit.run.pool import Action
-from replication.audit.run.runner import run
+from replication.audit.run.runner import Outcome, run
 from replication.audit.run.worker import Answer, Task, function_name
 from replication.audit.store.cache import Cache, encode
 from replication.audit.store.provenance import THREADS, Environment, python_minor
@@ -234,21 +234,6 @@ PARTS = {
 """The sorts of records that belong to a paper: the part of the file that holds them, and what names one."""
 
 
-@dataclass(frozen=True)
-class Kept:
-    """What the cache gives: the file that a run would write now, and which experiments and figures it would have to do.
-
-    files: the checksums with which the files of a figure were left, by its name. traced, untraced: as of a run.
-    """
-
-    results: ResultsFile
-    absent: frozenset[str]
-    files: Mapping[str, Sequence[str]]
-    environment: Environment
-    traced: Mapping[str, str]
-    untraced: tuple[str, ...]
-
-
 class _Nobody:
     """Computes nothing."""
 
@@ -256,19 +241,12 @@ class _Nobody:
         yield from (Answer(task.name, None, 0.0, "it is not kept") for task in tasks)
 
 
-def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
+def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Outcome:
     """What the results in the cache give for these papers; raises as `run` does for mistakes in the papers."""
-    outcome = run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
-    drawn = kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
-    figures = tuple(entry[0] for entry in drawn.values() if entry is not None)
-    absent = {step.name for step in outcome.log if step.action is Action.FAILED}
-    absent |= {name for name, entry in drawn.items() if entry is None}
-    results = msgspec.structs.replace(outcome.results, figures=figures)
-    files = {name: entry[1] for name, entry in drawn.items() if entry is not None}
-    return Kept(results, frozenset(absent), files, outcome.environment, outcome.traced, outcome.untraced)
+    return run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
 
 
-def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[Fault]:
+def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator[Fault]:
     """Where the file, or a file of a figure, is not what the cache gives, and what is different there.
 
     Nothing is computed but what turns results into records. Where the cache no longer holds what the file was made
@@ -296,14 +274,14 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[Fa
     if len(proofs) < len(results.certificates):
         yield "certificates", "one of them stands twice in the file"
     for proof in again.results.certificates:
-        if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in again.absent:
+        if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in _absent(again):
             yield from _changed(proof.path, proofs[proof.path], proof)
-    for name, left in again.files.items():
-        if checksums(figures, name) != left:
+    for name, drawn in again.drawn.items():
+        if drawn is not None and checksums(figures, name) != drawn.files:
             yield name, f"{figures / name}.csv and .svg are not as the run left them; run the audit again"
 
 
-def unfounded(results: ResultsFile, again: Kept) -> str:
+def unfounded(results: ResultsFile, again: Outcome) -> str:
     """Why the numbers of some papers were taken as they stand; empty if none were."""
     if not _here(results, again):
         return "the file was made in another environment than this one, so its numbers were taken as they stand"
@@ -312,7 +290,7 @@ def unfounded(results: ResultsFile, again: Kept) -> str:
     return f"{', '.join(unknown)}: {why}; `replication run` computes what is missing" if unknown else ""
 
 
-def _here(results: ResultsFile, again: Kept) -> bool:
+def _here(results: ResultsFile, again: Outcome) -> bool:
     """Whether the file was made in this environment: so it says, or one of its keys."""
     keys = {record.key for record in again.results.experiments}
     return not list(_environment(results.run, again.environment)) or any(one.key in keys for one in results.experiments)
@@ -333,12 +311,19 @@ def _environment(run: RunRecord, here: Environment) -> Iterator[Fault]:
             yield f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of"
 
 
-def _unknown(results: ResultsFile, again: Kept) -> set[str]:
+def _unknown(results: ResultsFile, again: Outcome) -> set[str]:
     """The papers of which something is not kept, or kept of another run: what is measured in seconds differs then."""
     seconds = {record.name: record.seconds for record in again.results.experiments}
     found = {record.paper for record in results.experiments if seconds.get(record.name) != record.seconds}
-    found |= {record.paper for record in again.results.experiments if record.name in again.absent}
-    return found | {record.paper for record in results.figures if record.name in again.absent}
+    absent = _absent(again)
+    found |= {record.paper for record in again.results.experiments if record.name in absent}
+    return found | {record.paper for record in results.figures if record.name in absent}
+
+
+def _absent(again: Outcome) -> set[str]:
+    """The experiments and figures that a run would have to do."""
+    failed = {step.name for step in again.log if step.action is Action.FAILED}
+    return failed | {name for name, drawn in again.drawn.items() if drawn is None}
 
 
 def _changed(where: str, stored: Any, found: Any) -> Iterator[Fault]:

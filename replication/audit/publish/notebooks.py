@@ -19,7 +19,7 @@ from replication.audit.project import read_settings
 from replication.audit.report.templates import environment, set_inline, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError, one_of
-from replication.files import made_from, write_atomically, write_page
+from replication.files import write_atomically
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
 KEY = "made_from"
@@ -52,17 +52,13 @@ class Built:
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[Built]:
     """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
 
-    A page that was made from the same outputs, style and template is left alone. Raises AuditError for an unknown name,
-    and for a notebook with an error, which it names with the cell.
+    Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
     chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    around = (_style() + source("notebook.html.j2")).encode()
     for done in executed([paths[name] for name in chosen], root):
         page = output / f"{done.kept.stem}.html"
-        key = hashlib.sha256(around + done.kept.read_bytes()).hexdigest()
-        if made_from(page) != key:
-            write_page(page, _page(done.notebook), key)
+        write_atomically(page, _page(done.notebook).encode())
         yield replace(done, page=page)
 
 

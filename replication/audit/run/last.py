@@ -31,12 +31,8 @@ INDEX = (RUN, CHECK)
 """Files of the cache that hold no result."""
 
 
-class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """What a run or a check says that has nothing to do, its exit code, and the tutorials to which a report links."""
-
-    lines: tuple[str, ...]
-    tutorials: tuple[str, ...] = ()
-    code: int
+Said = tuple[tuple[str, ...], int]
+"""The lines of a run or a check that has nothing to do, and its exit code."""
 
 
 class Last:
@@ -78,7 +74,7 @@ class Last:
         changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
         if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
             now = self._now(filter(self._hidden, sorted({*read, *labels(loading, tree, None)})))
-            kept = {"said": msgspec.to_builtins(said), "read": now, "sha256": self._checksum(after, said, now)}
+            kept = {"said": said, "read": now, "sha256": self._checksum(after, said, now)}
             with contextlib.suppress(OSError):
                 write_atomically(self._path, json.dumps(kept).encode())
 
@@ -98,5 +94,5 @@ class Last:
 
     def _checksum(self, files: Mapping[str, str], said: Said, read: Mapping[str, str]) -> str:
         language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
-        whole: list[Any] = [self._asked, machine(self._root), language, files, msgspec.to_builtins(said), read]
+        whole: list[Any] = [self._asked, machine(self._root), language, files, said, read]
         return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
