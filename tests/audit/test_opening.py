@@ -28,6 +28,7 @@ from replication.audit.report.opening.told import briefs, sentences
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections.across import across
+from replication.audit.report.templates import environment
 from replication.audit.report.words import TERMS, linked
 from replication.audit.run import assemble
 from replication.audit.store.records import ResultsFile
@@ -262,22 +263,28 @@ def test_a_print_within_the_accuracy_of_a_solver_is_a_guess_and_no_correction(ma
         with pytest.raises(AuditError, match="'column-5-7' does not hold as printed, and the results do not"):
             briefs(told(Policy.SOLVER, **wrong))
     with_solver = told(Policy.SOLVER)
-    heading = paper_view(with_solver.papers[0], with_solver, Path(), targets(with_solver.claims)).headings["errata"]
-    assert heading.endswith("; 1 print above the least level, within the accuracy that we assume of its solver")
+    assert heading(with_solver, "errata").endswith(
+        "; 1 print above the least level, within the accuracy that we assume of its solver"
+    )
+
+
+def heading(made: ResultsFile, name: str) -> str:
+    view = paper_view(made.papers[0], made, Path(), targets(made.claims))
+    return str(environment().get_template("headings.html.j2").module.heading(view, name, "")).strip()
 
 
 def test_the_heading_of_the_tables_counts_their_numbers_by_verdict(made: ResultsFile) -> None:
     (table,) = made.papers[0].tables
 
-    def heading(*cells: str) -> str:
+    def of(*cells: str) -> str:
         short = replace(made.papers[0], tables=(replace(table, header=cells, rows=(cells,)),))
-        return paper_view(short, made, Path(), targets(made.claims)).headings["tables"]
+        return heading(replace(made, papers=(short,)), "tables")
 
-    assert heading(*table.rows[0]) == "Of 4 table numbers 2 agree, 1 differs, 1 is undetermined"
-    assert heading(table.rows[0][1]) == "Of 1 table number 1 agrees"
-    assert heading(f"{CELL}{KEY}.order") == "Tables as printed, and ours"
+    assert of(*table.rows[0]) == "Of 4 table numbers, 2 hold, 1 fails, 1 undetermined"
+    assert of(table.rows[0][1]) == "Of 1 table number, 1 holds"
+    assert of(f"{CELL}{KEY}.order") == "Tables as printed, and ours"
     noise, random = f"{CELL}{KEY}.noise", f"{CELL}{KEY}.random"
-    assert heading(noise, noise, random) == "Of 2 table numbers 2 agree once corrected; 1 is a random draw"
+    assert of(noise, noise, random) == "Of 2 table numbers, 2 hold; 1 is a random draw"
 
 
 def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:

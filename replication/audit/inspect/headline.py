@@ -101,8 +101,11 @@ class Tally:
 def tally(claims: Iterable[ClaimRecord]) -> Tally:
     """How the claims stand; repeats and remarks of ours aside."""
     counted = once(claims)
-    found = counts(counted)
-    timed = sum(claim.timed for claim in counted)
+    return grouped(counts(counted), sum(claim.timed for claim in counted))
+
+
+def grouped(found: Mapping[Verdict, int], timed: int = 0) -> Tally:
+    """The tally of what has each verdict; timed: how many of the undetermined are run times."""
     numbers = {word: sum(found[verdict] for verdict in verdicts) for word, verdicts in GROUPS.items()}
     return Tally(numbers=numbers | {"undetermined": numbers["undetermined"] - timed}, timed=timed)
 

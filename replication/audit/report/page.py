@@ -87,7 +87,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "plain": plain,
         "terms": terms,
         "briefs": told,
-        "headings": tuple(paper.numbers for paper in papers),
+        "headings": tuple(paper.sums for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
         "linked_data": Markup(json.dumps(summary_graph(results)).replace("<", "\\u003c")),
