@@ -12,10 +12,9 @@ from pathlib import Path
 
 from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
-from replication.audit.judge.printed import has_uncertainty
-from replication.audit.judge.proofs import NUMERIC, flat
+from replication.audit.judge.printed import flat, has_uncertainty
 from replication.audit.judge.typed import numbers_in
-from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.model import NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.errors import listed

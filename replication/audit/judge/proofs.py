@@ -14,8 +14,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.match import Match, match
-from replication.audit.model import NUMERIC as NUMERIC
-from replication.audit.model import Claim, Evidence, Kind, Numbers, StatedClaim
+from replication.audit.judge.printed import flat
+from replication.audit.model import NUMERIC, Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord
 from replication.audit.store.sources import SourceTree
@@ -278,15 +278,6 @@ def _inside(number: float, ends: Ends, paths: str) -> float:
 def _clamped(number: float, ends: Ends) -> float:
     low, high = ends
     return min(max(number, -math.inf if low is None else low), math.inf if high is None else high)
-
-
-def flat(numbers: Numbers) -> Iterator[float]:
-    """The numbers of a quantity, one after the other."""
-    if isinstance(numbers, tuple):
-        for entry in numbers:
-            yield from flat(entry)
-    else:
-        yield numbers
 
 
 def _shaped(layout: Numbers, numbers: Iterator[Any]) -> Any:

@@ -20,10 +20,11 @@ from replication.audit.judge.policies import (
     with_inputs,
     with_own,
 )
-from replication.audit.judge.proofs import NUMERIC, Standing, with_proofs
+from replication.audit.judge.proofs import Standing, with_proofs
 from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
     NO_READING,
+    NUMERIC,
     Claim,
     Evidence,
     Judgement,
