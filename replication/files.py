@@ -40,13 +40,18 @@ def read_text(path: Path) -> str:
         raise InvalidInputError(f"{path} cannot be read: {error.strerror}") from None
 
 
+def sha256(content: bytes | str | Path, absent: str = "") -> str:
+    """The checksum of bytes, of a text, or of a file; `absent` for one that is not there."""
+    if isinstance(content, Path):
+        if not content.is_file():
+            return absent
+        content = content.read_bytes()
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
 def sum_of(paths: Iterable[Path]) -> str:
     """One checksum of files, by their names and what they hold; a missing one counts as such."""
-    parts = [
-        f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else 'missing'}"
-        for path in paths
-    ]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+    return sha256("\n".join(f"{path.name} {sha256(path, 'missing')}" for path in paths))
 
 
 def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:

@@ -14,7 +14,7 @@ import msgspec
 
 import replication
 from replication.audit.judge.policies import same_fact
-from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
+from replication.audit.judge.proofs import no_theorem, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Judgement, StatedClaim, Verdict
@@ -37,6 +37,7 @@ from replication.audit.store.records import (
     shared,
 )
 from replication.errors import AuditError
+from replication.files import sha256
 
 
 class Cause(StrEnum):
@@ -169,7 +170,7 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
         yield path, f"the certificate is {'wanted and not in the file' if path in there else 'in the file, not wanted'}"
     for path in sorted(there.keys() & stored.keys()):
         entry, record = there[path], stored[path]
-        if sha256(root / path) != record.sha256:
+        if sha256(root / path, "missing") != record.sha256:
             yield path, "the file is not the one that was verified; run the audit again"
         if (entry.claims, entry.statement) != (record.claims, record.statement):
             yield path, "its claims or statement are not those of the theorem that is wanted"

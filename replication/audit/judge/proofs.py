@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -20,6 +19,7 @@ from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
+from replication.files import sha256
 from replication.machine.theory import STATEMENTS, sum_for
 from replication.twice import RECORD, second
 from replication.verify.predicate import Exported
@@ -127,7 +127,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
         (statement, sums), twice = machine_checked(folder, by_coq), checked_twice(folder, listed)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
-            subject = {path: sha256(root / path), **shared}
+            subject = {path: sha256(root / path, "missing"), **shared}
             found.append(
                 Wanted(
                     paper=paper,
@@ -158,11 +158,6 @@ def imported(root: Path, package: str, folder: Path) -> dict[str, str]:
 def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
     """Why there is no theorem on a claim: as the paper says, or by its kind; empty for one that theorems support."""
     return "" if named else reasons.get(claim.id, BY_KIND.get(claim.kind, ""))
-
-
-def sha256(path: Path) -> str:
-    """The checksum of a file, or a word for one that is not there."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "missing"
 
 
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:

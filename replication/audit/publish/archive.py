@@ -7,14 +7,12 @@ SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any fi
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from replication.audit.inspect.headline import tally
-from replication.audit.judge.proofs import sha256
 from replication.audit.publish.linked_data import Json, Software, claims_graph, crate, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
@@ -23,7 +21,7 @@ from replication.audit.report.templates import environment
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 # The folder of exports: badges, linked data and BibTeX of a run
 
@@ -122,7 +120,7 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    found = {name: (digest, sha256(directory / name)) for name, digest in _manifest(directory)}
+    found = {name: (digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory)}
     state = {
         name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
     }
@@ -168,7 +166,7 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     whole |= {name: text.encode() for name, text in texts.items()}
     executable = {file.as_posix() for file in described if (root / file).stat().st_mode & 0o100}
     content = {name: (data, EXECUTABLE if name in executable else PLAIN) for name, data in whole.items()}
-    sums = (f"{hashlib.sha256(data).hexdigest()}  {name}\n" for name, (data, _) in sorted(content.items()))
+    sums = (f"{sha256(data)}  {name}\n" for name, (data, _) in sorted(content.items()))
     yield MANIFEST, ("".join(sums).encode(), PLAIN)
     yield from content.items()
 

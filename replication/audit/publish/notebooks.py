@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import json
 import re
@@ -19,7 +18,7 @@ from replication.audit.project import read_settings
 from replication.audit.report.templates import environment, set_inline, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError, one_of
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
 KEY = "made_from"
@@ -66,7 +65,7 @@ def executed(paths: Iterable[Path], root: Path) -> Iterator[Built]:
     """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change."""
     sources = _sources(root)
     for path in paths:
-        key = hashlib.sha256(sources + path.read_bytes()).hexdigest()
+        key = sha256(sources + path.read_bytes())
         kept = root / CACHE / path.name
         fresh = _key(kept) != key
         if fresh:
@@ -155,7 +154,4 @@ def _sources(root: Path) -> bytes:
     papers = read_settings(root).papers
     folders = (("replication", "*.py"), (papers, "*.py"), (papers, "*.toml"))
     files = [root / LOCK, *(path for name, kind in folders for path in sorted((root / name).rglob(kind)))]
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.read_bytes() if path.is_file() else b"")
-    return digest.digest()
+    return "".join(map(sha256, files)).encode()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -24,6 +23,7 @@ from replication.audit.report.templates import mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
+from replication.files import sha256
 
 # The tables of a paper: cells that are claims, how many of them agree, and the name of a cell by itself
 
@@ -245,7 +245,7 @@ def _figure(record: FigureRecord, directory: Path) -> FigureView:
     for path in (drawing, table):
         if not path.is_file():
             raise AuditError(f"{path} is missing; make the figures with `python -m replication run`")
-    if hashlib.sha256(table.read_bytes()).hexdigest() != record.csv_sha256:
+    if sha256(table) != record.csv_sha256:
         raise AuditError(f"{table} is not the data of these results; run `python -m replication run` again")
     view_box, content = svg.inner(drawing.read_text(encoding="utf-8"))
     classed, styles = svg.with_classes(content)

@@ -6,7 +6,6 @@ A figure is drawn again only if something that it depends on has changed, or a f
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import math
 from collections.abc import Mapping, Sequence
@@ -33,7 +32,7 @@ from replication.audit.store.sources import SourceTree, default_packages
 from replication.drawing import svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 DIGITS = 10
 """Significant digits of a new number. Another processor rounds otherwise, and some number always lies at an edge: data
@@ -123,7 +122,7 @@ class Drawings:
         """
         module = f"{read_settings(self._root).papers}.{paper.key}"
         files = self._tree.files_of(module) | self._tree.files_of(__name__)
-        inputs = {name: _sha256(encode(name, result).encode()) for name, result in results.items()}
+        inputs = {name: sha256(encode(name, result)) for name, result in results.items()}
         return Dependencies.on(
             self._environment,
             dict(sorted(files.items())),
@@ -187,7 +186,7 @@ def write_figure(
         **shared(FigureRecord, figure) | {"title": title},
         paper=paper,
         alt="" if failure else alt,
-        csv_sha256="" if failure else _sha256(table),
+        csv_sha256="" if failure else sha256(table),
         error=failure,
         code=sources.location(figure.plot),
     )
@@ -211,12 +210,7 @@ class _Columns(dict[str, Any]):
 
 def checksums(directory: Path, name: str) -> list[str]:
     """SHA-256 of the two files of a figure, empty for one that is missing."""
-    paths = [directory / f"{name}{suffix}" for suffix in (".csv", ".svg")]
-    return [_sha256(path.read_bytes()) if path.is_file() else "" for path in paths]
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+    return [sha256(directory / f"{name}{suffix}") for suffix in (".csv", ".svg")]
 
 
 def _draw(figure: Figure, data: FigureData) -> bytes:

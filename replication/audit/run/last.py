@@ -8,7 +8,6 @@ ended, so is what another one would write and say. Whatever is in doubt is done 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +21,7 @@ from replication.audit.project import read_settings
 from replication.audit.run.tracing import Trace, labels, state, untraced
 from replication.audit.store.provenance import machine
 from replication.audit.store.sources import SourceTree, default_packages
-from replication.files import visible, write_atomically
+from replication.files import sha256, visible, write_atomically
 
 RUN, CHECK = "last-run.json", "last-check.json"
 LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV", "OPENBLAS_", "MKL_", "BLIS_", "NPY_")
@@ -90,9 +89,9 @@ class Last:
 
     def _files(self) -> dict[str, str]:
         found = {path for place in self._places for path in visible(place.resolve()) if path.name not in INDEX}
-        return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(found)}
+        return {str(path): sha256(path) for path in sorted(found)}
 
     def _checksum(self, files: Mapping[str, str], said: Said, read: Mapping[str, str]) -> str:
         language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
         whole: list[Any] = [self._asked, machine(self._root), language, files, said, read]
-        return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
+        return sha256(json.dumps(whole, sort_keys=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import re
@@ -16,7 +15,7 @@ import msgspec
 from replication.audit.model import SolverRecord
 from replication.audit.store.provenance import Environment
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 # Inputs and results of experiments as JSON text: checked on the way in, floats exact on the way back
 
@@ -139,7 +138,7 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def key(self) -> str:
         """SHA-256 of all components."""
-        return _sha256(msgspec.json.encode(self, order="deterministic"))
+        return sha256(msgspec.json.encode(self, order="deterministic"))
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
@@ -162,7 +161,7 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
     def key(self) -> str:
         """SHA-256 of all that it was computed from."""
         own = self.dependencies.key
-        return _sha256(f"{own}{json.dumps(self.data, sort_keys=True)}".encode()) if self.data else own
+        return sha256(f"{own}{json.dumps(self.data, sort_keys=True)}") if self.data else own
 
 
 @dataclass(frozen=True)
@@ -223,7 +222,7 @@ class Cache:
         content = encode(name, msgspec.to_builtins(entry)).encode()
         if not self.write:
             return ""
-        front = f'{{"key":"{entry.key}","sha256":"{_sha256(content)}",'
+        front = f'{{"key":"{entry.key}","sha256":"{sha256(content)}",'
         try:
             write_atomically(self._path(name), front.encode() + content[1:] + b"\n")
         except OSError as error:
@@ -238,7 +237,7 @@ def _read(text: bytes) -> Entry | None:
     """The entry of a file's content, or None unless it is exactly what `store` wrote."""
     front = _FRONT.match(text)
     content = b"{" + text[front.end() : -1] if front else b""
-    if front is None or not text.endswith(b"}\n") or front["sha256"].decode() != _sha256(content):
+    if front is None or not text.endswith(b"}\n") or front["sha256"].decode() != sha256(content):
         return None
     # The standard reader keeps integers of any size, which msgspec turns into floats.
     try:
@@ -263,7 +262,3 @@ def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
             yield f"{name} (no longer used)"
         elif old[name] != new[name]:
             yield name
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

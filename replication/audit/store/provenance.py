@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
 import importlib.metadata
 import os
 import platform
@@ -23,6 +22,7 @@ import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
 from replication.extras import DISTRIBUTION
+from replication.files import sha256
 
 # The installed distributions with which something is computed, and where they differ from the lock
 
@@ -121,7 +121,7 @@ def _files(record: str) -> str:
     """A checksum of what a distribution installed that can be run or read, not of what Python makes of it."""
     lines = (line for line in record.splitlines() if ".dist-info/" not in line and not line.startswith(".."))
     kept = sorted(line for line in lines if ".pyc," not in line)
-    return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:8]
+    return sha256("\n".join(kept))[:8]
 
 
 COMPUTING = ("estimation", "proofs")
@@ -159,9 +159,9 @@ class Environment:
 
 def read_environment(root: Path) -> Environment:
     """The environment of the project at `root`; raises AuditError if a package that it declares is not installed."""
-    lock = root / LOCK
-    sha256 = hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else "no lock"
-    return Environment(sha256, python_minor(platform.python_version()), _package_versions(root), kernel())
+    return Environment(
+        sha256(root / LOCK, "no lock"), python_minor(platform.python_version()), _package_versions(root), kernel()
+    )
 
 
 def python_minor(version: str) -> str:
