@@ -110,14 +110,6 @@ def grouped(found: Mapping[Verdict, int], timed: int = 0) -> Tally:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Caveat:
-    """Something that the counts of verdicts do not say by themselves: how many claims it is true of."""
-
-    words: str
-    number: int
-
-
-@dataclass(frozen=True, kw_only=True)
 class Headline:
     """What leads the report.
 
@@ -131,7 +123,7 @@ class Headline:
     repeated: int
     counts: Mapping[Verdict, int]
     proved: int
-    caveats: tuple[Caveat, ...]
+    caveats: Mapping[str, int]
     unexpected: tuple[ClaimRecord, ...]
     counted: tuple[int, ...]
 
@@ -183,8 +175,8 @@ def theorems(claims: Iterable[ClaimRecord]) -> str:
     return f"Theorems decide {proved} of {len(claims)} claims{sides}{more}."
 
 
-def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:
-    """What the counts of verdicts do not say by themselves."""
+def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> dict[str, int]:
+    """What the counts of verdicts do not say by themselves, in words: of how many claims it is true."""
     inferred = {erratum.id for erratum in errata if erratum.inference}
     found = {
         "compatible by an erratum that is an inference, not a proof": (
@@ -200,7 +192,7 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> t
             not (c.evidence.cross_check or c.judgement.proved) for c in claims
         ),
     }
-    return tuple(Caveat(words=words, number=sum(true)) for words, true in found.items())
+    return {words: sum(true) for words, true in found.items()}
 
 
 def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:

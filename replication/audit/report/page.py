@@ -70,19 +70,17 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     records = sorted(results.papers, key=lambda paper: order.index(paper.key))
     papers = [paper_view(paper, results, figures, read) for paper in records]
     told, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
-    behind = sections(results, read)
     return {
         "results": results,
         "run": results.run,
         "papers": papers,
-        "sections": behind,
+        "sections": sections(results, read),
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "field": drawn,
         "rows": rows(drawn.lanes, told, figures),
         "costs": chart(across(results)),
-        "costs_heading": next((section.heading for section in behind if section.name == "across"), ""),
         "groups": GROUPS,
         "plain": plain,
         "terms": terms,
