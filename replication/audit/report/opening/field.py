@@ -26,7 +26,6 @@ ORDER = (
 """Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
 
 MOST_PLACES = 3
-_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _END = re.compile(r"(-\d+|\.[^.]*\d[^.]*)+$")
 """What numbers a claim among others of one name."""
 
@@ -60,12 +59,14 @@ class Lane:
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """The answer in a sentence, the rows, and how the claims add up.
+    """The rows, and how the claims add up.
 
+    broken: whose theorem fails, and how it is called if it is one. off: the papers of which other results do, alike.
     corrected: how many claims hold once corrected.
     """
 
-    answer: str
+    broken: str
+    off: str
     lanes: tuple[Lane, ...]
     columns: tuple[Consequence, ...]
     tally: Tally
@@ -86,7 +87,8 @@ def field(papers: Sequence[PaperView]) -> Field:
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
-        answer=answer([lane.standing for lane in lanes], tally(own), _whose(lanes, True), _whose(lanes, False)),
+        broken=_whose(lanes, True),
+        off=_whose(lanes, False),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
@@ -102,43 +104,6 @@ def _whose(lanes: Sequence[Lane], broken: bool) -> str:
         return f"The {word} guarantee of {named}" if broken else f"{named} ({word})"
     named = ", ".join(lane.paper.record.named for lane in chosen)
     return f"A guarantee of {'each of ' * (len(chosen) > 1)}{named}" if broken else named
-
-
-def answer(papers: Sequence[Standing], found: Tally, false: str = "", off: str = "") -> str:
-    """The answer in one or two sentences: which theorems are false, and what is true of the other papers.
-
-    Where there is no theorem to speak of, how many results hold. false: whose theorem fails; off: where
-    there is none, those of which other results do.
-    """
-    judged = [paper for paper in papers if paper.claims]
-    if not judged:
-        return "There is no claim to judge."
-    if not any(paper.theorems for paper in judged):
-        number = sum(found.numbers.values()) + found.timed
-        return f"Of {number} result{'s' * (number != 1)}, {found.words}."
-    others = [paper for paper in judged if not paper.broken]
-    whole = f"all {count(len(judged))} papers" if len(judged) > 2 else ("both papers", "the paper")[len(judged) == 1]
-    if len(others) == len(judged):
-        return _of_others(others, whole, off)
-    refuted = all(paper.refuted for paper in judged if paper.broken)
-    first = f"{false} {'is false' if refuted else 'fails'}."
-    rest = "the other paper" if len(others) == 1 else f"the other {count(len(others))} papers"
-    return f"{first} {_of_others(others, rest)}" if others else first
-
-
-def _of_others(papers: Sequence[Standing], whose: str, off: str = "") -> str:
-    """What is true of papers of which no theorem fails; that none is refuted does not say that all hold."""
-    failing = sum(paper.failing for paper in papers)
-    sound = all(paper.sound for paper in papers) and not failing
-    said = f"{'Every' if sound else 'No'} theorem of {whose} {'passes our tests' if sound else 'is refuted'}"
-    corrected = ", though some need correction" if any(paper.corrected for paper in papers) else ""
-    differ = f"; {count(failing)} result{'' if failing == 1 else 's'} of {off} differ{'s' * (failing == 1)}"
-    return f"{said}{corrected}{differ * bool(off)}."
-
-
-def count(number: int) -> str:
-    """A small number as a word."""
-    return _WORDS[number] if number < len(_WORDS) else str(number)
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
