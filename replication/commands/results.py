@@ -120,13 +120,10 @@ def diff(chosen: argparse.Namespace) -> int:
     """Print the changes as text or JSON."""
     import msgspec
 
-    from replication.audit.inspect.compare import beside, compare, render, render_beside
+    from replication.audit.inspect.compare import compare, render
     from replication.audit.store.records import read_results
 
     old, new = (read_results(path, whole=False) for path in (chosen.old, chosen.new))
-    changes, others = compare(old, new), beside(old, new)
-    if chosen.json:
-        say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
-    else:
-        say([*render(changes), *render_beside(others)])
-    return DIFFERENT if changes or others else FINE
+    changes = compare(old, new)
+    say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()] if chosen.json else render(changes))
+    return DIFFERENT if changes else FINE

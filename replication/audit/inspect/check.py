@@ -55,6 +55,9 @@ class Cause(StrEnum):
 Name = tuple[str, str]
 """The sort of a record (`claim`, `erratum`, …) and its id, key or name."""
 
+OF_PAPERS = ("paper", "claim", "erratum", "figure", "experiment")
+"""The sorts of records that the code of a paper declares."""
+
 Fault = tuple[str, str]
 """Where, and what is wrong with a proof."""
 
@@ -101,10 +104,9 @@ def _problems(results: ResultsFile) -> Iterator[Problem]:
     for record in results.claims:
         own = msgspec.structs.replace(record, judgement=derived[record.id])
         yield from _verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement)
-    for sort, named in PARTS.items():
-        if sort in ("erratum", "experiment", "figure"):
-            records = getattr(results, named[0])
-            yield from (Problem(f"{sort} {getattr(r, named[1])}", Cause.ERROR, r.error) for r in records if r.error)
+    for (sort, name), record in results.named("erratum", "figure", "experiment"):
+        if record.error:
+            yield Problem(f"{sort} {name}", Cause.ERROR, record.error)
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
         for name in unused_readings(paper.readings, claims):
@@ -209,11 +211,7 @@ def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
 
 def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
     """The records of a results file under the same names."""
-    return [
-        ((sort, getattr(record, name)), record.claim if sort == "claim" else record)
-        for sort, (part, name) in PARTS.items()
-        for record in getattr(results, part)
-    ]
+    return [(key, record.claim if key[0] == "claim" else record) for key, record in results.named(*OF_PAPERS)]
 
 
 def _experiment(experiment: Experiment) -> dict[str, Any]:
@@ -223,16 +221,6 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
 
 def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
-
-
-PARTS = {
-    "paper": ("papers", "key"),
-    "claim": ("claims", "id"),
-    "erratum": ("errata", "id"),
-    "figure": ("figures", "name"),
-    "experiment": ("experiments", "name"),
-}
-"""The sorts of records that belong to a paper: the part of the file that holds them, and what names one."""
 
 
 class _Nobody:
@@ -265,12 +253,10 @@ def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator
         more = f" (and of {len(others) - 1} more)" if others[1:] else ""
         yield others[0], f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
     unknown = _unknown(results, again)
-    for part, name in PARTS.values():
-        stored = {getattr(record, name): record for record in getattr(results, part)}
-        for record in getattr(again.results, part):
-            key = getattr(record, name)
-            if key in stored and getattr(record, "paper", key) not in unknown:
-                yield from _changed(key, stored[key], record)
+    stored = dict(results.named(*OF_PAPERS))
+    for key, record in again.results.named(*OF_PAPERS):
+        if key in stored and getattr(record, "paper", key[1]) not in unknown:
+            yield from _changed(key[1], stored[key], record)
     proofs = {record.path: record for record in results.certificates}
     if len(proofs) < len(results.certificates):
         yield "certificates", "one of them stands twice in the file"

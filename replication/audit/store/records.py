@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -210,6 +211,17 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     platform: str
 
 
+PARTS = {
+    "paper": ("papers", "key"),
+    "claim": ("claims", "id"),
+    "erratum": ("errata", "id"),
+    "figure": ("figures", "name"),
+    "experiment": ("experiments", "name"),
+    "certificate": ("certificates", "path"),
+}
+"""The sorts of records: the part of the file that holds them, and what names one."""
+
+
 class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The whole of `report/results.json`."""
 
@@ -222,6 +234,12 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     figures: tuple[FigureRecord, ...]
     experiments: tuple[ExperimentRecord, ...]
     certificates: tuple[CertificateRecord, ...]
+
+    def named(self, *sorts: str) -> Iterator[tuple[tuple[str, str], Any]]:
+        """The records of these sorts, each with its sort and its id, key, name or path."""
+        for sort in sorts:
+            part, name = PARTS[sort]
+            yield from (((sort, getattr(record, name)), record) for record in getattr(self, part))
 
     @property
     def readings(self) -> dict[str, tuple[Reading, ...]]:
