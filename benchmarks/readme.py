@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 from benchmarks.examples import Ran, run_example
 from replication.audit.project import find_project
-from replication.audit.publish.readme import badges, replace_block, results_block
+from replication.audit.publish.archive import badges
+from replication.audit.publish.readme import BADGES, replace_block, results_block
 from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -43,7 +44,7 @@ def update(root: Path, results: ResultsFile, ran: Ran, drawn: Ran) -> None:
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
     text = replace_block(text, example_block(ran, drawn), EXAMPLE_BEGIN, EXAMPLE_END)
-    written = {**badges(results), PICTURE: drawn.drawing, "README.md": text}
+    written = {**badges(results, BADGES, "claims"), PICTURE: drawn.drawing, "README.md": text}
     for name, content in written.items():
         write_atomically(root / name, content.encode())
 

@@ -38,14 +38,18 @@ GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
 def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     """Name and text of each exported file; the same results give the same texts."""
     texts = {
-        "badges/all.svg": badge("replication", results.claims),
+        **badges(results, "badges", "replication"),
         "claims.jsonld": to_json(claims_graph(results, software)),
         "citation.bib": bibtex(results, software),
     }
-    for paper in results.papers:
-        claims = [claim for claim in results.claims if claim.paper == paper.key]
-        texts[f"badges/{paper.key}.svg"] = badge(paper.key, claims)
     return dict(sorted(texts.items()))
+
+
+def badges(results: ResultsFile, folder: str, label: str) -> dict[str, str]:
+    """By name of its file the badge of each paper, and that of all, which has a label."""
+    by_paper = {p.key: [claim for claim in results.claims if claim.paper == p.key] for p in results.papers}
+    made = {key: badge(key, claims) for key, claims in by_paper.items()} | {"all": badge(label, results.claims)}
+    return {f"{folder}/{name}.svg": text for name, text in made.items()}
 
 
 def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Path, ...]:

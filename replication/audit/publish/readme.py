@@ -8,7 +8,7 @@ from pathlib import Path
 
 from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
-from replication.audit.publish.archive import badge
+from replication.audit.publish.archive import badges
 from replication.audit.report.claim import standings
 from replication.audit.report.opening.told import BriefView, briefs
 from replication.audit.store.records import PaperRecord, ResultsFile
@@ -20,19 +20,9 @@ BADGES = "docs/badges"
 
 def results_block(results: ResultsFile) -> str:
     """Markdown: how many claims are proved, and of each paper its badge, its result and what explains it."""
-    shown = badges(results)
+    shown = badges(results, BADGES, "claims")
     every = f"{_image(f'{BADGES}/all.svg', shown)} {theorems(once(results.claims))}".strip()
     return "\n".join([BEGIN, "", *_lines(results, shown), "", every, "", END])
-
-
-def badges(results: ResultsFile) -> dict[str, str]:
-    """The badges that the README shows: file name and SVG."""
-    claims = {"all": results.claims} | {
-        paper.key: tuple(claim for claim in results.claims if claim.paper == paper.key) for paper in results.papers
-    }
-    return {
-        f"{BADGES}/{name}.svg": badge("claims" if name == "all" else name, chosen) for name, chosen in claims.items()
-    }
 
 
 def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str:
