@@ -7,6 +7,7 @@ whether it is proved, the bounds, the sentence and what it says as data. A mista
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import os
 import re
@@ -18,7 +19,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from replication.files import sha256, sum_of, write_atomically
+from replication.files import sum_of, write_atomically
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORD = "checked-twice.json"
@@ -148,7 +149,7 @@ def record(proved: Sequence[Path], root: Path) -> None:
     """Write beside each paper, for the report, which certificates both arithmetics prove, with all checksums."""
     sums: dict[str, dict[str, str]] = {}
     for path in proved:
-        sums.setdefault(path.parent.name, {})[path.stem] = sha256(path)
+        sums.setdefault(path.parent.name, {})[path.stem] = hashlib.sha256(path.read_bytes()).hexdigest()
     for paper, certificates in sums.items():
         text = json.dumps({"arithmetic": second(), "certificates": certificates}, indent=2) + "\n"
         write_atomically(root / "papers" / paper / RECORD, text.encode())

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import msgspec
-from markupsafe import Markup
 
 from replication.audit.brief import Consequence
 from replication.audit.judge import numerals
@@ -149,7 +148,6 @@ class ClaimView:
     meant: tuple[tuple[tuple[EntryView, ...], ...], ...]
     within: int
     residual: float | None
-    strip: Markup
     consequence: Consequence
     off: tuple[float, str] | None
     elsewhere: tuple[str, str] | None
@@ -232,11 +230,10 @@ def anchor(kind: str, name: str) -> str:
 def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
     evidence = record.evidence
     entries: tuple[EntryView, ...] = ()
-    strip = Markup()
     if target is not None and evidence.value is not None:
         # The verdict of a claim whose numbers do not fit is `error`, and its reason says what does not.
         with contextlib.suppress(AuditError, OverflowError, ValueError):
-            entries, strip = side_by_side(target, evidence)
+            entries = side_by_side(target, evidence)
     if record.timed:
         entries = tuple(map(_timed, entries))
     return ClaimView(
@@ -249,7 +246,6 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         residual=None
         if evidence.threshold is None or evidence.margin is None
         else evidence.threshold - evidence.margin,
-        strip=strip,
         consequence=consequence(record.claim),
         off=_off(target, record),
         elsewhere=_elsewhere(target, record, entries),
@@ -270,7 +266,7 @@ def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryV
     for outcome in record.evidence.outcomes:
         if outcome.value is not None:
             under = Evidence(method="", value=outcome.value, lower=outcome.lower, upper=outcome.upper)
-            found = side_by_side(target, under)[0]
+            found = side_by_side(target, under)
             if all(entry.inside for entry in found):
                 number = found[0].head + found[0].tail
                 return number if len(found) == 1 else f"all {len(found)} agree", outcome.reading
@@ -283,7 +279,7 @@ def _meant(record: ClaimRecord) -> tuple[tuple[tuple[EntryView, ...], ...], ...]
         return ()
     with contextlib.suppress(AuditError, OverflowError, ValueError):
         target = Target.of(msgspec.structs.replace(record.claim, printed=record.claim.meant))
-        return _rows(target.printed, side_by_side(target, record.evidence)[0])
+        return _rows(target.printed, side_by_side(target, record.evidence))
     return ()
 
 
