@@ -92,11 +92,9 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     results, root, folder = read_results(path), project.root, project.folder
     with traced(root) as loading:
         papers = project.load()
-    problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
     again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
-    found = differences(results, again, drawn)
-    problems += [f"{where}: not derived: {message}" for where, message in found]
+    problems = list(map(str, [*check(results, papers, root), *differences(results, again, drawn)]))
     if held == set(project.keys) and is_stale(root / "README.md", results):
         problems.append("README.md: stale: of other results; `make readme` writes it")
     note = unfounded(results, again)

@@ -72,7 +72,8 @@ def test_a_proof_that_no_longer_holds_is_a_cause() -> None:
     for proof in (Proof(holds=True, text=""), Proof(holds=False, text="")):
         made = recorded(evidence, proof, erratum="toy.e1")
         files.append(results_file(made, errata=tuple(errata_of(made, proof).values())))
-    (change,) = compare(*files)
+    change, beside = compare(*files)
+    assert beside.record == "erratum toy.e1" and beside.causes == ()
     assert (change.old, change.new) == (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.DIFFERS)
     assert change.causes == (Cause.ERRATUM,)
 

@@ -261,8 +261,8 @@ def test_figures_must_be_as_the_run_left_them(tmp_path: Path) -> None:
     with patch.multiple(derive, **nothing):
         assert list(derive.differences(results_file(), again, tmp_path)) == []
         (tmp_path / "one.csv").write_text("y")
-        ((name, text),) = derive.differences(results_file(), again, tmp_path)
-    assert name == "one" and "not as the run left them" in text
+        (problem,) = derive.differences(results_file(), again, tmp_path)
+    assert problem.where == "one" and "not as the run left them" in problem.message
 
 
 @pytest.mark.parametrize(("now", "dirty"), [(("c0", False), False), (("c0", True), False), (("c1", False), False),

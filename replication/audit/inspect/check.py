@@ -50,6 +50,7 @@ class Cause(StrEnum):
     SET = "missing or extra"
     TEXT = "text"
     CERTIFICATE = "certificate"
+    DERIVED = "not derived"
 
 
 Name = tuple[str, str]
@@ -58,16 +59,13 @@ Name = tuple[str, str]
 OF_PAPERS = ("paper", "claim", "erratum", "figure", "experiment")
 """The sorts of records that the code of a paper declares."""
 
-Fault = tuple[str, str]
-"""Where, and what is wrong with a proof."""
-
 
 class Problem(msgspec.Struct, frozen=True):
     """One thing wrong with a results file. where: the id of the claim, erratum, experiment or figure; message: what."""
 
     where: str
-    cause: Cause
     message: str
+    cause: Cause = Cause.DERIVED
 
     def __str__(self) -> str:
         return f"{self.where}: {self.cause}: {self.message}"
@@ -86,17 +84,18 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     they are is known only by computing them again and comparing the files (`compare.compare`).
     """
     against = () if papers is None else _against_code(results, papers)
-    return [*_problems(results), *_proofs(results, root), *against]
+    files = () if root is None else against_files(results, root)
+    return [*_problems(results), *unsupported(results), *files, *against]
 
 
 def _problems(results: ResultsFile) -> Iterator[Problem]:
     """What the file says of itself: its schema, its names, its verdicts, its errors, its readings."""
     if results.schema_version != SCHEMA_VERSION:
         message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
-        yield Problem("schema_version", Cause.SCHEMA, message)
+        yield Problem("schema_version", message, Cause.SCHEMA)
     for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
         if count > 1:
-            yield Problem(name, Cause.SET, f"the {sort} stands {count} times in the file")
+            yield Problem(name, f"the {sort} stands {count} times in the file", Cause.SET)
     errata = {erratum.id: erratum for erratum in results.errata}
     derived = {
         record.id: rejudge(record, errata, readings=results.readings.get(record.paper, ())) for record in results.claims
@@ -106,11 +105,11 @@ def _problems(results: ResultsFile) -> Iterator[Problem]:
         yield from _verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement)
     for (sort, name), record in results.named("erratum", "figure", "experiment"):
         if record.error:
-            yield Problem(f"{sort} {name}", Cause.ERROR, record.error)
+            yield Problem(f"{sort} {name}", record.error, Cause.ERROR)
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
         for name in unused_readings(paper.readings, claims):
-            yield Problem(paper.key, Cause.TEXT, f"no claim rests on the reading {name!r}")
+            yield Problem(paper.key, f"no claim rests on the reading {name!r}", Cause.TEXT)
 
 
 def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
@@ -121,32 +120,27 @@ def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
             continue
         if (stored_value := getattr(found, name)) != (wanted_value := getattr(derived, name)):
             message = f"{name} is {_show(stored_value)}, but the stored numbers give {_show(wanted_value)}"
-            yield Problem(record.id, Cause.FORGED, message)
+            yield Problem(record.id, message, Cause.FORGED)
     if found.verdict is Verdict.ERROR:
-        yield Problem(record.id, Cause.ERROR, found.reason)
+        yield Problem(record.id, found.reason, Cause.ERROR)
     elif record.unexpected:
         message = f"{_show(found.verdict)}, pinned {_show(record.claim.expected)}: {found.reason}"
-        yield Problem(record.id, Cause.CHANGED_VERDICT, message)
+        yield Problem(record.id, message, Cause.CHANGED_VERDICT)
 
 
-def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:
-    yield from (Problem(where, Cause.FORGED, message) for where, message in unsupported(results))
-    for entry in results.certificates:
-        if not entry.proved:
-            yield Problem(entry.path, Cause.ERROR, entry.reason or "it is not proved, and no reason is given")
-    faults = () if root is None else against_files(results, root)
-    yield from (Problem(where, Cause.CERTIFICATE, message) for where, message in faults)
-
-
-def unsupported(results: ResultsFile) -> Iterator[Fault]:
-    """Claims whose bracket, or mark, is not what the certificates of the file prove."""
+def unsupported(results: ResultsFile) -> Iterator[Problem]:
+    """Claims whose bracket, or mark, is not what the certificates of the file prove; those that prove nothing."""
     for claim in results.claims:
         supporting = [entry for entry in results.certificates if claim.id in entry.claims]
         paths, found = tuple(entry.path for entry in supporting), claim.evidence.certificates
         if found != paths:
-            yield claim.id, f"certificates is {found!r}, but those of the file that name it are {paths!r}"
+            message = f"certificates is {found!r}, but those of the file that name it are {paths!r}"
+            yield Problem(claim.id, message, Cause.FORGED)
         elif claim.evidence.method and (difference := _difference(claim, supporting)):
-            yield claim.id, difference
+            yield Problem(claim.id, difference, Cause.FORGED)
+    for entry in results.certificates:
+        if not entry.proved:
+            yield Problem(entry.path, entry.reason or "it is not proved, and no reason is given", Cause.ERROR)
 
 
 def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) -> str:
@@ -163,22 +157,25 @@ def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) ->
     return "" if found.supported == standing.supported else "what its certificates do not say is told otherwise"
 
 
-def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
+def against_files(results: ResultsFile, root: Path) -> Iterator[Problem]:
     """Certificates of the file that are not the ones wanted, or not the ones that lie below `root`."""
     listed, reasons = wanted(root, [paper.key for paper in results.papers])
     there = {entry.path: entry for entry in listed}
     stored = {entry.path: entry for entry in results.certificates}
     for path in sorted(there.keys() ^ stored.keys()):
-        yield path, f"the certificate is {'wanted and not in the file' if path in there else 'in the file, not wanted'}"
+        where = "wanted and not in the file" if path in there else "in the file, not wanted"
+        yield Problem(path, f"the certificate is {where}", Cause.CERTIFICATE)
     for path in sorted(there.keys() & stored.keys()):
         entry, record = there[path], stored[path]
         if sha256(root / path, "missing") != record.sha256:
-            yield path, "the file is not the one that was verified; run the audit again"
+            yield Problem(path, "the file is not the one that was verified; run the audit again", Cause.CERTIFICATE)
         if (entry.claims, entry.statement) != (record.claims, record.statement):
-            yield path, "its claims or statement are not those of the theorem that is wanted"
+            message = "its claims or statement are not those of the theorem that is wanted"
+            yield Problem(path, message, Cause.CERTIFICATE)
     for claim in results.claims:
         if claim.judgement.unproved != no_theorem(claim.claim, reasons, bool(claim.evidence.certificates)):
-            yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
+            message = "the reason why there is no theorem is not the one that the paper gives"
+            yield Problem(claim.id, message, Cause.CERTIFICATE)
 
 
 def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
@@ -188,12 +185,12 @@ def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Pro
         (records.keys() - code.keys(), "in the file and not in the code"),
     ):
         for sort, name in sorted(names):
-            yield Problem(name, Cause.SET, f"the {sort} is {message}")
+            yield Problem(name, f"the {sort} is {message}", Cause.SET)
     for key, fields in code.items():
         for field, said in fields.items():
             if key in records and (found := getattr(records[key], field)) != said:
                 message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
-                yield Problem(key[1], Cause.TEXT, message)
+                yield Problem(key[1], message, Cause.TEXT)
 
 
 def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
@@ -235,7 +232,7 @@ def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Outcome:
     return run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
 
 
-def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator[Fault]:
+def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator[Problem]:
     """Where the file, or a file of a figure, is not what the cache gives, and what is different there.
 
     Nothing is computed but what turns results into records. Where the cache no longer holds what the file was made
@@ -246,12 +243,13 @@ def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator
         return
     yield from _environment(results.run, again.environment)
     if results.run.unlocked != again.results.run.unlocked:
-        yield "run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock"
+        yield Problem("run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock")
     keys = {record.name: record.key for record in results.experiments}
     others = [record.name for record in again.results.experiments if keys.get(record.name, record.key) != record.key]
     if others:
         more = f" (and of {len(others) - 1} more)" if others[1:] else ""
-        yield others[0], f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
+        message = f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
+        yield Problem(others[0], message)
     unknown = _unknown(results, again)
     stored = dict(results.named(*OF_PAPERS))
     for key, record in again.results.named(*OF_PAPERS):
@@ -259,13 +257,13 @@ def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator
             yield from _changed(key[1], stored[key], record)
     proofs = {record.path: record for record in results.certificates}
     if len(proofs) < len(results.certificates):
-        yield "certificates", "one of them stands twice in the file"
+        yield Problem("certificates", "one of them stands twice in the file")
     for proof in again.results.certificates:
         if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in _absent(again):
             yield from _changed(proof.path, proofs[proof.path], proof)
     for name, drawn in again.drawn.items():
         if drawn is not None and checksums(figures, name) != drawn.files:
-            yield name, f"{figures / name}.csv and .svg are not as the run left them; run the audit again"
+            yield Problem(name, f"{figures / name}.csv and .svg are not as the run left them; run the audit again")
 
 
 def unfounded(results: ResultsFile, again: Outcome) -> str:
@@ -283,7 +281,7 @@ def _here(results: ResultsFile, again: Outcome) -> bool:
     return not list(_environment(results.run, again.environment)) or any(one.key in keys for one in results.experiments)
 
 
-def _environment(run: RunRecord, here: Environment) -> Iterator[Fault]:
+def _environment(run: RunRecord, here: Environment) -> Iterator[Problem]:
     """What a run says of its environment and is not so here."""
     said: dict[str, tuple[Any, Any]] = {
         "package_version": (run.package_version, replication.__version__),
@@ -295,7 +293,7 @@ def _environment(run: RunRecord, here: Environment) -> Iterator[Fault]:
     }
     for name, (stored, found) in said.items():
         if stored != found:
-            yield f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of"
+            yield Problem(f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of")
 
 
 def _unknown(results: ResultsFile, again: Outcome) -> set[str]:
@@ -313,8 +311,8 @@ def _absent(again: Outcome) -> set[str]:
     return failed | {name for name, drawn in again.drawn.items() if drawn is None}
 
 
-def _changed(where: str, stored: Any, found: Any) -> Iterator[Fault]:
-    return ((where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
+def _changed(where: str, stored: Any, found: Any) -> Iterator[Problem]:
+    return (Problem(where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
 
 
 def _moved(path: str, stored: Any, found: Any) -> Iterator[str]:

@@ -232,12 +232,10 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
     if evidence.value is None:
         raise AuditError(f"the evidence holds no value to compare with the printed {printed.text!r}")
     values = [Fraction(value) for value in printed.align("computed value", evidence.value)]
-    lows: list[Fraction | None] = [None] * len(values)
-    highs: list[Fraction | None] = [None] * len(values)
-    if evidence.lower is not None:
-        lows = [Fraction(value) for value in printed.align("lower bound", evidence.lower)]
-    if evidence.upper is not None:
-        highs = [Fraction(value) for value in printed.align("upper bound", evidence.upper)]
+    lows, highs = (
+        [None] * len(values) if side is None else [Fraction(end) for end in printed.align(name, side)]
+        for name, side in (("lower bound", evidence.lower), ("upper bound", evidence.upper))
+    )
     has_bracket = evidence.lower is not None or evidence.upper is not None
     intervals = target.intervals if not printed.relation else (None,) * len(values)
     measured = []

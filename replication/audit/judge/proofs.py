@@ -16,13 +16,12 @@ from replication.audit.judge.match import Match, match
 from replication.audit.judge.printed import flat
 from replication.audit.model import NUMERIC, Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
-from replication.audit.store.records import CertificateRecord
+from replication.audit.store.records import CertificateRecord, shared
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 from replication.files import sha256
 from replication.machine.theory import STATEMENTS, sum_for
 from replication.twice import RECORD, second
-from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
@@ -121,13 +120,13 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
         except Refused as refusal:
             raise AuditError(str(refusal)) from None
         folder = root / package / paper
-        shared = {f"{package}/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
-        shared |= imported(root, package, folder)
+        common = {f"{package}/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
+        common |= imported(root, package, folder)
         by_coq = [name for name, entry in listed.items() if entry.statement in STATEMENTS]
         (statement, sums), twice = machine_checked(folder, by_coq), checked_twice(folder, listed)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
-            subject = {path: sha256(root / path, "missing"), **shared}
+            subject = {path: sha256(root / path, "missing"), **common}
             found.append(
                 Wanted(
                     paper=paper,
@@ -162,21 +161,9 @@ def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bo
 
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
     """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
-    none: dict[str, Any] = {"lower": None, "upper": None, "holds": None, "items": [], "says": []}
-    proved: Mapping[str, Any] = result or {"sentence": "", "reason": error, **none}
-    says = msgspec.convert(proved["says"], tuple[Exported, ...])
-    return CertificateRecord(
-        paper=certificate.paper,
-        name=certificate.name,
-        path=certificate.path,
-        sha256=certificate.subject[certificate.path],
-        claims=certificate.claims,
-        statement=certificate.statement,
-        proved=not proved["reason"],
-        machine=certificate.machine,
-        second=certificate.second,
-        **{**proved, "items": tuple((low, high) for low, high in proved["items"]), "says": says},
-    )
+    proved = result or {"reason": error}
+    given = {"sha256": certificate.subject[certificate.path], "proved": not proved["reason"], **proved}
+    return msgspec.convert(shared(CertificateRecord, certificate) | given, CertificateRecord)
 
 
 @dataclass(frozen=True, kw_only=True)

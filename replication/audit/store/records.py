@@ -142,12 +142,12 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     claims: tuple[str, ...]
     statement: str
     proved: bool
-    reason: str
-    sentence: str
-    lower: str | None
-    upper: str | None
-    holds: bool | None
-    items: tuple[tuple[str | None, str | None], ...]
+    reason: str = ""
+    sentence: str = ""
+    lower: str | None = None
+    upper: str | None = None
+    holds: bool | None = None
+    items: tuple[tuple[str | None, str | None], ...] = ()
     machine: str = ""
     second: bool = False
     says: tuple[Exported, ...] = ()

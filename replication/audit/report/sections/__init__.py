@@ -37,7 +37,7 @@ class Section:
 
 Build = Callable[[ResultsFile, Mapping[str, Target]], Any]
 _SECTIONS: tuple[tuple[str, str, Build], ...] = (
-    ("across", "Across the papers", lambda results, read: across(results)),
+    ("across", "Across the papers", lambda results, read: across(results) or None),
     ("words", "What the words mean", lambda results, read: {"verdicts": VERDICTS, "terms": terms(results.papers)}),
     ("proofs", "Proofs", lambda results, read: proofs(results)),
     ("policies", "Policies", lambda results, read: by_policy(results.claims)),
