@@ -22,10 +22,13 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+import msgspec
 
 from replication.errors import AuditError, meant
 
+S = TypeVar("S", bound=msgspec.Struct)
 FIELDS = ("place", "value", "unit", "note")
 
 
@@ -108,6 +111,19 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} cannot be read: {error.strerror}") from None
     except (ValueError, ArithmeticError) as error:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
+
+
+def converted(where: Callable[[str], str], table: Mapping[str, Any], kind: type[S]) -> S:
+    """A table as a record; raises AuditError for a field that is unknown or of another form, by `where` it stands."""
+    known = [field.encode_name for field in msgspec.structs.fields(kind)]
+    if unknown := sorted(table.keys() - set(known)):
+        raise AuditError(f"{where(unknown[0])}: unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+    try:
+        return msgspec.convert(table, kind)
+    except msgspec.ValidationError as error:
+        field = re.search(r"\$\.(\w+)", str(error))
+        said = str(error).replace("`str | object`", "a string, or a table by entry")
+        raise AuditError(f"{where(field[1] if field else '')}: {said}; correct it") from None
 
 
 def words(table: str) -> dict[str, str]:

@@ -20,7 +20,7 @@ from replication.audit.judge.match import NO_PREDICATE, compared
 from replication.audit.judge.proofs import wanted, with_proofs
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, StatedClaim, Verdict
-from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, shared
+from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, ResultsFile, shared
 from replication.errors import AuditError
 from replication.verify.predicate import Exported, Predicate, Relation, Term, term
 

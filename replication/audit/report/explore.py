@@ -10,7 +10,7 @@ import csv
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from replication.audit.brief import Curve, Explorer, Picture, Traces
@@ -115,9 +115,7 @@ class CurveView:
 
 @dataclass(frozen=True, kw_only=True)
 class PictureView:
-    """A picture ready to be drawn. share: of the claim's level in the
-    largest one among the pictures, in per cent. marks: the instants of each sensor, as a path.
-    """
+    """A picture ready to be drawn. marks: the instants of each sensor, as a path."""
 
     picture: Picture
     curves: tuple[CurveView, ...]
@@ -130,7 +128,6 @@ class PictureView:
     steps: int
     limit: float | None
     claim: ClaimView | None
-    share: float
     marks: tuple[tuple[str, str], ...]
 
     @property
@@ -158,13 +155,11 @@ def explorers(
     for explorer in paper.brief.explorers if paper.brief else ():
         require_title(explorer.title)
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
-        pictures = [
+        pictures = tuple(
             _view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known, refuted) for picture in own
-        ]
-        largest = max((view.level for view in pictures), default=0.0) or math.inf
+        )
         if pictures:
-            shared = tuple(replace(view, share=round(100 * view.level / largest)) for view in pictures)
-            made.append((explorer, shared))
+            made.append((explorer, pictures))
     return tuple(made)
 
 
@@ -220,7 +215,6 @@ def _view(
         steps=len(across) - 1,
         limit=round(drawn_on.y(picture.limit[0])) if picture.limit else None,
         claim=known[f"{key}.{picture.claim}"] if picture.claim else None,
-        share=0.0,
         marks=tuple((one.label, _instants(across, one.period, one.offset, drawn_on.x)) for one in picture.sensors),
     )
 
