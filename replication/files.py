@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import os
 import tempfile
@@ -38,6 +39,14 @@ def read_text(path: Path) -> str:
         ) from None
     except OSError as error:
         raise InvalidInputError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def read_columns(path: Path) -> dict[str, tuple[float, ...]]:
+    """The columns of a CSV file of numbers, without blanks; raises OSError or ValueError for any other file."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        names, *rows = csv.reader(stream)
+    columns = zip(names, zip(*rows, strict=True), strict=True)
+    return {name: tuple(float(cell) for cell in column if cell) for name, column in columns}
 
 
 def sha256(content: bytes | str | Path, absent: str = "") -> str:

@@ -230,31 +230,29 @@ def notes(
     unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
     papers.
     """
-    if unused:
-        yield f"no claim, erratum, figure or finding uses {listed(unused)}"
-    if results.run.unlocked:
-        yield f"not as locked: {listed(results.run.unlocked)}"
     bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
-    if numbers := [claim.id for claim in bare if claim.evidence.value is not None]:
-        yield f"a number that rests on no experiment: {listed(numbers)}"
-    if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
-        yield f"a statement that rests on no experiment: {listed(statements)}"
-    loose = [f"{', '.join(one.untraced)} ({one.name})" for one in results.experiments if one.untraced]
-    if loose:
-        yield f"not traced, and so computed again by every run: {listed(loose)}"
-    if unborne := [erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)]:
-        yield f"an erratum that its own proof does not bear out: {listed(unborne)}"
+    stated = [claim for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]
     pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
-    if asked := [claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)]:
-        yield f"the print is an input of what the number rests on, so look whether it only comes back: {listed(asked)}"
-    unchecked = [
-        claim.id
-        for claim in results.claims
-        if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)
-        and not (claim.evidence.cross_check or claim.judgement.proved)
-    ]
-    if unchecked:
-        yield f"neither a check by a second method nor a proof: {listed(unchecked)}"
+    judged = [claim for claim in results.claims if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)]
+    told = {
+        "no claim, erratum, figure or finding uses ": unused,
+        "not as locked: ": results.run.unlocked,
+        "a number that rests on no experiment: ": [claim.id for claim in bare if claim.evidence.value is not None],
+        "a statement that rests on no experiment: ": [claim.id for claim in stated],
+        "not traced, and so computed again by every run: ": [
+            f"{', '.join(one.untraced)} ({one.name})" for one in results.experiments if one.untraced
+        ],
+        "an erratum that its own proof does not bear out: ": [
+            erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)
+        ],
+        "the print is an input of what the number rests on, so look whether it only comes back: ": [
+            claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)
+        ],
+        "neither a check by a second method nor a proof: ": [
+            claim.id for claim in judged if not (claim.evidence.cross_check or claim.judgement.proved)
+        ],
+    }
+    yield from (f"{words}{listed(names)}" for words, names in told.items() if names)
     for claim in results.claims:
         if said := contradiction(claim):
             yield f"{claim.id}: the check by a second method says {said}, which is not what was computed; look at both"

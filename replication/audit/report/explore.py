@@ -6,7 +6,6 @@ picture stands where its slider begins.
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -19,6 +18,7 @@ from replication.audit.judge.numerals import require_title
 from replication.audit.report.claim import ClaimView, standing
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
+from replication.files import read_columns
 
 # The axes of a picture: from numbers to a frame of 1000 by 1000, round ticks, and names that do not meet
 
@@ -165,11 +165,10 @@ def explorers(
 
 def table(path: Path) -> dict[str, Values]:
     """The columns of a table: one with a single number holds it throughout, one that is short ends in no number."""
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    columns = {name: [float(row[name]) for row in rows if row[name]] for name in rows[0]}
+    columns = read_columns(path)
+    length = max(map(len, columns.values()))
     return {
-        name: tuple(numbers * len(rows) if len(numbers) == 1 else numbers + [math.nan] * (len(rows) - len(numbers)))
+        name: numbers * length if len(numbers) == 1 else numbers + (math.nan,) * (length - len(numbers))
         for name, numbers in columns.items()
     }
 

@@ -32,7 +32,7 @@ from replication.audit.store.sources import SourceTree, default_packages
 from replication.drawing import svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
-from replication.files import sha256, write_atomically
+from replication.files import read_columns, sha256, write_atomically
 
 DIGITS = 10
 """Significant digits of a new number. Another processor rounds otherwise, and some number always lies at an edge: data
@@ -44,7 +44,10 @@ RELATIVE, OF_LARGEST = 1e-6, 1e-7
 
 def settled(fresh: FigureData, path: Path) -> FigureData:
     """The data of the CSV file at `path` if all of `fresh` agrees with them, else `fresh` in `DIGITS` digits."""
-    kept = _read(path)
+    try:
+        kept = read_columns(path)
+    except (OSError, ValueError):
+        kept = {}
     if list(kept) == list(fresh.columns) and all(_agree(kept[name], fresh.columns[name]) for name in kept):
         return FigureData(columns=kept)
     return FigureData(columns={name: tuple(map(_rounded, column)) for name, column in fresh.columns.items()})
@@ -59,19 +62,6 @@ def _agree(kept: Sequence[float], fresh: Sequence[float]) -> bool:
 
 def _rounded(number: float) -> float:
     return float(f"{float(number):.{DIGITS}g}") if math.isfinite(number) else number
-
-
-def _read(path: Path) -> Mapping[str, tuple[float, ...]]:
-    """The columns of a CSV file as `to_csv` writes it; none if it is not there or not such a file."""
-    try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            names, *rows = csv.reader(stream)
-        columns = zip(*rows, strict=True)
-        return {
-            name: tuple(float(cell) for cell in column if cell) for name, column in zip(names, columns, strict=True)
-        }
-    except (OSError, ValueError):
-        return {}
 
 
 @dataclass(frozen=True)
@@ -123,12 +113,11 @@ class Drawings:
         module = f"{read_settings(self._root).papers}.{paper.key}"
         files = self._tree.files_of(module) | self._tree.files_of(__name__)
         inputs = {name: sha256(encode(name, result)) for name, result in results.items()}
-        return Dependencies.on(
-            self._environment,
-            dict(sorted(files.items())),
-            __name__,
-            encode(figure.name, inputs, sort=True),
-            loaded=loaded(self._tree.installed_of(module)),
+        return Dependencies(
+            sources=dict(sorted(files.items())),
+            function=__name__,
+            inputs=encode(figure.name, inputs, sort=True),
+            **self._environment.of_key(loaded(self._tree.installed_of(module))),
         )
 
     def _drawn(

@@ -204,10 +204,8 @@ def _plan(
         files, dynamic = sources.files_of(module), sources.is_dynamic(module)
         if dynamic:  # it may import by a computed name whatever its package imports, too
             files |= {label: sha for parent in parents(module) for label, sha in sources.files_of(parent).items()}
-        exact = experiment.function is prove
-        dependencies = Dependencies.on(
-            environment, files, function, text, loaded=packages(module), needed=needed, exact=exact
-        )
+        setting = environment.of_key(packages(module), exact=experiment.function is prove)
+        dependencies = Dependencies(sources=files, function=function, inputs=text, needed=needed, **setting)
         arguments = encode(f"the inputs of {name}", {**inputs, **place}) if own else text
         task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, lookup(name, dependencies)

@@ -13,7 +13,6 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import SolverRecord
-from replication.audit.store.provenance import Environment
 from replication.errors import AuditError
 from replication.files import sha256, write_atomically
 
@@ -107,33 +106,6 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     packages: dict[str, str] = {}
     kernel: str = ""
     needed: dict[str, str] = {}
-
-    @classmethod
-    def on(
-        cls,
-        environment: Environment,
-        sources: Mapping[str, str],
-        function: str,
-        inputs: str,
-        *,
-        loaded: Mapping[str, str] | None = None,
-        needed: Mapping[str, str] | None = None,
-        exact: bool = False,
-    ) -> Dependencies:
-        """Those of a result that is computed in this environment; exact: without linear algebra in floating point.
-
-        loaded: the distributions that are imported, beside those that the project declares.
-        """
-        return cls(
-            sources=dict(sources),
-            function=function,
-            inputs=inputs,
-            lock=environment.lock_sha256,
-            python=environment.python,
-            packages={**environment.packages, **(loaded or {})},
-            needed=dict(needed or {}),
-            kernel="" if exact else environment.kernel,
-        )
 
     @property
     def key(self) -> str:

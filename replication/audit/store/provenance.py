@@ -151,6 +151,16 @@ class Environment:
     kernel: str
     loaded: dict[str, str] = field(default_factory=dict)
 
+    def of_key(self, loaded: Mapping[str, str], exact: bool = False) -> dict[str, Any]:
+        """What the key of a result has of it, as fields of `Dependencies`.
+
+        loaded: the distributions that are imported, beside those that the project declares. exact: without linear
+        algebra in floating point.
+        """
+        packages = {**self.packages, **loaded}
+        kernel = "" if exact else self.kernel
+        return {"lock": self.lock_sha256, "python": self.python, "packages": packages, "kernel": kernel}
+
     @property
     def versions(self) -> dict[str, str]:
         """Of all packages, declared or loaded."""
