@@ -109,6 +109,12 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     holds: bool | None = None
     margin: float | None = None
 
+    @property
+    def evidence(self) -> Evidence:
+        """The same as evidence of its own."""
+        found = {name: getattr(self, name) for name in self.__struct_fields__ if name != "reading"}
+        return Evidence(method=f"under {self.reading}", **found)
+
 
 class How(StrEnum):
     """How the range of an outcome over printed inputs was found: an enclosure, or the ends that a search reached."""

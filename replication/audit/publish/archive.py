@@ -26,10 +26,6 @@ from replication.files import sha256, write_atomically
 # The folder of exports: badges, linked data and BibTeX of a run
 
 
-PADDING, MARK = 7, 16
-CHARACTER = 6.6
-"""Width in pixels that one character of 11 px text is given; `textLength` then makes the text as wide as its box."""
-
 TICK, CROSS, DIAMOND = "M4 10.5l3.5 3.5l6-8", "M4.5 5.5l8 8m0-8l-8 8", "M8.5 5.5l4.5 4.5l-4.5 4.5l-4.5-4.5z"
 GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
 """Colour, with a contrast of more than 4.5:1 to white, and mark: all agree, something does not, a theorem fails."""
@@ -70,9 +66,7 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     text = f"{moved} off the pin" if moved else tally(chosen).words
     stands = standing(chosen)
     colour, mark = BAD if moved or stands.broken else SOME if stands.failing else GOOD
-    left, right = CHARACTER * len(label) + 2 * PADDING, CHARACTER * len(text) + 2 * PADDING + MARK
-    drawn = {"left": left, "right": right, "wide": CHARACTER, "colour": colour, "mark": mark}
-    return environment().get_template("badge.svg.j2").render(drawn, label=label, text=text)
+    return environment().get_template("badge.svg.j2").render(colour=colour, mark=mark, label=label, text=text)
 
 
 def bibtex(results: ResultsFile, software: Software) -> str:

@@ -14,7 +14,7 @@ from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target, rounds_to
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Evidence, Kind, Policy, StatedClaim, Verdict
+from replication.audit.model import Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
@@ -265,8 +265,7 @@ def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryV
         return None
     for outcome in record.evidence.outcomes:
         if outcome.value is not None:
-            under = Evidence(method="", value=outcome.value, lower=outcome.lower, upper=outcome.upper)
-            found = side_by_side(target, under)
+            found = side_by_side(target, outcome.evidence)
             if all(entry.inside for entry in found):
                 number = found[0].head + found[0].tail
                 return number if len(found) == 1 else f"all {len(found)} agree", outcome.reading

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from replication.audit.brief import Bars, Curve, Entries, Pair, Traces
@@ -55,12 +55,12 @@ class TracesView:
 
 @dataclass(frozen=True, kw_only=True)
 class BarView:
-    """A printed number and the bound beside it, their widths in per cent of the longest; lower, times: rounded down."""
+    """A printed number and the bound beside it, as they are drawn; lower, times: rounded down."""
 
     label: str
     printed: ClaimView
     bound: ClaimView
-    widths: tuple[float, float]
+    drawn: tuple[float, float]
     lower: float
     times: float
 
@@ -182,9 +182,7 @@ def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | Entries
         return _traces(picture, table(figures / f"{picture.figure}.csv")) if picture.figure in drawn else None
     if isinstance(picture, Bars):
         made = [_pair(pair, paper, known) for pair in picture.pairs]
-        longest = max((max(bar.widths) for bar in made), default=1.0) / 100
-        shared = tuple(replace(bar, widths=(bar.widths[0] / longest, bar.widths[1] / longest)) for bar in made)
-        return BarsView(picture=picture, pairs=shared) if made else None
+        return BarsView(picture=picture, pairs=tuple(made)) if made else None
     if isinstance(picture, Entries):
         listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
@@ -210,7 +208,7 @@ def _pair(pair: Pair, paper: PaperView, known: Mapping[str, ClaimView]) -> BarVi
         label=pair.label,
         printed=printed,
         bound=bound,
-        widths=(value, float(lower)),
+        drawn=(value, float(lower)),
         lower=float(numerals.at_least(float(lower), 4)),
         times=float(numerals.at_least(float(lower) / value, 3)),
     )
