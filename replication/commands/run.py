@@ -27,7 +27,7 @@ from replication.errors import AuditError
 from replication.ownplant.fields import positive
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Executor
+    from replication.audit.run.pool import Compute
     from replication.audit.run.runner import Outcome
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
@@ -153,13 +153,13 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
     return DIFFERENT if unexpected(results) or unproved(results) else FINE
 
 
-def _executor(chosen: argparse.Namespace) -> Executor:
-    from replication.audit.run.pool import Processes
+def _executor(chosen: argparse.Namespace) -> Compute:
+    from replication.audit.run.pool import processes
 
     if chosen.scheduler is None:
-        return Processes(chosen.jobs)
+        return partial(processes, jobs=chosen.jobs)
     if chosen.jobs is not None:
         raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    from replication.audit.run.cluster import Cluster
+    from replication.audit.run.cluster import on_cluster
 
-    return Cluster(chosen.scheduler)
+    return partial(on_cluster, chosen.scheduler)

@@ -220,16 +220,13 @@ def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
 
 
-class _Nobody:
-    """Computes nothing."""
-
-    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        yield from (Answer(task.name, None, 0.0, "it is not kept") for task in tasks)
-
-
 def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Outcome:
     """What the results in the cache give for these papers; raises as `run` does for mistakes in the papers."""
-    return run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
+
+    def nobody(tasks: Sequence[Task]) -> list[Answer]:
+        return [Answer(task.name, None, 0.0, "it is not kept") for task in tasks]
+
+    return run(papers, cache=replace(cache, write=False), root=root, executor=nobody)
 
 
 def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator[Problem]:

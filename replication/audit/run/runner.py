@@ -23,7 +23,7 @@ from replication.audit.project import read_settings
 from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
 from replication.audit.run.draw import Drawings, Drawn
-from replication.audit.run.pool import Action, Executor, Processes, Step
+from replication.audit.run.pool import Action, Compute, Step, processes
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import Answer, Task, describe, function_name
@@ -69,13 +69,13 @@ def run(
     *,
     cache: Cache,
     root: Path,
-    executor: Executor | None = None,
+    executor: Compute = processes,
     progress: Callable[[str], None] = lambda line: None,
     figures: Path | None = None,
     packages: Mapping[str, Path] | None = None,
     timeout: float = TIMEOUT,
 ) -> Outcome:
-    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`; None: one process per core.
+    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`.
 
     Results do not depend on the executor and pass through JSON, so that a fresh and a stored one are the same. Each is
     stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
@@ -110,7 +110,7 @@ def run(
                 done[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
         plans |= planned
         tasks = _longest_first([plan for name, plan in planned.items() if name not in done])
-        answers = (executor or Processes()).compute(tasks) if tasks else ()
+        answers = executor(tasks) if tasks else ()
         for number, answer in enumerate(answers, 1):
             done[answer.name] = _finish(answer, plans[answer.name], cache, sources)
             progress(f"[{number}/{len(tasks)}] {done[answer.name]}")
