@@ -8,7 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
@@ -16,6 +18,7 @@ from replication.audit.judge.printed import flat, has_uncertainty
 from replication.audit.judge.typed import numbers_in
 from replication.audit.model import NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
+from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.errors import listed
 
@@ -26,20 +29,6 @@ class Basis(StrEnum):
     DIGITS = "in printed digits"
     STATEMENT = "as statements"
     DRAW = "as random draws"
-
-
-_WORDS = {
-    Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
-    Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
-    Verdict.COMPATIBLE: ("is", "are", "possible: under an inference or as a random draw"),
-    Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
-    Verdict.DIFFERS: ("differs", "differ", "from the print"),
-    Verdict.REFUTED: ("is", "are", "refuted"),
-    Verdict.UNDETERMINED: ("is", "are", "undetermined by the text"),
-    Verdict.ERROR: ("ended", "ended", "in an error"),
-}
-_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
-"""Verdicts that sound like agreement of digits, so the sentence says in what they agree."""
 
 
 def basis(claim: ClaimRecord) -> Basis:
@@ -145,34 +134,31 @@ def headline(results: ResultsFile) -> Headline:
     )
 
 
+@cache
+def _words() -> Any:
+    """The sentences of `sentence.j2`."""
+    return plain_templates(Path(__file__).parent).get_template("sentence.j2").module
+
+
 def sentence(claims: Sequence[ClaimRecord]) -> str:
     """The verdict on all claims in words, computed from them; a number that a text repeats counts once."""
-    if not claims:
-        return "There is no claim to judge."
-    every, claims = claims, once(claims)
-    parts = [_part(verdict, claims) for verdict, number in counts(claims).items() if number]
-    listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-    changed = sum(claim.unexpected for claim in every)
-    expected = (
-        f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
-        if changed
-        else "Every verdict is as expected."
-    )
-    text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
-    return f"{text} {theorems(claims)}".strip()
+    counted, groups = once(claims), []
+    for verdict, number in counts(counted).items():
+        own = [claim for claim in counted if claim.verdict is verdict]
+        timed = sum(claim.timed for claim in own) if verdict is Verdict.UNDETERMINED else 0
+        found = Counter(map(basis, own))
+        groups += [(verdict, number, timed, [(kind, found[kind]) for kind in Basis if found[kind]])] * bool(number)
+    said = _words().sentence(len(counted), groups, sum(claim.unexpected for claim in claims))
+    return f"{said} {theorems(counted)}".strip()
 
 
 def theorems(claims: Iterable[ClaimRecord]) -> str:
     """How many claims theorems decide, how many of these against the claim, how many they support; empty if none."""
     claims = tuple(claims)
-    proved = sum(claim.judgement.proved for claim in claims)
-    against = sum(claim.judgement.proved and claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in claims)
+    proved = [claim for claim in claims if claim.judgement.proved]
+    against = sum(claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in proved)
     supported = sum(bool(claim.judgement.supported) for claim in claims)
-    if not proved and not supported:
-        return ""
-    sides = f", {against} of them against the claim" if against else ""
-    more = f"; they support {supported} more in part" if supported else ""
-    return f"Theorems decide {proved} of {len(claims)} claims{sides}{more}."
+    return str(_words().theorems(len(claims), len(proved), against, supported))
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> dict[str, int]:
@@ -193,17 +179,6 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> d
         ),
     }
     return {words: sum(true) for words, true in found.items()}
-
-
-def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
-    chosen = [claim for claim in claims if claim.verdict is verdict]
-    singular, plural, rest = _WORDS[verdict]
-    text = f"{len(chosen)} {plural if len(chosen) != 1 else singular} {rest}"
-    timed = sum(claim.timed for claim in chosen) if verdict is Verdict.UNDETERMINED else 0
-    if verdict not in _SPLIT:
-        return f"{text} ({timed} run time{'s' * (timed != 1)} among them)" if timed else text
-    found = Counter(map(basis, chosen))
-    return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
 
 
 SIGN = "−1"
