@@ -162,7 +162,8 @@ def write_figure(
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
         data = _data(figure, results, targets[0])
-        title = _titled(figure, data)
+        # Whoever reads nothing else reads the title, so it is short.
+        title = require_title(_said("title", figure.title, data, [figure.caption, figure.place]))
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
         failure = describe(error, sources)
@@ -215,30 +216,25 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
     return svg.tidy(stream.getvalue(), figure.name).encode()
 
 
-def _titled(figure: Figure, data: FigureData) -> str:
-    """The message, with numbers of the data; whoever reads nothing else reads this, so it is short."""
+def _said(what: str, text: object, data: FigureData, stated: Sequence[str]) -> str:
+    """A text of a figure, or what its function says of the data; stated: where its numbers may stand as well."""
 
-    def titled(columns: Any) -> tuple[str]:
-        title = figure.title
-        return (title(FigureData(columns=columns)) if callable(title) else title,)
+    def ask(columns: Any) -> tuple[Any]:
+        return (text(FigureData(columns=columns)) if callable(text) else text,)
 
-    require_found("title", titled, data.columns, [figure.caption, figure.place])
-    return require_title(titled(data.columns)[0])
+    (said,) = ask(data.columns)
+    if not isinstance(said, str):
+        raise AuditError(f"its {what} is {said!r:.80}; return a string")
+    require_found(what, ask, data.columns, stated)
+    return said
 
 
 def _described(figure: Figure, data: FigureData) -> str:
     """The alternative text; whoever cannot see the figure learns its numbers from it, so it must hold some."""
-    text: object = figure.alt(data)
-    if not isinstance(text, str):
-        raise AuditError(f"its alternative text is {text!r:.80}; return a string")
+    stated = [figure.title if isinstance(figure.title, str) else "", figure.caption, figure.place]
+    text = _said("alternative text", figure.alt, data, stated)
     if not any(character.isdigit() for character in text):
         raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
-
-    def again(columns: Any) -> tuple[str]:
-        return (figure.alt(FigureData(columns=columns)),)
-
-    stated = [figure.title if isinstance(figure.title, str) else "", figure.caption, figure.place]
-    require_found("alternative text", again, data.columns, stated)
     return text
 
 
