@@ -53,6 +53,14 @@ class Verdict(StrEnum):
     ERROR = "error"
 
 
+AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
+DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
+HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
+"""Of claims that agree as they stand."""
+CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
+"""Of claims that agree with what is meant, not with what is printed."""
+
+
 class Policy(StrEnum):
     """A rule that like cases share, over all papers; `judge.policies` says each and applies it."""
 

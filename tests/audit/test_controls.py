@@ -19,8 +19,8 @@ from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
 from replication.audit.inspect.headline import notes
 from replication.audit.judge.printed import parse, sensitivities, spread
-from replication.audit.judge.verdict import AGREES, rejudge
-from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
+from replication.audit.judge.verdict import rejudge
+from replication.audit.model import AGREES, Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms

@@ -19,9 +19,9 @@ from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Tra
 from replication.audit.inspect.headline import tally
 from replication.audit.judge.agreement import rounds_to
 from replication.audit.judge.numerals import require_short
-from replication.audit.model import Kind, Outcome, Policy, Verdict
+from replication.audit.model import DISAGREES, Kind, Outcome, Policy, Verdict
 from replication.audit.parts import CELL, CommonLevel
-from replication.audit.report.claim import FAILS, Standing, anchor, consequence, standing, targets, views
+from replication.audit.report.claim import Standing, anchor, consequence, standing, targets, views
 from replication.audit.report.opening.field import Field, field
 from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs, sentences
@@ -163,7 +163,7 @@ def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     assert answered(field([paper_of([remark])])) == "Of 1 result, 0 hold, 1 fails."
     assert answered(field([paper_of([theorem])])) == "The shorter is better guarantee of Doe (2020) is false."
     assert field([paper_of([theorem, remark])]).tally.numbers["fail"] == 2
-    failing = sum(record.verdict in FAILS for record in made.claims)
+    failing = sum(record.verdict in DISAGREES for record in made.claims)
     assert field([paper_of(made.claims)]).tally.numbers["fail"] == failing
 
 
@@ -337,7 +337,9 @@ def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: Re
     first, second, *_ = row.picture.rows[0][1]
     assert row.picture.columns == made.papers[0].tables[0].header[1:]
     assert first.view.record.id == f"{KEY}.column-2-3" and not first.instead and 16 < first.at < 84
-    assert (row.picture.total, row.picture.off) == (4, 2)
+    cells = [cell for _, row in row.picture.rows for cell in row if cell is not None]
+    assert (len(cells), sum(bool(cell.instead) for cell in cells)) == (4, 2)
+    assert "ours rounds differently (2 of 4)" in render(made, Path())
     assert second.ours.startswith(second.entry.full[:4])
     bare = replace(made.papers[0], brief=None, tables=())
     lanes = field([paper_view(bare, made, Path(), targets(made.claims))]).lanes
@@ -361,7 +363,7 @@ def test_several_rows_are_a_table_and_the_headline_brings_its_proof(made: Result
 def test_an_entry_outside_its_box_says_what_the_print_should_be(made: ResultsFile) -> None:
     row = shown(made, Path(), picture=Entries(columns=("one",), rows=(("level", ("column-5-7",)),)))
     ((_, (cell,)),) = row.picture.rows
-    assert cell.entry.printed != cell.instead == f"{float(cell.entry.full):.2f}" and row.picture.off == 1
+    assert cell.entry.printed != cell.instead == f"{float(cell.entry.full):.2f}"
 
 
 def test_bars_are_as_long_as_print_and_bound(made: ResultsFile) -> None:

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
-from replication.audit.judge.verdict import AGREES, rejudge
-from replication.audit.model import Kind, Policy, Verdict
+from replication.audit.judge.verdict import rejudge
+from replication.audit.model import AGREES, CORRECTED, Kind, Policy, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 
 EXPECTED = {
@@ -24,7 +24,6 @@ EXPECTED = {
 }
 """What each kind of alteration must give."""
 _MOVED, _DENIED, _UNPROVED, _EMPTIED, _MENDED = EXPECTED
-CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 Errata = Mapping[str, ErratumRecord]
 
 

@@ -16,7 +16,7 @@ from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import flat, has_uncertainty
 from replication.audit.judge.typed import numbers_in
-from replication.audit.model import NO_READING, NUMERIC, Kind, Verdict
+from replication.audit.model import DISAGREES, NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -53,7 +53,7 @@ def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
 GROUPS = {
     "hold": (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT),
     "possible": (Verdict.COMPATIBLE,),
-    "fail": (Verdict.DIFFERS, Verdict.REFUTED),
+    "fail": DISAGREES,
     "undetermined": (Verdict.UNDETERMINED,),
     "in error": (Verdict.ERROR,),
 }
@@ -156,7 +156,7 @@ def theorems(claims: Iterable[ClaimRecord]) -> str:
     """How many claims theorems decide, how many of these against the claim, how many they support; empty if none."""
     claims = tuple(claims)
     proved = [claim for claim in claims if claim.judgement.proved]
-    against = sum(claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in proved)
+    against = sum(claim.verdict in DISAGREES for claim in proved)
     supported = sum(bool(claim.judgement.supported) for claim in claims)
     return str(_words().theorems(len(claims), len(proved), against, supported))
 

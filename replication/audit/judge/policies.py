@@ -14,7 +14,7 @@ import msgspec
 from replication.audit.data import words
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
 from replication.audit.judge.numerals import exact, short
-from replication.audit.model import Claim, Evidence, Judgement, Kind, Policy, Reading, StatedClaim, Verdict
+from replication.audit.model import DISAGREES, Claim, Evidence, Judgement, Kind, Policy, Reading, StatedClaim, Verdict
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
@@ -160,7 +160,7 @@ def same_fact(record: ClaimRecord, first: Judgement | None) -> ClaimRecord:
     own = record.judgement
     if first is None or Verdict.ERROR in (own.verdict, first.verdict):
         return record
-    wrong = {verdict in (Verdict.DIFFERS, Verdict.REFUTED) for verdict in (own.verdict, first.verdict)}
+    wrong = {verdict in DISAGREES for verdict in (own.verdict, first.verdict)}
     told = f"It says the same as {record.claim.repeats}, which is {first.verdict}"
     if len(wrong) > 1:
         reason = f"{told}; on its own evidence it would be {own.verdict}: one of the two is wrong. {own.reason}"

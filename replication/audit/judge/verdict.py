@@ -23,6 +23,8 @@ from replication.audit.judge.policies import (
 from replication.audit.judge.proofs import Standing, with_proofs
 from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
+    AGREES,
+    DISAGREES,
     NO_READING,
     NUMERIC,
     Claim,
@@ -42,8 +44,6 @@ SMALLEST_PROBABILITY_REASON = (
     "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
 )
 
-AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
-DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
 TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests nothing"
 
 

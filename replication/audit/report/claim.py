@@ -14,7 +14,7 @@ from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target, rounds_to
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Kind, Policy, StatedClaim, Verdict
+from replication.audit.model import CORRECTED, DISAGREES, HOLDS, Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
@@ -40,8 +40,6 @@ MEANING = {
 }
 
 
-FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
-STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 PROMISES = (Consequence.THEOREM, Consequence.HEADLINE)
 
 
@@ -78,14 +76,14 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
     return Standing(
         theorems=len(theorems),
         refuted=sum(claim.verdict is Verdict.REFUTED for claim in theorems),
-        broken=sum(claim.verdict in FAILS for claim in theorems),
-        sound=bool(theorems) and all(claim.verdict in STANDS for claim in theorems),
-        corrected=any(claim.claim.erratum and claim.verdict not in FAILS for claim in theorems),
+        broken=sum(claim.verdict in DISAGREES for claim in theorems),
+        sound=bool(theorems) and all(claim.verdict in (*HOLDS, Verdict.REPRODUCED_AFTER_ERRATUM) for claim in theorems),
+        corrected=any(claim.claim.erratum and claim.verdict not in DISAGREES for claim in theorems),
         open=any(
             claim.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in claim.evidence.outcomes}
             for claim in promised
         ),
-        failing=sum(claim.verdict in FAILS for claim in own),
+        failing=sum(claim.verdict in DISAGREES for claim in own),
         claims=len(own),
     )
 
@@ -122,12 +120,6 @@ MOST_COLUMNS = 2
 
 LARGE = 10
 """Ratio of a computed number to its print from which on it is told as such, and not in per cent."""
-
-HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
-"""Verdicts of claims that a reader need not look at first."""
-
-CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
-"""Verdicts of claims that agree with what is meant, not with what is printed."""
 
 
 @dataclass(frozen=True, kw_only=True)

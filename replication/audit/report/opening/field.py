@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from replication.audit.brief import Consequence
 from replication.audit.inspect.headline import Tally, tally
-from replication.audit.model import Verdict
-from replication.audit.report.claim import FAILS, ClaimView, Standing, standing
+from replication.audit.model import DISAGREES, Verdict
+from replication.audit.report.claim import ClaimView, Standing, standing
 from replication.audit.report.paper import PaperView
 
 ORDER = (
@@ -113,7 +113,7 @@ def _cell(paper: PaperView, kind: Consequence) -> Cell:
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
     failing: dict[tuple[str, Verdict], list[ClaimView]] = defaultdict(list)
     for view in marks:
-        if view.record.verdict in FAILS:
+        if view.record.verdict in DISAGREES:
             failing[_named(view), view.record.verdict].append(view)
     return Cell(
         consequence=kind,

@@ -101,22 +101,6 @@ class EntriesView:
     text: str = ""
     box = (50 - 25 / SHOWN, 50 / SHOWN)
 
-    @property
-    def off(self) -> int:
-        """How many entries do not round to the print."""
-        return sum(cell is not None and bool(cell.instead) for _, row in self.rows for cell in row)
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Those of the entries, each once."""
-        found = {cell.view.record.verdict for _, row in self.rows for cell in row if cell is not None}
-        return tuple(verdict for verdict in Verdict if verdict in found)
-
-    @property
-    def total(self) -> int:
-        """How many entries are shown."""
-        return sum(cell is not None for _, row in self.rows for cell in row)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
