@@ -139,15 +139,17 @@ def _words() -> Mapping[str, Any]:
 def line_of(path: Path, table: str, number: int = 1) -> int:
     """The line of a TOML file at which a table begins, or table so and so of a list of that name."""
     parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in table.split("."))
-    lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-    found = [line for line, text in lines if re.match(rf"\s*\[\[?\s*{parts}\s*\]", text)]
-    return found[number - 1] if len(found) >= number else 1
+    return _line(path, rf"\s*\[\[?\s*{parts}\s*\]", number)
 
 
 def line_of_field(path: Path, field: str) -> int:
     """The line of a TOML file on which a field of its top level is given; 1 if it is nowhere."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    return next((number for number, line in enumerate(lines, 1) if re.match(rf"{re.escape(field)}\s*=", line)), 1)
+    return _line(path, rf"{re.escape(field)}\s*=", 1)
+
+
+def _line(path: Path, form: str, number: int) -> int:
+    lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+    return [*(line for line, text in lines if re.match(form, text)), *[1] * number][number - 1]
 
 
 def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:

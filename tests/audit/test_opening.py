@@ -31,6 +31,7 @@ from replication.audit.report.sections.across import across
 from replication.audit.report.templates import environment
 from replication.audit.report.words import TERMS, linked
 from replication.audit.run import assemble
+from replication.audit.run.assemble import Available
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
@@ -52,7 +53,9 @@ def test_a_finding_has_25_words_and_two_numbers() -> None:
 def test_a_run_refuses_a_finding_that_is_too_long() -> None:
     def checked(*findings: str) -> object:
         empty = dict.fromkeys(("claims", "errata", "experiments"), ())
-        return vars(assemble)["_sentences"](SimpleNamespace(findings=lambda results: findings, title="", **empty), {})
+        return vars(assemble)["_sentences"](
+            SimpleNamespace(findings=lambda results: findings, title="", **empty), Available({}, {})
+        )
 
     assert checked("It holds.") == ("It holds.",)
     with pytest.raises(AuditError, match="at most 25 words"):
