@@ -164,7 +164,8 @@ def test_a_factor_is_one_of_all_numbers() -> None:
 
 
 def test_a_certificate_that_ended_in_an_error_is_not_proved() -> None:
-    wanted = Wanted(paper="toy", name="c", claims=("toy.c1",), statement="s.t", path="c.json", subject={"c.json": "0"})
+    subject = {"sha256": "0", "subject": {"c.json": "0"}}
+    wanted = Wanted(paper="toy", name="c", claims=("toy.c1",), statement="s.t", path="c.json", **subject)
     failed = certificate_record(wanted, None, "it failed")
     assert not failed.proved and failed.reason == "it failed"
     result = {"sentence": "So.", "reason": "", "lower": None, "upper": None, "holds": True, "items": [], "says": []}

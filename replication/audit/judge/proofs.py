@@ -83,22 +83,11 @@ BY_KIND = {
 Ends = tuple[float | None, float | None]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wanted:
-    """A certificate that a paper wants. path: below the project. subject: checksums of all that its proof reads.
+class Wanted(CertificateRecord, frozen=True, kw_only=True):
+    """A certificate that a paper wants, before it is verified. subject: checksums of all that its proof reads."""
 
-    machine: the statement that Coq has proved of the file as it is, below the project; empty if none. second: whether
-    the second verifier has proved the same of it.
-    """
-
-    paper: str
-    name: str
-    claims: tuple[str, ...]
-    statement: str
-    path: str
-    subject: Mapping[str, str]
-    machine: str = ""
-    second: bool = False
+    subject: dict[str, str]
+    proved: bool = False
 
     @property
     def task(self) -> str:
@@ -134,6 +123,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
                     claims=entry.claims,
                     statement=entry.statement,
                     path=path,
+                    sha256=subject[path],
                     subject=subject,
                     machine=statement if sums.get(entry.name) == subject[path] else "",
                     second=twice.get(entry.name) == subject[path],
@@ -162,8 +152,8 @@ def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bo
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
     """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
     proved = result or {"reason": error}
-    given = {"sha256": certificate.subject[certificate.path], "proved": not proved["reason"], **proved}
-    return msgspec.convert(shared(CertificateRecord, certificate) | given, CertificateRecord)
+    given = {**shared(CertificateRecord, certificate), "proved": not proved["reason"], **proved}
+    return msgspec.convert(given, CertificateRecord)
 
 
 @dataclass(frozen=True, kw_only=True)
