@@ -126,14 +126,10 @@ def converted(where: Callable[[str], str], table: Mapping[str, Any], kind: type[
         raise AuditError(f"{where(field[1] if field else '')}: {said}; correct it") from None
 
 
+@cache
 def words(table: str) -> dict[str, str]:
     """A table of `words.toml`: what names of verdicts, policies and the like mean."""
-    return dict(_words()[table])
-
-
-@cache
-def _words() -> Mapping[str, Any]:
-    return read_tables(Path(__file__).with_name("words.toml"))
+    return dict(read_tables(Path(__file__).with_name("words.toml"))[table])
 
 
 def line_of(path: Path, table: str, number: int = 1) -> int:

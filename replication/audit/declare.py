@@ -14,7 +14,7 @@ import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from functools import partial, partialmethod
+from functools import partial, partialmethod, wraps
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
@@ -390,7 +390,11 @@ def paper(
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
 
     def own(function: Callable[[Results], Any]) -> Any:
-        return _Own(key, function)
+        @wraps(function)
+        def short(results: Results) -> Any:
+            return function(_Short(key, results))
+
+        return short
 
     def moved(results: Results) -> tuple[Sensitivity, ...]:
         return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
@@ -449,16 +453,6 @@ def _is_number(text: str) -> bool:
         return bool(parse(text))
     except AuditError:
         return False
-
-
-class _Own:
-    """A function of a paper, given the results of that paper under their short names."""
-
-    def __init__(self, key: str, function: Callable[[Results], Any]) -> None:
-        self.key, self.__wrapped__ = key, function
-
-    def __call__(self, results: Results) -> Any:
-        return self.__wrapped__(_Short(self.key, results))
 
 
 class _Short(Mapping[str, Any]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -112,13 +113,10 @@ def _dated(results: ResultsFile, path: Path) -> ResultsFile:
 
     from replication.audit.store.records import read_results, write_results
 
-    try:
+    with contextlib.suppress(AuditError):
         before = read_results(path)
-    except AuditError:
-        before = None
-    if before is not None:
-        same = msgspec.structs.replace(results, run=msgspec.structs.replace(results.run, date=before.run.date))
-        if same == before:
+        run = msgspec.structs.replace(results.run, date=before.run.date)
+        if msgspec.structs.replace(results, run=run) == before:
             return before
     write_results(path, results)
     return results

@@ -10,8 +10,9 @@ from enum import Enum
 from fractions import Fraction
 
 from replication.audit.judge import numerals
+from replication.audit.judge.forms import level_of
 from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.judge.uncertainty import PROBABLE, reach, said, weighed
+from replication.audit.judge.uncertainty import PROBABLE, reach, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
 
@@ -82,7 +83,7 @@ class Target:
             raise AuditError(f"the print {claim.printed!r} states its own uncertainty; leave the tolerance out")
         if claim.uncertainty and not spread:
             raise AuditError(f"the print {claim.printed!r} states no uncertainty; leave out {claim.uncertainty!r}")
-        meaning = said(claim.uncertainty, claim.printed) if spread else ""
+        meaning = (claim.uncertainty or level_of(claim.printed)) if spread else ""
         ends = [(e, reach(e, meaning) if e.spread else (tolerance or e.unit / 2,) * 2) for e in printed.entries]
         intervals = (Interval(entry.value - below, entry.value + above) for entry, (below, above) in ends)
         return cls(printed, () if printed.relation else tuple(intervals))
@@ -187,7 +188,9 @@ def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Jud
     if digits.verdict is Verdict.REPRODUCED:
         return digits
     (number,) = measure(target, evidence)
-    return weighed(entry, number.value, said(uncertainty, target.printed.text), judge_value(target, evidence), beyond)
+    return weighed(
+        entry, number.value, uncertainty or level_of(target.printed.text), judge_value(target, evidence), beyond
+    )
 
 
 def judge_bound(target: Target, evidence: Evidence) -> Judgement:

@@ -27,12 +27,7 @@ _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 At = Callable[[str], str]
 
 
-def nowhere(name: str) -> str:
-    """No place, where the sources are not at hand."""
-    return ""
-
-
-def validate_claims(papers: Sequence[Paper], at: At = nowhere) -> None:
+def validate_claims(papers: Sequence[Paper], at: At = lambda name: "") -> None:
     """Check names and references of `papers`; raises AuditError that lists every mistake, one a line.
 
     at: where the modules of the papers write a name, as ` [file:line]`.
