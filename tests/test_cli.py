@@ -209,7 +209,7 @@ def test_list_knows_verdicts_only_after_a_run(lab: Lab, ran: Lab) -> None:
 def test_show_gives_the_evidence(ran: Lab) -> None:
     done = ran.cli("show", "toy2020.square.wrong")
     assert done.returncode == 0
-    for line in ("statement: Two squared, misprinted.", "printed: 4.1", "computed: 4.0", "verdict: differs"):
+    for line in ("statement: Two squared, misprinted.", "printed: '4.1'", "computed: 4.0", "verdict: differs"):
         assert line in done.stdout.splitlines()
 
 

@@ -40,7 +40,7 @@ def list_claims(chosen: argparse.Namespace) -> int:
 )
 def show(chosen: argparse.Namespace) -> int:
     """Print what the results say about the claim."""
-    from replication.audit.publish.terminal import claim_rows
+    from replication.audit.publish.terminal import claim_text
     from replication.audit.store.records import read_results
     from replication.errors import one_of
 
@@ -48,11 +48,7 @@ def show(chosen: argparse.Namespace) -> int:
     claims = {claim.id: claim for claim in results.claims}
     claim = claims[one_of("claim", chosen.claim, claims)]
     replies = [reply for paper in results.papers for reply in paper.replies if reply.claim == claim.id]
-    rows = [
-        *claim_rows(claim, results.readings.get(claim.paper, ())),
-        *((f"reply of {reply.by or 'the authors'}", " ".join([reply.date, reply.text]).strip()) for reply in replies),
-    ]
-    say(f"{label}: {text}" for label, text in rows)
+    say([claim_text(claim, results.readings.get(claim.paper, ()), replies).rstrip("\n")])
     return FINE
 
 
