@@ -104,7 +104,7 @@ def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: I
 
     readings: those of its paper. replies: of the authors to this claim.
     """
-    parts = [msgspec.to_builtins(part) for part in (record.claim, record.judgement, record.evidence)]
+    parts = msgspec.json.decode(msgspec.json.encode((record.claim, record.judgement, record.evidence)))
     fields = {name: value for part in parts for name, value in part.items() if name not in NOT_SHOWN}
     rested = {record.claim.reading, *(outcome.reading for outcome in record.evidence.outcomes)}
     told = {
