@@ -253,9 +253,7 @@ def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) 
 
 def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:
     """Raise AuditError that lists every field of another type than its record has, with file and line."""
-    mistakes = [text for paper in papers for text in _paper(paper, sources)]
-    if mistakes:
-        raise AuditError("\n".join(["the papers are not well formed:", *(f"- {text}" for text in mistakes)]))
+    _require("the papers are not well formed", [text for paper in papers for text in _paper(paper, sources)])
 
 
 def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
