@@ -371,8 +371,13 @@ def test_an_entry_outside_its_box_says_what_the_print_should_be(made: ResultsFil
 
 def test_bars_are_as_long_as_print_and_bound(made: ResultsFile) -> None:
     pair = Pair(label="level", printed="column-5-7", bound="column-2-3")
-    (bar,) = shown(made, Path(), picture=Bars(pairs=(pair,), printed="printed", bound="bound")).picture.pairs
-    assert bar.drawn[1] / bar.drawn[0] == pytest.approx(bar.times, rel=0.01) and bar.times < bar.drawn[1] / bar.drawn[0]
+    picture = Bars(pairs=(pair,), printed="printed", bound="bound")
+    (bar,) = shown(made, Path(), picture=picture).picture
+    ratio = bar.drawn[1] / bar.drawn[0]
+    assert ratio == pytest.approx(bar.times, rel=0.01) and bar.times < ratio
+    page = render(replace(with_brief(made, picture=picture), figures=()), Path())
+    widths = [float(width) for width in re.findall(r'<i class="[a-z]+" style="width:([\d.]+)%"></i></dd>', page)]
+    assert max(widths) == 100 and widths[1] / widths[0] == pytest.approx(ratio, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import msgspec
 
-from replication.audit.inspect.headline import theorems
+from replication.audit.inspect.headline import counts, theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
 from replication.audit.parts import Paper
@@ -36,9 +36,9 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     """The summary of a run: verdicts per paper, what was computed, the slowest, changed verdicts, failures."""
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
-        found = Counter(claim.verdict for claim in once(claims))
-        several = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
-        yield f"{paper.key}: {found.total()} claims{several and f': {several}'}"
+        found = {verdict: number for verdict, number in counts(claims).items() if number}
+        several = ", ".join(f"{number} {verdict}" for verdict, number in found.items())
+        yield f"{paper.key}: {sum(found.values())} claims{several and f': {several}'}"
     done = Counter(step.action for step in log)
     yield "experiments: " + ", ".join(f"{done[action]} {action}" for action in Action)
     slowest = sorted((step for step in log if step.seconds > 0), key=lambda step: (-step.seconds, step.name))
@@ -70,10 +70,9 @@ def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
 
 def errors(results: ResultsFile) -> tuple[str, ...]:
     """Whatever in the file ended in an error instead of an answer, with the error."""
-    experiments = [f"experiment {part.name}: {part.error}" for part in results.experiments if part.error]
-    errata = [f"erratum {part.id}: {part.error}" for part in results.errata if part.error]
-    figures = [f"figure {part.name}: {part.error}" for part in results.figures if part.error]
-    return (*experiments, *_claims(results.claims), *errata, *figures)
+    others = results.named("experiment", "erratum", "figure")
+    told = [f"{sort} {name}: {record.error}" for (sort, name), record in others if record.error]
+    return (*told, *_claims(results.claims))
 
 
 def _claims(claims: Iterable[ClaimRecord]) -> Iterator[str]:

@@ -107,16 +107,14 @@ def _connect(address: str) -> Any:
     from distributed import Client
     from distributed.comm import resolve_address
 
-    client: Any = None
     try:
         resolve_address(address)
-        client = Client(address, timeout=TIMEOUT, set_as_default=False)
-        client.wait_for_workers(1, timeout=TIMEOUT)
+        client: Any = Client(address, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
-        if client is None:
-            raise AuditError(
-                f"no scheduler answers at {address!r} ({error}); start one with `dask scheduler`"
-            ) from None
+        raise AuditError(f"no scheduler answers at {address!r} ({error}); start one with `dask scheduler`") from None
+    try:
+        client.wait_for_workers(1, timeout=TIMEOUT)
+    except OSError:
         client.close()
         raise AuditError(f"the scheduler at {address!r} has no worker; start some with `dask worker`") from None
     return client

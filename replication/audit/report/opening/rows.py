@@ -45,7 +45,6 @@ class Trace:
 class TracesView:
     """Curves with axes, up to an end on the abscissa, with its unit."""
 
-    kind = "traces"
     picture: Traces
     end: float
     unit: str
@@ -63,15 +62,6 @@ class BarView:
     drawn: tuple[float, float]
     lower: float
     times: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class BarsView:
-    """Pairs of bars."""
-
-    kind = "bars"
-    picture: Bars
-    pairs: tuple[BarView, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +85,6 @@ class EntriesView:
     A single row is drawn entry by entry, each with its box; several are a table.
     """
 
-    kind = "entries"
     columns: tuple[str, ...]
     rows: tuple[tuple[str, tuple[Boxed | None, ...]], ...]
     text: str = ""
@@ -114,7 +103,7 @@ class Row:
     verdict: str
     headline: Told
     said: Told | None
-    picture: TracesView | BarsView | EntriesView | None
+    picture: TracesView | tuple[BarView, ...] | EntriesView | None
     proofs: tuple[str, ...]
 
 
@@ -158,15 +147,14 @@ def _verdict(stands: Standing) -> tuple[str, Verdict | None, str]:
     return "holds", Verdict.REPRODUCED, "nothing fails"
 
 
-def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | EntriesView | None:
+def _picture(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
     picture = paper.record.brief.picture if paper.record.brief is not None else None
     known = {view.record.id.partition(".")[2]: view for view in paper.claims}
     if isinstance(picture, Traces):
         drawn = {figure.record.name for figure in paper.figures if figure.drawing}
         return _traces(picture, table(figures / f"{picture.figure}.csv")) if picture.figure in drawn else None
     if isinstance(picture, Bars):
-        made = [_pair(pair, paper, known) for pair in picture.pairs]
-        return BarsView(picture=picture, pairs=tuple(made)) if made else None
+        return tuple(_pair(pair, paper, known) for pair in picture.pairs)
     if isinstance(picture, Entries):
         listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
