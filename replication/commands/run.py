@@ -30,7 +30,6 @@ from replication.ownplant.fields import positive
 if TYPE_CHECKING:
     from replication.audit.run.pool import Compute
     from replication.audit.run.runner import Outcome
-    from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
 
@@ -75,7 +74,8 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
-    from replication.files import require_writable
+    from replication.audit.store.cache import Cache
+    from replication.files import require_writable, unwritable
 
     with traced(root) as loading:
         papers = project.load(wanted)
@@ -84,7 +84,9 @@ def audit(chosen: argparse.Namespace) -> int:
         raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
     require_writable(target, "--output")
     require_writable(drawings, "--figures")
-    cache = _cache(directory, read=not chosen.no_cache)
+    if reason := unwritable(directory):
+        print(f"replication: nothing will be kept for the next run: {directory}: {reason}", file=sys.stderr)
+    cache = Cache(directory, read=not chosen.no_cache, write=not reason)
     limit = chosen.timeout or TIMEOUT
     audited = partial(run, papers, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
     outcome = audited(cache=cache, figures=drawings)
@@ -120,15 +122,6 @@ def _dated(results: ResultsFile, path: Path) -> ResultsFile:
             return before
     write_results(path, results)
     return results
-
-
-def _cache(directory: Path, *, read: bool) -> Cache:
-    from replication.audit.store.cache import Cache
-    from replication.files import unwritable
-
-    if reason := unwritable(directory):
-        print(f"replication: nothing will be kept for the next run: {directory}: {reason}", file=sys.stderr)
-    return Cache(directory, read=read, write=not reason)
 
 
 def _moved(first: Outcome, second: Outcome) -> Iterator[str]:

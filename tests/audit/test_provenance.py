@@ -14,6 +14,7 @@ import pytest
 from lab import make_lab
 
 import replication.audit.run.last as unchanged
+from replication import extras
 from replication.audit.run.last import Last
 from replication.audit.run.tracing import Trace
 from replication.audit.store import provenance
@@ -119,7 +120,7 @@ def test_without_a_project_the_packages_are_those_of_this_one(tmp_path: Path, mo
     installed = importlib.metadata.version
     monkeypatch.setattr(importlib.metadata, "version", lambda name: "9" if name == "numpy" else installed(name))
     assert read_environment(tmp_path) != before
-    monkeypatch.setattr(provenance, "DISTRIBUTION", "no-such-package-anywhere")
+    monkeypatch.setattr(extras, "DISTRIBUTION", "no-such-package-anywhere")
     assert read_environment(tmp_path).packages == {}
 
 

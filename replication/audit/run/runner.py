@@ -235,15 +235,9 @@ def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> St
     try:
         if answer.text is not None:
             result = json.loads(answer.text)
-            entry = Entry(
-                dependencies=task.dependencies,
-                data=answer.data,
-                untraced=answer.untraced,
-                files=answer.files,
-                seconds=answer.seconds,
-                solvers=solvers_in(f"the result of {answer.name}", result),
-                result=result,
-            )
+            solvers = solvers_in(f"the result of {answer.name}", result)
+            found = {name: getattr(answer, name) for name in ("data", "untraced", "files", "seconds")}
+            entry = Entry(dependencies=task.dependencies, solvers=solvers, result=result, **found)
             moved = any(state(label, sources) != now for label, now in answer.data.items())
             whole = sources.unchanged(task.dependencies.sources) and not moved
             unkept = cache.store(answer.name, entry) if whole else EDITED

@@ -21,7 +21,7 @@ from typing import Any
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
-from replication.extras import DISTRIBUTION
+from replication.extras import DISTRIBUTION, required
 from replication.files import sha256
 
 # The installed distributions with which something is computed, and where they differ from the lock
@@ -247,23 +247,14 @@ def _package_versions(root: Path) -> dict[str, str]:
     declared = project.get("dependencies")
     optional = [text for extra in COMPUTING for text in extras.get(extra, ())]
     if declared is None:
-        required = _required()
-        declared = [text for text in required if "extra ==" not in text]
-        optional = [text for text in required if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
+        declared = [text for text in required() if "extra ==" not in text]
+        optional = [text for text in required() if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
     there = {_name(text) for text in optional if installed(_name(text)) is not None}
     return read_packages(sorted({*map(_name, declared), *there}))
 
 
 def _name(requirement: str) -> str:
     return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
-
-
-def _required() -> list[str]:
-    """What the installed distribution of this package requires; nothing where it runs from its sources alone."""
-    try:
-        return importlib.metadata.requires(DISTRIBUTION) or []
-    except importlib.metadata.PackageNotFoundError:
-        return []
 
 
 def read_packages(names: Iterable[str]) -> dict[str, str]:
