@@ -112,7 +112,10 @@ def answer(*given: Any) -> str:
 
 
 def answered(shown: Field) -> str:
-    return answer([lane.standing for lane in shown.lanes], shown.tally, shown.broken, shown.off)
+    heads: Any = environment().get_template("headings.html.j2").module
+    return answer(
+        [lane.standing for lane in shown.lanes], shown.tally, heads.broken(shown.broken), heads.off(shown.off)
+    )
 
 
 @pytest.mark.parametrize(

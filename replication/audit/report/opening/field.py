@@ -61,12 +61,12 @@ class Lane:
 class Field:
     """The rows, and how the claims add up.
 
-    broken: whose theorem fails, and how it is called if it is one. off: the papers of which other results do, alike.
-    corrected: how many claims hold once corrected.
+    broken: the papers of which a theorem fails. off: those of which only other results do. corrected: how many claims
+    hold once corrected.
     """
 
-    broken: str
-    off: str
+    broken: tuple[Lane, ...]
+    off: tuple[Lane, ...]
     lanes: tuple[Lane, ...]
     columns: tuple[Consequence, ...]
     tally: Tally
@@ -87,23 +87,13 @@ def field(papers: Sequence[PaperView]) -> Field:
     columns = tuple(kind for kind in Consequence if kind in filled)
     own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
-        broken=_whose(lanes, True),
-        off=_whose(lanes, False),
+        broken=tuple(lane for lane in lanes if lane.failing and lane.standing.broken),
+        off=tuple(lane for lane in lanes if lane.failing and not lane.standing.broken),
         lanes=tuple(lanes),
         columns=columns,
         tally=tally(own),
         corrected=sum(record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for record in own),
     )
-
-
-def _whose(lanes: Sequence[Lane], broken: bool) -> str:
-    """The papers of which a theorem fails, or only other results do, and what it is if it is one."""
-    chosen = [lane for lane in lanes if bool(lane.standing.broken) is broken and lane.failing]
-    if len(chosen) == 1 and (chosen[0].standing.broken if broken else chosen[0].standing.failing) == 1:
-        word, named = chosen[0].failing[0][0], chosen[0].paper.record.named
-        return f"The {word} guarantee of {named}" if broken else f"{named} ({word})"
-    named = ", ".join(lane.paper.record.named for lane in chosen)
-    return f"A guarantee of {'each of ' * (len(chosen) > 1)}{named}" if broken else named
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:

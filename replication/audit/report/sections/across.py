@@ -47,16 +47,15 @@ class CostCurve:
 class Chart:
     """Columns of one measure in one drawing, the steepest first; left: columns with another measure.
 
-    shared: the largest multiple that all curves have, and the largest cost there.
+    word: for the sensor that costs most. shared: the largest multiple that all curves have, and the largest cost there.
     """
 
-    words: tuple[str, ...]
+    word: str
     measure: str
     curves: tuple[CostCurve, ...]
     x_ticks: tuple[tuple[int, float], ...]
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
-    most: int
     shared: tuple[int, float]
 
 
@@ -98,13 +97,12 @@ def chart(shown: Sequence[Column]) -> Chart | None:
             )
         )
     return Chart(
-        words=tuple(dict.fromkeys(re.split(r",| \(", curve.column.name)[0] for curve in curves)),
+        word=re.split(r",| \(", chosen[0].name)[0],
         measure=chosen[0].measure,
         curves=tuple(curves),
         x_ticks=tuple((m, round(frame.x(m), 1)) for m in multiples),
         y_ticks=frame.y_ticks,
         left=tuple(column for column in shown if column.measure.casefold() != measure),
-        most=multiples[-1],
         shared=(last, chosen[0].costs[last][1] if last in chosen[0].costs else math.nan),
     )
 
