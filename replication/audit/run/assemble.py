@@ -280,6 +280,5 @@ def _sentences(paper: Paper, results: Available) -> tuple[str, ...]:
         raise AuditError(f"findings must be a tuple of sentences, got {findings!r}")
     stated = [text for claim in paper.claims for text in (claim.printed, claim.meant, claim.statement, claim.place)]
     stated += [text for erratum in paper.errata for text in (erratum.printed, erratum.meant)]
-    read = {name: results[name] for name in sorted(results.read) if name in results}
-    require_found("finding", paper.findings, read, [*stated, *map(repr, paper.experiments), paper.title])
+    require_found("finding", paper.findings, dict(results), [*stated, *map(repr, paper.experiments), paper.title])
     return tuple(map(require_short, findings))
