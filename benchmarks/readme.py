@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.audit.project import find_project
-from replication.audit.publish.readme import badges, replace_block, results_block
+from replication.audit.publish.archive import badges
+from replication.audit.publish.readme import BADGES, replace_block, results_block
 from replication.audit.store.records import ResultsFile, read_results
 from replication.drawing.panels import as_svg
 from replication.errors import AuditError
@@ -85,7 +86,7 @@ def update(root: Path, results: ResultsFile, ran: Ran, drawn: Ran) -> None:
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
     text = replace_block(text, example_block(ran, drawn), EXAMPLE_BEGIN, EXAMPLE_END)
-    written = {**badges(results), PICTURE: drawn.drawing, "README.md": text}
+    written = {**badges(results, BADGES, "claims"), PICTURE: drawn.drawing, "README.md": text}
     for name, content in written.items():
         write_atomically(root / name, content.encode())
 

@@ -100,21 +100,14 @@ def _fault(error: Exception) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    style = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(
-        prog="replication", description=DESCRIPTION, epilog=EXAMPLES + EXIT_CODES, formatter_class=style
+        prog="replication",
+        description=DESCRIPTION,
+        epilog=EXAMPLES + EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, command in all_commands().items():
-        added = subparsers.add_parser(
-            name,
-            help=command.text,
-            description=f"{command.text[0].upper()}{command.text[1:]}.",
-            epilog=command.notes + EXIT_CODES,
-            formatter_class=style,
-        )
-        for add in command.options:
-            add(added)
-        added.set_defaults(command=command.run)
+    for add in all_commands().values():
+        add(subparsers, EXIT_CODES)
     return parser

@@ -39,17 +39,21 @@ def told(error: BaseException) -> str:
     return f"{said}; install it with `python -m pip install {_wanted(error, top)}`" if top else said
 
 
+def required() -> list[str]:
+    """What the installed distribution of this package requires; nothing where it runs from its sources alone."""
+    try:
+        return metadata.requires(DISTRIBUTION) or []
+    except metadata.PackageNotFoundError:
+        return []
+
+
 def _wanted(error: BaseException, top: str) -> str:
     """What to install: all of the extra where this program itself asks for the module, else the package alone."""
     places = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
     asking = [Path(place) for place in places if "importlib" not in place][-1:]
     own = any(place.is_relative_to(Path(__file__).parent) for place in asking)
     if own and top in EXTRAS:
-        try:
-            lines = metadata.requires(DISTRIBUTION) or []
-        except metadata.PackageNotFoundError:
-            lines = []
         mark = f'extra == "{EXTRAS[top]}"'
-        if wanted := [line.partition(";")[0].strip() for line in lines if mark in line.replace("'", '"')]:
+        if wanted := [line.partition(";")[0].strip() for line in required() if mark in line.replace("'", '"')]:
             return " ".join(f'"{line}"' for line in wanted)
     return NAMES.get(top, top)

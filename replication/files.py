@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import os
-import re
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -13,7 +13,6 @@ from replication.errors import AuditError, InvalidInputError
 
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
-_SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -42,28 +41,26 @@ def read_text(path: Path) -> str:
         raise InvalidInputError(f"{path} cannot be read: {error.strerror}") from None
 
 
+def read_columns(path: Path) -> dict[str, tuple[float, ...]]:
+    """The columns of a CSV file of numbers, without blanks; raises OSError or ValueError for any other file."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        names, *rows = csv.reader(stream)
+    columns = zip(names, zip(*rows, strict=True), strict=True)
+    return {name: tuple(float(cell) for cell in column if cell) for name, column in columns}
+
+
+def sha256(content: bytes | str | Path, absent: str = "") -> str:
+    """The checksum of bytes, of a text, or of a file; `absent` for one that is not there."""
+    if isinstance(content, Path):
+        if not content.is_file():
+            return absent
+        content = content.read_bytes()
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
 def sum_of(paths: Iterable[Path]) -> str:
     """One checksum of files, by their names and what they hold; a missing one counts as such."""
-    parts = [
-        f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else 'missing'}"
-        for path in paths
-    ]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def write_page(path: Path, page: str, key: str) -> None:
-    """Write an HTML page with the checksum of what it was made from, and its own: so an edited page is made again."""
-    content = page.encode()
-    signature = f"<!-- made from {key}, the page above {hashlib.sha256(content).hexdigest()} -->\n"
-    write_atomically(path, content + signature.encode())
-
-
-def made_from(path: Path) -> str:
-    """The key of a page as `write_page` left it; empty for any other file, or none."""
-    content = path.read_bytes() if path.is_file() else b""
-    found = _SIGNED.search(content)
-    whole = found is not None and hashlib.sha256(content[: found.start()]).hexdigest() == found[2].decode()
-    return found[1].decode() if found is not None and whole else ""
+    return sha256("\n".join(f"{path.name} {sha256(path, 'missing')}" for path in paths))
 
 
 def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:

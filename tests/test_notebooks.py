@@ -41,8 +41,7 @@ def test_a_notebook_is_executed_again_only_if_something_has_changed(tmp_path: Pa
 
     assert executed()
     page = tmp_path / "pages" / "small.html"
-    whole, file = page.read_bytes(), page.stat().st_ino
-    assert not executed() and page.stat().st_ino == file
+    whole = page.read_bytes()
     page.write_bytes(whole.replace(b"3", b"4"))
     assert not executed() and page.read_bytes() == whole
     (tmp_path / CACHE / "small.ipynb").write_text("{half", encoding="utf-8")

@@ -22,10 +22,13 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+import msgspec
 
 from replication.errors import AuditError, meant
 
+S = TypeVar("S", bound=msgspec.Struct)
 FIELDS = ("place", "value", "unit", "note")
 
 
@@ -110,28 +113,39 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
 
 
-def words(table: str) -> dict[str, str]:
-    """A table of `words.toml`: what names of verdicts, policies and the like mean."""
-    return dict(_words()[table])
+def converted(where: Callable[[str], str], table: Mapping[str, Any], kind: type[S]) -> S:
+    """A table as a record; raises AuditError for a field that is unknown or of another form, by `where` it stands."""
+    known = [field.encode_name for field in msgspec.structs.fields(kind)]
+    if unknown := sorted(table.keys() - set(known)):
+        raise AuditError(f"{where(unknown[0])}: unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+    try:
+        return msgspec.convert(table, kind)
+    except msgspec.ValidationError as error:
+        field = re.search(r"\$\.(\w+)", str(error))
+        said = str(error).replace("`str | object`", "a string, or a table by entry")
+        raise AuditError(f"{where(field[1] if field else '')}: {said}; correct it") from None
 
 
 @cache
-def _words() -> Mapping[str, Any]:
-    return read_tables(Path(__file__).with_name("words.toml"))
+def words(table: str) -> dict[str, str]:
+    """A table of `words.toml`: what names of verdicts, policies and the like mean."""
+    return dict(read_tables(Path(__file__).with_name("words.toml"))[table])
 
 
 def line_of(path: Path, table: str, number: int = 1) -> int:
     """The line of a TOML file at which a table begins, or table so and so of a list of that name."""
     parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in table.split("."))
-    lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-    found = [line for line, text in lines if re.match(rf"\s*\[\[?\s*{parts}\s*\]", text)]
-    return found[number - 1] if len(found) >= number else 1
+    return _line(path, rf"\s*\[\[?\s*{parts}\s*\]", number)
 
 
 def line_of_field(path: Path, field: str) -> int:
     """The line of a TOML file on which a field of its top level is given; 1 if it is nowhere."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    return next((number for number, line in enumerate(lines, 1) if re.match(rf"{re.escape(field)}\s*=", line)), 1)
+    return _line(path, rf"{re.escape(field)}\s*=", 1)
+
+
+def _line(path: Path, form: str, number: int) -> int:
+    lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+    return [*(line for line, text in lines if re.match(form, text)), *[1] * number][number - 1]
 
 
 def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -14,7 +14,7 @@ import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from functools import partial, partialmethod
+from functools import partial, partialmethod, wraps
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
@@ -42,6 +42,7 @@ from replication.verify.predicate import Predicate, Relation, Term, unit_of
 from replication.verify.predicate import term as term
 
 E = TypeVar("E", bound=StrEnum)
+T = TypeVar("T")
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate
 MARKS: Mapping[str, Relation] = {
@@ -374,14 +375,26 @@ def paper(
             raise AuditError(f"the name {name!r} begins with the key of its paper; leave {key + link!r} out")
         return f"{key}{link}{name}"
 
-    def full(names: str | Iterable[str]) -> tuple[str, ...]:
-        return tuple(map(one, _names(names)))
+    def fully(entry: T, link: str = ".", **changes: Any) -> T:
+        """The same with its name and those of what it uses in full, and functions that get results by short names."""
+        for field in ("id", "name", "uses", "needs", "answer", "prove", "data"):
+            value: Any = getattr(entry, field, None)
+            if field in ("id", "name") and value is not None:
+                changes[field] = one(value, link)
+            elif value is not None:
+                changes[field] = own(value) if callable(value) else tuple(map(one, _names(value)))
+        change: Any = msgspec.structs.replace if isinstance(entry, msgspec.Struct) else replace
+        return change(entry, **changes)  # type: ignore[no-any-return]
 
     def cell(text: str) -> str:
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
 
     def own(function: Callable[[Results], Any]) -> Any:
-        return _Own(key, function)
+        @wraps(function)
+        def short(results: Results) -> Any:
+            return function(_Short(key, results))
+
+        return short
 
     def moved(results: Results) -> tuple[Sensitivity, ...]:
         return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
@@ -391,41 +404,21 @@ def paper(
     return Paper(
         key=key,
         claims=tuple(
-            msgspec.structs.replace(
-                claim,
-                id=one(claim.id),
-                uses=full(claim.uses),
-                answer=own(claim.answer),
-                erratum=None if claim.erratum is None else one(claim.erratum),
-                repeats=claim.repeats and one(claim.repeats),
-            )
+            fully(claim, erratum=claim.erratum and one(claim.erratum), repeats=claim.repeats and one(claim.repeats))
             for claim in repeated(claim for part in parts for claim in part.claims)
         ),
         scope=tuple(
             ScopeItem(
                 part=title,
-                claims=full(name for part in same for name in (*(claim.id for claim in part.claims), *part.also)),
+                claims=tuple(one(name) for p in same for name in (*(claim.id for claim in p.claims), *p.also)),
                 figures=tuple(one(name, "-") for part in same for name in part.figures),
                 reason=" ".join(part.reason for part in same if part.reason),
             )
             for title, same in _by_title(parts).items()
         ),
-        experiments=tuple(replace(entry, name=one(entry.name), needs=full(entry.needs)) for entry in experiments),
-        errata=tuple(
-            replace(
-                entry,
-                id=one(entry.id),
-                printed=_plain(entry.printed),
-                meant=_plain(entry.meant),
-                uses=full(entry.uses),
-                prove=own(entry.prove),
-            )
-            for entry in errata
-        ),
-        figures=tuple(
-            replace(figure, name=one(figure.name, "-"), uses=full(figure.uses), data=own(figure.data))
-            for figure in figures
-        ),
+        experiments=tuple(map(fully, experiments)),
+        errata=tuple(fully(entry, printed=_plain(entry.printed), meant=_plain(entry.meant)) for entry in errata),
+        figures=tuple(fully(figure, "-") for figure in figures),
         tables=tuple(
             msgspec.structs.replace(table, rows=tuple(tuple(map(cell, row)) for row in table.rows)) for table in tables
         ),
@@ -460,16 +453,6 @@ def _is_number(text: str) -> bool:
         return bool(parse(text))
     except AuditError:
         return False
-
-
-class _Own:
-    """A function of a paper, given the results of that paper under their short names."""
-
-    def __init__(self, key: str, function: Callable[[Results], Any]) -> None:
-        self.key, self.__wrapped__ = key, function
-
-    def __call__(self, results: Results) -> Any:
-        return self.__wrapped__(_Short(self.key, results))
 
 
 class _Short(Mapping[str, Any]):

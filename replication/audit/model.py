@@ -53,6 +53,14 @@ class Verdict(StrEnum):
     ERROR = "error"
 
 
+AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
+DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
+HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
+"""Of claims that agree as they stand."""
+CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
+"""Of claims that agree with what is meant, not with what is printed."""
+
+
 class Policy(StrEnum):
     """A rule that like cases share, over all papers; `judge.policies` says each and applies it."""
 
@@ -108,6 +116,12 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     upper: Numbers | None = None
     holds: bool | None = None
     margin: float | None = None
+
+    @property
+    def evidence(self) -> Evidence:
+        """The same as evidence of its own."""
+        found = {name: getattr(self, name) for name in self.__struct_fields__ if name != "reading"}
+        return Evidence(method=f"under {self.reading}", **found)
 
 
 class How(StrEnum):

@@ -28,15 +28,15 @@ from __future__ import annotations
 import contextlib
 import inspect
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 
-from replication.audit.data import line_of, printed_values, read_printed, read_tables
+from replication.audit.data import S, converted, line_of, printed_values, read_printed, read_tables
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
 from replication.audit.judge.printed import parse
@@ -51,7 +51,6 @@ OfEntries = str | dict[str, str]
 """What holds for each entry of a print, or by name what holds for some of them."""
 SPLIT = ("reading", "pinned", "erratum", "meant")
 """Fields that may be such tables."""
-S = TypeVar("S", bound=msgspec.Struct)
 Line = tuple[str, int]
 
 
@@ -129,11 +128,11 @@ def numbers(module: str) -> Numbers:
             advice = f"write [[{name}]]" if name in TABLES else meant(name, TABLES)
             raise AuditError(f"{path}: {name!r} is no list of tables that it may have; {advice}")
     commands = [_command(path, where, row) for where, row, _ in _rows(path, tables, "command")]
-    pins = [_converted(where, row, Pinned) for where, row, _ in _rows(path, tables, "data")]
+    pins = [converted(_at(where, row), row, Pinned) for where, row, _ in _rows(path, tables, "data")]
     files = _Files(commands, {pin.file: pin.sha256 for pin in pins})
     parts = {out.title: Part(out.title, reason=out.reason) for out in _all(path, tables, "part", LeftOut)}
     for where, row, line in _rows(path, tables, "claim"):
-        claim = _converted(where, row, Stated)
+        claim = converted(_at(where, row), row, Stated)
         entries = [(".".join(keys), printed) for keys, printed in _entries(_prints(path, where, claim), ())]
         _require_named(claim, [name for name, _ in entries if name], where)
         for entry, printed in entries:
@@ -180,17 +179,12 @@ def _rows(path: Path, tables: Mapping[str, Any], name: str) -> Iterator[tuple[st
         yield f"{path}:{line}: [[{name}]]", row, line
 
 
+def _at(where: str, row: Mapping[str, Any]) -> Callable[[str], str]:
+    return lambda field: f"{where} {row.get('id', '')}".rstrip()
+
+
 def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Iterator[S]:
-    return (_converted(where, row, kind) for where, row, _ in _rows(path, tables, name))
-
-
-def _converted(where: str, row: Mapping[str, Any], kind: type[S]) -> S:
-    _require_known(where, row, [field.encode_name for field in msgspec.structs.fields(kind)])
-    try:
-        return msgspec.convert(row, kind)
-    except msgspec.ValidationError as error:
-        said = str(error).replace("`str | object`", "a string, or a table by entry")
-        raise AuditError(f"{where} {row.get('id', '')}: {said}; correct it") from None
+    return (converted(_at(where, row), row, kind) for where, row, _ in _rows(path, tables, name))
 
 
 def _require_known(where: str, row: Mapping[str, Any], known: Sequence[str]) -> None:

@@ -28,7 +28,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.data import line_of_field, read_tables
+from replication.audit.data import converted, line_of_field, read_tables
 from replication.audit.inspect.coverage import tallies
 from replication.audit.parts import Paper
 from replication.audit.people import Codecheck, Named, Reply
@@ -224,17 +224,10 @@ def about(module: str) -> dict[str, Any]:
 
 def _read(path: Path) -> About:
     table = read_tables(path)
-    unknown = sorted(table.keys() - set(About.__struct_fields__))
-    if unknown:
-        raise AuditError(f"{_at(path, unknown[0])} is no field; {meant(unknown[0], About.__struct_fields__)}")
     for name in ("title", "authors", "summary"):
         if not table.get(name) or (isinstance(table[name], str) and not table[name].strip()):
             raise AuditError(f"{_at(path, name)} is missing or empty; say what the paper gives")
-    try:
-        return msgspec.convert(table, About)
-    except msgspec.ValidationError as error:
-        field = re.search(r"\$\.(\w+)", str(error))
-        raise AuditError(f"{_at(path, field[1] if field else '')}: {error}; correct it") from None
+    return converted(lambda name: _at(path, name), table, About)
 
 
 def _at(path: Path, name: str) -> str:

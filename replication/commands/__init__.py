@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 MODULES = ("run", "results", "papers", "publish", "proofs", "design")
@@ -20,36 +19,37 @@ Option = Callable[[argparse.ArgumentParser], object]
 """Adds an argument to a parser."""
 
 
-@dataclass(frozen=True)
-class Command:
-    """A command of the command line.
-
-    text: one line for the list of commands, starting with a small letter. options: add its arguments to a parser.
-    run: does it and returns one of the exit codes of `replication.commands.shared`.
-    notes: paragraphs that its own help adds, ending with an empty line.
-    """
-
-    text: str
-    options: tuple[Option, ...]
-    run: Run
-    notes: str = ""
+_commands: dict[str, Callable[[Any, str], None]] = {}
 
 
-_commands: dict[str, Command] = {}
-
-
-def all_commands() -> dict[str, Command]:
-    """Every command by its name."""
+def all_commands() -> dict[str, Callable[[Any, str], None]]:
+    """Every command by its name: what adds its parser to others, with the end of its help."""
     for module in MODULES:
         importlib.import_module(f"{__name__}.{module}")
     return _commands
 
 
 def command(name: str, text: str, *options: Option, notes: str = "") -> Callable[[Run], Run]:
-    """A decorator for the function that does a command; the arguments are those of `Command`."""
+    """A decorator for the function that does a command and returns one of the exit codes of `commands.shared`.
+
+    text: one line for the list of commands, starting with a small letter. options: add its arguments to a parser.
+    notes: paragraphs that its own help adds, ending with an empty line.
+    """
 
     def made(run: Run) -> Run:
-        _commands[name] = Command(text, options, run, notes)
+        def add(subparsers: Any, ending: str) -> None:
+            parser = subparsers.add_parser(
+                name,
+                help=text,
+                description=f"{text[0].upper()}{text[1:]}.",
+                epilog=notes + ending,
+                formatter_class=argparse.RawDescriptionHelpFormatter,
+            )
+            for option in options:
+                option(parser)
+            parser.set_defaults(command=run)
+
+        _commands[name] = add
         return run
 
     return made

@@ -43,7 +43,7 @@ def list_claims(chosen: argparse.Namespace) -> int:
 )
 def show(chosen: argparse.Namespace) -> int:
     """Print what the results say about the claim."""
-    from replication.audit.publish.terminal import claim_rows
+    from replication.audit.publish.terminal import claim_text
     from replication.audit.store.records import read_results
     from replication.errors import one_of
 
@@ -51,11 +51,7 @@ def show(chosen: argparse.Namespace) -> int:
     claims = {claim.id: claim for claim in results.claims}
     claim = claims[one_of("claim", chosen.claim, claims)]
     replies = [reply for paper in results.papers for reply in paper.replies if reply.claim == claim.id]
-    rows = [
-        *claim_rows(claim, results.readings.get(claim.paper, ())),
-        *((f"reply of {reply.by or 'the authors'}", " ".join([reply.date, reply.text]).strip()) for reply in replies),
-    ]
-    say(f"{label}: {text}" for label, text in rows)
+    say([claim_text(claim, results.readings.get(claim.paper, ()), replies).rstrip("\n")])
     return FINE
 
 
@@ -79,16 +75,15 @@ def check(chosen: argparse.Namespace) -> int:
     project, path = here(), results_path(chosen)
     drawn = chosen.figures or project.root / "figures"
     last = Last(project.root, [drawn, path], [str(path)], project.cache, CHECK)
-    said = last.said() or _checked(project, path, drawn, last)
-    say(said.lines)
-    return said.code
+    lines, code = last.said() or _checked(project, path, drawn, last)
+    say(lines)
+    return code
 
 
 def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     from replication.audit.inspect.check import check, differences, kept, unfounded
     from replication.audit.inspect.coverage import faults
     from replication.audit.publish.readme import is_stale
-    from replication.audit.run.last import Said
     from replication.audit.run.tracing import traced
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
@@ -96,19 +91,17 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     results, root, folder = read_results(path), project.root, project.folder
     with traced(root) as loading:
         papers = project.load()
-    problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
     again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
-    found = differences(results, again, drawn)
-    problems += [f"{where}: not derived: {message}" for where, message in found]
+    problems = list(map(str, [*check(results, papers, root), *differences(results, again, drawn)]))
     if held == set(project.keys) and is_stale(root / "README.md", results):
         problems.append("README.md: stale: of other results; `make readme` writes it")
     note = unfounded(results, again)
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
     count = f"{len(problems)} problems in {len(results.claims)} claims"
-    lines = [*problems, *([f"note: {note}"] if note else []), count, *wrong]
-    said = Said(lines=tuple(lines), code=DIFFERENT if problems or wrong else FINE)
+    lines = (*problems, *([f"note: {note}"] if note else []), count, *wrong)
+    said = lines, DIFFERENT if problems or wrong else FINE
     last.keep(said, loading, again.traced, again.untraced)
     return said
 
@@ -124,13 +117,10 @@ def diff(chosen: argparse.Namespace) -> int:
     """Print the changes as text or JSON."""
     import msgspec
 
-    from replication.audit.inspect.compare import beside, compare, render, render_beside
+    from replication.audit.inspect.compare import compare, render
     from replication.audit.store.records import read_results
 
     old, new = (read_results(path, whole=False) for path in (chosen.old, chosen.new))
-    changes, others = compare(old, new), beside(old, new)
-    if chosen.json:
-        say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
-    else:
-        say([*render(changes), *render_beside(others)])
-    return DIFFERENT if changes or others else FINE
+    changes = compare(old, new)
+    say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()] if chosen.json else render(changes))
+    return DIFFERENT if changes else FINE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -21,16 +22,14 @@ from replication.commands.shared import (
     output,
     say,
     say_report,
-    say_tutorials,
     tutorials,
 )
 from replication.errors import AuditError
 from replication.ownplant.fields import positive
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Executor
+    from replication.audit.run.pool import Compute
     from replication.audit.run.runner import Outcome
-    from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
 
@@ -56,7 +55,7 @@ depend on are unchanged. The report goes to report/; a run of some papers only g
 )
 def audit(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    from replication.audit.run.last import Last, Said
+    from replication.audit.run.last import Last
     from replication.audit.run.tracing import traced
 
     executor = _executor(chosen)
@@ -66,20 +65,17 @@ def audit(chosen: argparse.Namespace) -> int:
     drawings = chosen.figures or root / "figures"
     directory = project.cache
     written = [drawings, *(target / name for name in ("results.json", "index.html", "articles"))]
-    last = Last(root, written, wanted, directory)
+    last = Last(root, written, [*wanted, *tutorials()], directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
-        say(said.lines)
-        say_tutorials(said.tutorials)
-        return said.code
-    import msgspec
-
+        say(said[0])
+        return said[1]
     from replication.audit.declare import unlisted
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.draw import Drawings
     from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
-    from replication.files import require_writable
+    from replication.audit.store.cache import Cache
+    from replication.files import require_writable, unwritable
 
     with traced(root) as loading:
         papers = project.load(wanted)
@@ -88,23 +84,23 @@ def audit(chosen: argparse.Namespace) -> int:
         raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")
     require_writable(target, "--output")
     require_writable(drawings, "--figures")
-    cache = _cache(directory, read=not chosen.no_cache)
+    if reason := unwritable(directory):
+        print(f"replication: nothing will be kept for the next run: {directory}: {reason}", file=sys.stderr)
+    cache = Cache(directory, read=not chosen.no_cache, write=not reason)
     limit = chosen.timeout or TIMEOUT
-    figures = Drawings(papers, drawings, cache=cache, root=root)
     audited = partial(run, papers, root=root, executor=executor, progress=lambda line: say([line]), timeout=limit)
-    outcome = audited(cache=cache, ended=figures.draw)
-    results = _dated(msgspec.structs.replace(outcome.results, figures=figures.records), target / "results.json")
+    outcome = audited(cache=cache, figures=drawings)
+    results = _dated(outcome.results, target / "results.json")
     remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, drawings, project.folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
-    say_report(results, drawings, target / "index.html")
+    report = say_report(results, drawings, target / "index.html")
     code = _code(results, outcome.failures)
     whole = not any(step.reason.startswith("not kept") for step in outcome.log)
     if cache.write and code != FAILED and whole:
         # What a run says that finds all of this done.
         log = [replace(step, action=Action.REUSED) for step in outcome.log]
-        lines = (*run_lines(results, log, ()), *remarks, f"report: {target / 'index.html'}")
-        said = Said(lines=lines, tutorials=tutorials(results), code=code)
-        last.keep(said, loading, [*outcome.traced, *figures.traced], [*outcome.untraced, *figures.untraced])
+        lines = (*run_lines(results, log, ()), *remarks, *report)
+        last.keep((lines, code), loading, outcome.traced, outcome.untraced)
     if not chosen.twice:
         return code
     again = audited(cache=replace(cache, read=False, write=False))
@@ -119,25 +115,13 @@ def _dated(results: ResultsFile, path: Path) -> ResultsFile:
 
     from replication.audit.store.records import read_results, write_results
 
-    try:
+    with contextlib.suppress(AuditError):
         before = read_results(path)
-    except AuditError:
-        before = None
-    if before is not None:
-        same = msgspec.structs.replace(results, run=msgspec.structs.replace(results.run, date=before.run.date))
-        if same == before:
+        run = msgspec.structs.replace(results.run, date=before.run.date)
+        if msgspec.structs.replace(results, run=run) == before:
             return before
     write_results(path, results)
     return results
-
-
-def _cache(directory: Path, *, read: bool) -> Cache:
-    from replication.audit.store.cache import Cache
-    from replication.files import unwritable
-
-    if reason := unwritable(directory):
-        print(f"replication: nothing will be kept for the next run: {directory}: {reason}", file=sys.stderr)
-    return Cache(directory, read=read, write=not reason)
 
 
 def _moved(first: Outcome, second: Outcome) -> Iterator[str]:
@@ -160,13 +144,13 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
     return DIFFERENT if unexpected(results) or unproved(results) else FINE
 
 
-def _executor(chosen: argparse.Namespace) -> Executor:
-    from replication.audit.run.pool import Processes
+def _executor(chosen: argparse.Namespace) -> Compute:
+    from replication.audit.run.pool import processes
 
     if chosen.scheduler is None:
-        return Processes(chosen.jobs)
+        return partial(processes, jobs=chosen.jobs)
     if chosen.jobs is not None:
         raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    from replication.audit.run.cluster import Cluster
+    from replication.audit.run.cluster import on_cluster
 
-    return Cluster(chosen.scheduler)
+    return partial(on_cluster, chosen.scheduler)

@@ -61,30 +61,27 @@ def say_stale(results: ResultsFile) -> None:
         print(f"replication: changed since the run: {listed(moved)}; {told}", file=sys.stderr)
 
 
-def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
-    """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
+def say_report(results: ResultsFile, figures: Path, output: Path) -> list[str]:
+    """Build the report at `output`, say where it is and which of the tutorials that it links to are not built."""
     from replication.audit.report.article import build_articles
     from replication.audit.report.page import build_report
 
     try:
-        say([f"report: {build_report(results, figures, output, project_root())}"])
+        told = [f"report: {build_report(results, figures, output, project_root())}"]
         build_articles(results, figures, output.parent / "articles")
     except AuditError as error:
         raise (AuditError(f"{error}; {output} is of an earlier run") if output.is_file() else error) from None
-    say_tutorials(tutorials(results))
+    if absent := sorted({paper.notebook for paper in results.papers if paper.notebook}.difference(tutorials())):
+        told.append(
+            f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"
+        )
+    say(told)
+    return told
 
 
-def tutorials(results: ResultsFile) -> tuple[str, ...]:
-    """The names of the tutorials to which a report on these results links."""
-    return tuple(sorted({paper.notebook for paper in results.papers if paper.notebook}))
-
-
-def say_tutorials(names: Iterable[str]) -> None:
-    """Say which of these tutorials are not built."""
-    pages = project_root() / "report" / "notebooks"
-    absent = [name for name in names if not (pages / f"{name}.html").is_file()]
-    if absent:
-        say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
+def tutorials() -> list[str]:
+    """The names of the tutorials that are built as pages."""
+    return sorted(page.stem for page in (project_root() / "report" / "notebooks").glob("*.html"))
 
 
 def output(text: str) -> Option:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import keyword
 import re
-import shutil
-import tempfile
 from pathlib import Path
 
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.project import CONFIGURATION, read_settings
 from replication.audit.publish.rebuild import plain_templates
 from replication.errors import InvalidInputError
-from replication.files import write_atomically
+from replication.files import write_atomically, write_directory
 
 FILES = {
     "__init__.py": "init.py",
@@ -62,17 +60,7 @@ def scaffold(key: str, root: Path, *, tables: bool = False) -> tuple[Path, ...]:
     if tables:
         around |= {root / "data" / f"{key}.csv": "table.csv"}
     begun = {path: rendered(template) for path, template in around.items() if not path.exists()}
-    package.parent.mkdir(parents=True, exist_ok=True)
-    # A dot in front keeps a half-written package from being found as a paper.
-    unfinished = Path(tempfile.mkdtemp(dir=package.parent, prefix=f".{key}."))
-    try:
-        for name, text in texts.items():
-            (unfinished / name).write_text(text, encoding="utf-8")
-        for path, text in begun.items():
-            write_atomically(path, text.encode())
-        unfinished.chmod(0o755)
-        unfinished.rename(package)
-    except BaseException:
-        shutil.rmtree(unfinished, ignore_errors=True)
-        raise
+    for path, text in begun.items():
+        write_atomically(path, text.encode())
+    write_directory(package, {name: text.encode() for name, text in texts.items()})
     return (*(package / name for name in files), *begun)

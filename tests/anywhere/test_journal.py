@@ -243,7 +243,7 @@ def test_what_this_program_itself_wants_is_told_with_its_versions(project: Stran
 def test_the_reply_of_the_authors_stands_with_the_claim(project: Stranger) -> None:
     said = "Two digits were exchanged in proof."
     shown = project.run("replication", "show", "epidemic.final").stdout
-    assert f"reply of A. Author: 2031-05-04 {said}" in shown
+    assert f"  text: {said}\n  by: A. Author\n  date: '2031-05-04'" in shown
     page = (project.home / "report" / "index.html").read_text(encoding="utf-8")
     assert page.count(said) == 1 and f"A. Author replies, 2031-05-04:</strong> <bdi>{said}" in page
     graph = json.loads((project.home / "report" / "exports" / "claims.jsonld").read_bytes())["@graph"]

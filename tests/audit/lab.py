@@ -38,12 +38,14 @@ from pathlib import Path
 from lab import told
 from replication.audit.project import find_project
 from replication.audit.store.cache import Cache
-from replication.audit.run.pool import Processes
+from replication.audit.run.pool import processes
+from functools import partial
 from replication.audit.run.runner import run
 options = json.loads(sys.argv[1])
 root = Path.cwd()
 outcome = run(find_project(root).load(options["papers"]), cache=Cache(root / ".cache", read=options["read"]),
-              root=root, executor=Processes(options["jobs"]), progress=lambda line: print(line, file=sys.stderr))
+              root=root, executor=partial(processes, jobs=options["jobs"]),
+              progress=lambda line: print(line, file=sys.stderr))
 print(json.dumps(told(outcome)))
 """
 
@@ -130,7 +132,7 @@ class Inside(Lab):
             self._inside(environment),
             contextlib.redirect_stdout(told),
             contextlib.redirect_stderr(failed),
-            patch("replication.commands.run._executor", lambda chosen: Here()),
+            patch("replication.commands.run._executor", lambda chosen: computed_here),
         ):
             try:
                 code = main(arguments)
@@ -141,7 +143,7 @@ class Inside(Lab):
     def audit(self, *keys: str, jobs: int = 1, read: bool = True, **environment: str) -> dict[str, Any]:
         with self._inside(environment):
             cache = Cache(self.root / ".cache", read=read)
-            outcome = run(find_project(self.root).load(keys), cache=cache, root=self.root, executor=Here())
+            outcome = run(find_project(self.root).load(keys), cache=cache, root=self.root, executor=computed_here)
         answer: dict[str, Any] = json.loads(self._said(json.dumps(told(outcome))))
         return answer
 
@@ -149,11 +151,9 @@ class Inside(Lab):
         return self.root / self.package / name
 
 
-class Here:
-    """Computes in this process."""
-
-    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        return map(compute, tasks)
+def computed_here(tasks: Sequence[Task]) -> Iterator[Answer]:
+    """By this process."""
+    return map(compute, tasks)
 
 
 def make_inside(root: Path) -> Inside:

@@ -23,16 +23,15 @@ ORDER = """
 import msgspec, papers
 from pathlib import Path
 from replication.audit.store.cache import Cache
-from replication.audit.run.pool import Processes
+from replication.audit.run.pool import processes
 from replication.audit.run.runner import run
 
-class Spy:
-    def compute(self, tasks):
-        (task,) = (task for task in tasks if task.name == "toy2020.square")
-        print(msgspec.json.encode(task).decode())
-        return Processes(1).compute(tasks)
+def spy(tasks):
+    (task,) = (task for task in tasks if task.name == "toy2020.square")
+    print(msgspec.json.encode(task).decode())
+    return processes(tasks, 1)
 
-run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=Spy())
+run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=spy)
 """
 
 

@@ -9,7 +9,7 @@ import pytest
 from cases import EXPERIMENT, RUN, altered, claim, errata_of, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
-from replication.audit.inspect.compare import Cause, FieldChange, beside, compare, moved, render, render_beside
+from replication.audit.inspect.compare import Cause, FieldChange, compare, moved, render
 from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
@@ -72,7 +72,8 @@ def test_a_proof_that_no_longer_holds_is_a_cause() -> None:
     for proof in (Proof(holds=True, text=""), Proof(holds=False, text="")):
         made = recorded(evidence, proof, erratum="toy.e1")
         files.append(results_file(made, errata=tuple(errata_of(made, proof).values())))
-    (change,) = compare(*files)
+    change, beside = compare(*files)
+    assert beside.record == "erratum toy.e1" and beside.causes == ()
     assert (change.old, change.new) == (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.DIFFERS)
     assert change.causes == (Cause.ERRATUM,)
 
@@ -83,7 +84,7 @@ def test_changed_verdicts_come_first_then_ids() -> None:
         record(1.3269, id="toy.a"), record(1.34, id="toy.c"), record(id="toy.d"), record(1.3269, id="toy.e")
     )
     changes = compare(old, new)
-    assert [change.claim for change in changes] == ["toy.b", "toy.c", "toy.e", "toy.a"]
+    assert [change.record for change in changes] == ["toy.b", "toy.c", "toy.e", "toy.a"]
     assert [change.causes[0] for change in changes[:3]] == [Cause.GONE, Cause.UNEXPLAINED, Cause.NEW]
 
 
@@ -110,22 +111,23 @@ def test_only_a_number_that_was_not_zero_moves_relative_to_its_size(old: Any, ne
 
 def test_changes_are_plain_json() -> None:
     decoded = msgspec.json.decode(msgspec.json.encode(compare(OLD, results_file(record(1.34)))))
-    assert decoded[0]["claim"] == "toy.value"
+    assert decoded[0]["record"] == "toy.value"
     assert decoded[0]["fields"][0] == {"field": "verdict", "old": "reproduced", "new": "differs"}
 
 
 def test_what_changed_beside_the_claims_is_listed() -> None:
-    assert beside(HONEST, HONEST) == [] and render_beside([]) == []
+    assert compare(HONEST, HONEST) == [] and render([]) == ["No claim changed."]
     (erratum,) = HONEST.errata
     moved = replace(erratum, holds=False, quantities={"gap": 2.0}, code="elsewhere:9")
-    (change,) = beside(HONEST, replace(HONEST, errata=(moved,)))
+    change = compare(HONEST, replace(HONEST, errata=(moved,)))[-1]
     assert [(field.field, field.old, field.new) for field in change.fields] == [
         ("holds", True, False),
         ("quantities", {}, {"gap": 2.0}),
     ]
-    assert beside(HONEST, replace(HONEST, errata=(replace(erratum, code="elsewhere:9"),))) == []
+    assert compare(HONEST, replace(HONEST, errata=(replace(erratum, code="elsewhere:9"),))) == []
     (page,) = HONEST.papers
-    lines = render_beside(beside(HONEST, replace(HONEST, papers=(replace(page, findings=("long " * 99,)),))))
-    assert lines[0] == "paper toy changed" and lines[1].startswith("    findings: () → ('long ") and len(lines[1]) < 250
-    (gone,) = beside(HONEST, replace(HONEST, errata=()))
+    lines = render(compare(HONEST, replace(HONEST, papers=(replace(page, findings=("long " * 99,)),))))
+    assert lines[:2] == ["No claim changed.", "paper toy changed"]
+    assert lines[2].startswith("    findings: () → ('long ") and len(lines[2]) < 250
+    gone = compare(HONEST, replace(HONEST, errata=()))[-1]
     assert gone.record == "erratum toy.e1" and all(field.new is None for field in gone.fields)

@@ -18,8 +18,8 @@ from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
 from replication.audit.inspect.headline import notes
 from replication.audit.judge.printed import parse, sensitivities, spread
-from replication.audit.judge.verdict import AGREES, rejudge
-from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
+from replication.audit.judge.verdict import rejudge
+from replication.audit.model import AGREES, Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms
@@ -161,28 +161,28 @@ def file_with(printed: str, value: float, *ends: tuple[float | None, float | Non
 
 def test_room_is_the_part_of_the_rounding_that_the_claim_bears() -> None:
     (found,) = rooms(file_with("1.33", 1.33, (1.329, 1.331), (1.32, 1.331), (1.33, 1.35)))
-    assert [(room.moves.parameter, room.share) for room in found.rooms] == [
+    assert [(moves.parameter, share) for moves, share in found.rooms] == [
         ("p2", pytest.approx(0.25)), ("p1", pytest.approx(0.5)), ("p0", 1.0),
     ]  # fmt: skip
     assert found.agrees
-    assert [room.moves.parameter for room in found.deciding] == ["p2", "p1"]
+    assert [moves.parameter for moves, _ in found.deciding] == ["p2", "p1"]
 
 
 def test_no_result_is_no_room() -> None:
     (found,) = rooms(file_with("1.33", 1.33, (1.33, None)))
     assert found.agrees
     assert found.deciding == found.rooms
-    assert found.rooms[0].share == 0.0
+    assert found.rooms[0][1] == 0.0
 
 
 def test_a_claim_that_differs_may_be_reached_by_rounding() -> None:
     (found,) = rooms(file_with("1.33", 1.35, (1.349, 1.351), (1.334, 1.36), (1.36, 1.30), (1.35, None)))
     assert not found.agrees
     # The first to decide leads; what never reaches the print, or moves nothing, comes last.
-    assert [(room.moves.parameter, room.share) for room in found.rooms] == [
+    assert [(moves.parameter, share) for moves, share in found.rooms] == [
         ("p2", pytest.approx(0.3)), ("p1", pytest.approx(0.9375)), ("p0", None), ("p3", None),
     ]  # fmt: skip
-    assert [room.moves.parameter for room in found.deciding] == ["p2", "p1"]
+    assert [moves.parameter for moves, _ in found.deciding] == ["p2", "p1"]
 
 
 def test_an_unknown_claim_is_an_error() -> None:

@@ -137,7 +137,7 @@ def test_key_coverage_and_bibtex_follow_from_the_rest(tmp_path: Path) -> None:
         ("", r"paper\.toml:1: title is missing"),
         (GIVEN.replace('"A note"', '" "'), r"paper\.toml:1: title is missing or empty"),
         (GIVEN.replace('["A. Author", "B. Author"]', "[]"), r"paper\.toml:2: authors is missing or empty"),
-        (GIVEN + "\njear = 2031\n", r"paper\.toml:5: jear is no field; did you mean year\?"),
+        (GIVEN + "\njear = 2031\n", r"paper\.toml:5: jear: unknown field 'jear'; did you mean year\?"),
         (GIVEN + 'year = "2031"\n', r"paper\.toml:4: year: Expected `int \| null`, got `str`.*; correct it"),
         (GIVEN.replace('["A. Author", "B. Author"]', '"A. Author"'), r"paper\.toml:2: authors: Expected `array`"),
         ("title = ", r"paper\.toml is not valid TOML"),

@@ -24,7 +24,7 @@ from replication.audit.report.claim import views
 from replication.audit.report.opening.told import _targets
 from replication.audit.run import certify, worker
 from replication.audit.run.assemble import assemble
-from replication.audit.run.pool import Action, Processes, Step
+from replication.audit.run.pool import Action, Step, processes
 from replication.audit.run.runner import _longest_first
 from replication.audit.run.tracing import traced
 from replication.audit.store.cache import Dependencies, Entry
@@ -90,7 +90,7 @@ def test_certificates_that_are_proved_are_left_alone_unless_asked_for_again(
 ) -> None:
     asked: list[str] = []
 
-    def compute(tasks: Sequence[worker.Task]) -> list[worker.Answer]:
+    def compute(tasks: Sequence[worker.Task], jobs: int) -> list[worker.Answer]:
         asked.extend(task.name for task in tasks)
         return []
 
@@ -99,7 +99,7 @@ def test_certificates_that_are_proved_are_left_alone_unless_asked_for_again(
         papers=lambda root: ["toy"],
         theorems=lambda key, root: ({"open": None, "proved": None}, {}),
         verify=lambda path, root: SimpleNamespace(theorem="It is so." if path.stem == "proved" else None),
-        Processes=lambda jobs: SimpleNamespace(compute=compute),
+        processes=compute,
     ):
         assert list(certify.certify(tmp_path, (), again=again, jobs=1)) == []
     assert asked == made
@@ -114,7 +114,8 @@ def test_each_leaf_that_differs_is_told() -> None:
 
 
 def test_a_certificate_that_ended_in_an_error_is_not_proved() -> None:
-    wanted = Wanted(paper="toy", name="c", claims=("toy.c1",), statement="s.t", path="c.json", subject={"c.json": "0"})
+    subject = {"sha256": "0", "subject": {"c.json": "0"}}
+    wanted = Wanted(paper="toy", name="c", claims=("toy.c1",), statement="s.t", path="c.json", **subject)
     failed = certificate_record(wanted, None, "it failed")
     assert not failed.proved and failed.reason == "it failed"
     result = {"sentence": "So.", "reason": "", "lower": None, "upper": None, "holds": True, "items": [], "says": []}
@@ -125,10 +126,9 @@ def test_a_certificate_that_ended_in_an_error_is_not_proved() -> None:
 
 
 def test_there_is_at_least_one_process() -> None:
-    assert Processes(1).jobs == 1 and Processes().jobs is None
     for jobs in (0, -2):
         with pytest.raises(AuditError, match=f"the number of jobs must be at least 1, got {jobs}"):
-            Processes(jobs)
+            list(processes([], jobs))
 
 
 def test_what_is_read_counts_and_what_is_written_does_not(tmp_path: Path) -> None:

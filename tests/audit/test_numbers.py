@@ -152,7 +152,7 @@ COMMAND = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\n'
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (CLAIM + "colour = 1", r"claims.toml:2: \[\[claim\]\] has the unknown field 'colour'"),
+        (CLAIM + "colour = 1", r"claims.toml:2: \[\[claim\]\] rate: unknown field 'colour'"),
         (CLAIM + "chekc = 'a'", "unknown field 'chekc'; did you mean check"),
         (CLAIM + "meant = 3", r"\[\[claim\]\] rate: Expected a string, or a table by entry, got `int`"),
         (CLAIM.replace('id = "rate"', ""), "missing required field `id`"),

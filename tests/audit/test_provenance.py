@@ -13,7 +13,8 @@ import pytest
 from lab import committed, git, make_lab
 
 import replication.audit.run.last as unchanged
-from replication.audit.run.last import Last, Said
+from replication import extras
+from replication.audit.run.last import Last
 from replication.audit.run.tracing import Trace
 from replication.audit.store import provenance
 from replication.audit.store.provenance import git_state, read_environment, run_date, run_record
@@ -109,11 +110,11 @@ def test_without_a_project_the_packages_are_those_of_this_one(tmp_path: Path, mo
     installed = importlib.metadata.version
     monkeypatch.setattr(importlib.metadata, "version", lambda name: "9" if name == "numpy" else installed(name))
     assert read_environment(tmp_path) != before
-    monkeypatch.setattr(provenance, "DISTRIBUTION", "no-such-package-anywhere")
+    monkeypatch.setattr(extras, "DISTRIBUTION", "no-such-package-anywhere")
     assert read_environment(tmp_path).packages == {}
 
 
-SAID = Said(lines=("all is well",), tutorials=("delay",), code=0)
+SAID = ("all is well",), 0
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -199,7 +200,15 @@ def sources_copied_to(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     files = shutil.ignore_patterns("index.html", "results.json", "*-*")
     copied = shutil.copytree(templates.SOURCES, directory / "html", ignore=files)
     monkeypatch.setattr(templates, "SOURCES", copied)
+    templates.environment.cache_clear()
     return copied
+
+
+@pytest.fixture(autouse=True)
+def own_templates() -> Iterator[None]:
+    """No test leaves templates to the next one."""
+    yield
+    templates.environment.cache_clear()
 
 
 def shows(text: str) -> bool:
@@ -280,6 +289,7 @@ def test_a_number_typed_into_a_template_stops_the_build(
     assert build_report(made, figures, tmp_path / "index.html").is_file()
     words = copied / "words.html.j2"
     words.write_text(words.read_text() + "<p>They were judged within 4711 seconds.</p>\n")
+    templates.environment.cache_clear()
     with pytest.raises(AuditError, match="within 4711 seconds"):
         build_report(made, figures, tmp_path / "other.html")
     assert not (tmp_path / "other.html").exists()
@@ -291,7 +301,7 @@ def test_what_a_section_derives_is_handed_over_as_a_number(
     (sources_copied_to(tmp_path, monkeypatch) / "cite.html.j2").write_text("<p>{{ shown.text }}</p>\n")
 
     def shown(content: dict[str, Any]) -> None:
-        monkeypatch.setattr(sections, "_SECTIONS", (("cite", "Derived", "", lambda results, read: content),))
+        monkeypatch.setattr(sections, "_SECTIONS", (("cite", "Derived", lambda results, read: content),))
 
     shown({"text": "0.4711"})
     with pytest.raises(AuditError, match=r"0\.4711"):

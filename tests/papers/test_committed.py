@@ -24,7 +24,8 @@ from benchmarks.readme import (
 )
 from papers import KEYS
 from replication.audit.judge.numerals import MORE
-from replication.audit.publish.readme import BEGIN, END, badges, replace_block, results_block
+from replication.audit.publish.archive import badges
+from replication.audit.publish.readme import BADGES, BEGIN, END, replace_block, results_block
 from replication.audit.report.claim import targets, views
 from replication.audit.run.draw import write_figure
 from replication.audit.run.runner import Outcome
@@ -98,7 +99,7 @@ def test_readme_holds_the_results_of_a_fresh_run(fresh_run: Outcome) -> None:
 
 @pytest.mark.slow
 def test_badges_and_picture_of_the_readme_are_of_a_fresh_run(fresh_run: Outcome) -> None:
-    shown = badges(fresh_run.results)
+    shown = badges(fresh_run.results, BADGES, "claims")
     assert {f"docs/badges/{path.name}" for path in (ROOT / "docs" / "badges").iterdir()} == set(shown)
     for name, text in shown.items():
         assert (ROOT / name).read_text(encoding="utf-8") == text, "write it anew with `make readme`"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -20,7 +21,7 @@ from papers.okajima2023.experiments.simulations import distribution, draws, tail
 from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
 from replication.audit.model import Verdict
 from replication.audit.parts import ScopeItem
-from replication.audit.run.pool import Processes
+from replication.audit.run.pool import processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 from replication.errors import InvalidInputError
@@ -68,7 +69,7 @@ def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
         PAPER, experiments=changed, claims=claims, errata=(), figures=(), tables=(), findings=lambda results: (),
         scope=(ScopeItem(part="Table 1", claims=tuple(claim.id for claim in claims)),),
     )  # fmt: skip
-    outcome = run([paper], cache=Cache(tmp_path), root=ROOT, executor=Processes(1))
+    outcome = run([paper], cache=Cache(tmp_path), root=ROOT, executor=partial(processes, jobs=1))
     assert {record.verdict for record in outcome.results.claims} <= {Verdict.DIFFERS, Verdict.ERROR}
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import signal
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from papers.peet2019.experiments.declared import DEFAULT_CELLS
 from papers.shao.experiments.tracking import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
-from replication.audit.run.pool import Action, Processes
+from replication.audit.run.pool import Action, processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 from replication.audit.store.sources import default_packages
@@ -61,7 +62,12 @@ def resume(sweep: str, root: Path, progress: Callable[[str], None] = lambda line
     """Run the parts in a project at `root` with no certificates, whose results lie there too."""
     cache = Cache(root / "results")
     return run(
-        [cut(sweep)], cache=cache, root=root, packages=default_packages(ROOT), executor=Processes(1), progress=progress
+        [cut(sweep)],
+        cache=cache,
+        root=root,
+        packages=default_packages(ROOT),
+        executor=partial(processes, jobs=1),
+        progress=progress,
     )
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,14 @@ import msgspec
 
 import replication
 from replication.audit.judge.policies import same_fact
-from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
+from replication.audit.judge.proofs import no_theorem, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Judgement, StatedClaim, Verdict
 from replication.audit.parts import Paper
-from replication.audit.run.draw import checksums, kept_figures
+from replication.audit.run.draw import checksums
 from replication.audit.run.pool import Action
-from replication.audit.run.runner import run
+from replication.audit.run.runner import Outcome, run
 from replication.audit.run.worker import Answer, Task, function_name
 from replication.audit.store.cache import Cache, encode
 from replication.audit.store.provenance import THREADS, Environment, python_minor
@@ -37,6 +37,7 @@ from replication.audit.store.records import (
     shared,
 )
 from replication.errors import AuditError
+from replication.files import sha256
 
 
 class Cause(StrEnum):
@@ -49,21 +50,22 @@ class Cause(StrEnum):
     SET = "missing or extra"
     TEXT = "text"
     CERTIFICATE = "certificate"
+    DERIVED = "not derived"
 
 
 Name = tuple[str, str]
 """The sort of a record (`claim`, `erratum`, …) and its id, key or name."""
 
-Fault = tuple[str, str]
-"""Where, and what is wrong with a proof."""
+OF_PAPERS = ("paper", "claim", "erratum", "figure", "experiment")
+"""The sorts of records that the code of a paper declares."""
 
 
 class Problem(msgspec.Struct, frozen=True):
     """One thing wrong with a results file. where: the id of the claim, erratum, experiment or figure; message: what."""
 
     where: str
-    cause: Cause
     message: str
+    cause: Cause = Cause.DERIVED
 
     def __str__(self) -> str:
         return f"{self.where}: {self.cause}: {self.message}"
@@ -82,17 +84,18 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     they are is known only by computing them again and comparing the files (`compare.compare`).
     """
     against = () if papers is None else _against_code(results, papers)
-    return [*_problems(results), *_proofs(results, root), *against]
+    files = () if root is None else against_files(results, root)
+    return [*_problems(results), *unsupported(results), *files, *against]
 
 
 def _problems(results: ResultsFile) -> Iterator[Problem]:
     """What the file says of itself: its schema, its names, its verdicts, its errors, its readings."""
     if results.schema_version != SCHEMA_VERSION:
         message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
-        yield Problem("schema_version", Cause.SCHEMA, message)
+        yield Problem("schema_version", message, Cause.SCHEMA)
     for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
         if count > 1:
-            yield Problem(name, Cause.SET, f"the {sort} stands {count} times in the file")
+            yield Problem(name, f"the {sort} stands {count} times in the file", Cause.SET)
     errata = {erratum.id: erratum for erratum in results.errata}
     derived = {
         record.id: rejudge(record, errata, readings=results.readings.get(record.paper, ())) for record in results.claims
@@ -100,14 +103,13 @@ def _problems(results: ResultsFile) -> Iterator[Problem]:
     for record in results.claims:
         own = msgspec.structs.replace(record, judgement=derived[record.id])
         yield from _verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement)
-    for sort, named in PARTS.items():
-        if sort in ("erratum", "experiment", "figure"):
-            records = getattr(results, named[0])
-            yield from (Problem(f"{sort} {getattr(r, named[1])}", Cause.ERROR, r.error) for r in records if r.error)
+    for (sort, name), record in results.named("erratum", "figure", "experiment"):
+        if record.error:
+            yield Problem(f"{sort} {name}", record.error, Cause.ERROR)
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
         for name in unused_readings(paper.readings, claims):
-            yield Problem(paper.key, Cause.TEXT, f"no claim rests on the reading {name!r}")
+            yield Problem(paper.key, f"no claim rests on the reading {name!r}", Cause.TEXT)
 
 
 def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
@@ -118,32 +120,27 @@ def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
             continue
         if (stored_value := getattr(found, name)) != (wanted_value := getattr(derived, name)):
             message = f"{name} is {_show(stored_value)}, but the stored numbers give {_show(wanted_value)}"
-            yield Problem(record.id, Cause.FORGED, message)
+            yield Problem(record.id, message, Cause.FORGED)
     if found.verdict is Verdict.ERROR:
-        yield Problem(record.id, Cause.ERROR, found.reason)
+        yield Problem(record.id, found.reason, Cause.ERROR)
     elif record.unexpected:
         message = f"{_show(found.verdict)}, pinned {_show(record.claim.expected)}: {found.reason}"
-        yield Problem(record.id, Cause.CHANGED_VERDICT, message)
+        yield Problem(record.id, message, Cause.CHANGED_VERDICT)
 
 
-def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:
-    yield from (Problem(where, Cause.FORGED, message) for where, message in unsupported(results))
-    for entry in results.certificates:
-        if not entry.proved:
-            yield Problem(entry.path, Cause.ERROR, entry.reason or "it is not proved, and no reason is given")
-    faults = () if root is None else against_files(results, root)
-    yield from (Problem(where, Cause.CERTIFICATE, message) for where, message in faults)
-
-
-def unsupported(results: ResultsFile) -> Iterator[Fault]:
-    """Claims whose bracket, or mark, is not what the certificates of the file prove."""
+def unsupported(results: ResultsFile) -> Iterator[Problem]:
+    """Claims whose bracket, or mark, is not what the certificates of the file prove; those that prove nothing."""
     for claim in results.claims:
         supporting = [entry for entry in results.certificates if claim.id in entry.claims]
         paths, found = tuple(entry.path for entry in supporting), claim.evidence.certificates
         if found != paths:
-            yield claim.id, f"certificates is {found!r}, but those of the file that name it are {paths!r}"
+            message = f"certificates is {found!r}, but those of the file that name it are {paths!r}"
+            yield Problem(claim.id, message, Cause.FORGED)
         elif claim.evidence.method and (difference := _difference(claim, supporting)):
-            yield claim.id, difference
+            yield Problem(claim.id, difference, Cause.FORGED)
+    for entry in results.certificates:
+        if not entry.proved:
+            yield Problem(entry.path, entry.reason or "it is not proved, and no reason is given", Cause.ERROR)
 
 
 def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) -> str:
@@ -160,22 +157,25 @@ def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) ->
     return "" if found.supported == standing.supported else "what its certificates do not say is told otherwise"
 
 
-def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
+def against_files(results: ResultsFile, root: Path) -> Iterator[Problem]:
     """Certificates of the file that are not the ones wanted, or not the ones that lie below `root`."""
     listed, reasons = wanted(root, [paper.key for paper in results.papers])
     there = {entry.path: entry for entry in listed}
     stored = {entry.path: entry for entry in results.certificates}
     for path in sorted(there.keys() ^ stored.keys()):
-        yield path, f"the certificate is {'wanted and not in the file' if path in there else 'in the file, not wanted'}"
+        where = "wanted and not in the file" if path in there else "in the file, not wanted"
+        yield Problem(path, f"the certificate is {where}", Cause.CERTIFICATE)
     for path in sorted(there.keys() & stored.keys()):
         entry, record = there[path], stored[path]
-        if sha256(root / path) != record.sha256:
-            yield path, "the file is not the one that was verified; run the audit again"
+        if sha256(root / path, "missing") != record.sha256:
+            yield Problem(path, "the file is not the one that was verified; run the audit again", Cause.CERTIFICATE)
         if (entry.claims, entry.statement) != (record.claims, record.statement):
-            yield path, "its claims or statement are not those of the theorem that is wanted"
+            message = "its claims or statement are not those of the theorem that is wanted"
+            yield Problem(path, message, Cause.CERTIFICATE)
     for claim in results.claims:
         if claim.judgement.unproved != no_theorem(claim.claim, reasons, bool(claim.evidence.certificates)):
-            yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
+            message = "the reason why there is no theorem is not the one that the paper gives"
+            yield Problem(claim.id, message, Cause.CERTIFICATE)
 
 
 def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
@@ -185,12 +185,12 @@ def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Pro
         (records.keys() - code.keys(), "in the file and not in the code"),
     ):
         for sort, name in sorted(names):
-            yield Problem(name, Cause.SET, f"the {sort} is {message}")
+            yield Problem(name, f"the {sort} is {message}", Cause.SET)
     for key, fields in code.items():
         for field, said in fields.items():
             if key in records and (found := getattr(records[key], field)) != said:
                 message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
-                yield Problem(key[1], Cause.TEXT, message)
+                yield Problem(key[1], message, Cause.TEXT)
 
 
 def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
@@ -208,11 +208,7 @@ def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
 
 def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
     """The records of a results file under the same names."""
-    return [
-        ((sort, getattr(record, name)), record.claim if sort == "claim" else record)
-        for sort, (part, name) in PARTS.items()
-        for record in getattr(results, part)
-    ]
+    return [(key, record.claim if key[0] == "claim" else record) for key, record in results.named(*OF_PAPERS)]
 
 
 def _experiment(experiment: Experiment) -> dict[str, Any]:
@@ -224,51 +220,16 @@ def _show(value: object) -> str:
     return repr(str(value)) if isinstance(value, str) else repr(value)
 
 
-PARTS = {
-    "paper": ("papers", "key"),
-    "claim": ("claims", "id"),
-    "erratum": ("errata", "id"),
-    "figure": ("figures", "name"),
-    "experiment": ("experiments", "name"),
-}
-"""The sorts of records that belong to a paper: the part of the file that holds them, and what names one."""
-
-
-@dataclass(frozen=True)
-class Kept:
-    """What the cache gives: the file that a run would write now, and which experiments and figures it would have to do.
-
-    files: the checksums with which the files of a figure were left, by its name. traced, untraced: as of a run.
-    """
-
-    results: ResultsFile
-    absent: frozenset[str]
-    files: Mapping[str, Sequence[str]]
-    environment: Environment
-    traced: Mapping[str, str]
-    untraced: tuple[str, ...]
-
-
-class _Nobody:
-    """Computes nothing."""
-
-    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        yield from (Answer(task.name, None, 0.0, "it is not kept") for task in tasks)
-
-
-def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
+def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Outcome:
     """What the results in the cache give for these papers; raises as `run` does for mistakes in the papers."""
-    outcome = run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
-    drawn = kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
-    figures = tuple(entry[0] for entry in drawn.values() if entry is not None)
-    absent = {step.name for step in outcome.log if step.action is Action.FAILED}
-    absent |= {name for name, entry in drawn.items() if entry is None}
-    results = msgspec.structs.replace(outcome.results, figures=figures)
-    files = {name: entry[1] for name, entry in drawn.items() if entry is not None}
-    return Kept(results, frozenset(absent), files, outcome.environment, outcome.traced, outcome.untraced)
+
+    def nobody(tasks: Sequence[Task]) -> list[Answer]:
+        return [Answer(task.name, None, 0.0, "it is not kept") for task in tasks]
+
+    return run(papers, cache=replace(cache, write=False), root=root, executor=nobody)
 
 
-def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[Fault]:
+def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator[Problem]:
     """Where the file, or a file of a figure, is not what the cache gives, and what is different there.
 
     Nothing is computed but what turns results into records. Where the cache no longer holds what the file was made
@@ -279,31 +240,30 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[Fa
         return
     yield from _environment(results.run, again.environment)
     if results.run.unlocked != again.results.run.unlocked:
-        yield "run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock"
+        yield Problem("run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock")
     keys = {record.name: record.key for record in results.experiments}
     others = [record.name for record in again.results.experiments if keys.get(record.name, record.key) != record.key]
     if others:
         more = f" (and of {len(others) - 1} more)" if others[1:] else ""
-        yield others[0], f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
+        message = f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
+        yield Problem(others[0], message)
     unknown = _unknown(results, again)
-    for part, name in PARTS.values():
-        stored = {getattr(record, name): record for record in getattr(results, part)}
-        for record in getattr(again.results, part):
-            key = getattr(record, name)
-            if key in stored and getattr(record, "paper", key) not in unknown:
-                yield from _changed(key, stored[key], record)
+    stored = dict(results.named(*OF_PAPERS))
+    for key, record in again.results.named(*OF_PAPERS):
+        if key in stored and getattr(record, "paper", key[1]) not in unknown:
+            yield from _changed(key[1], stored[key], record)
     proofs = {record.path: record for record in results.certificates}
     if len(proofs) < len(results.certificates):
-        yield "certificates", "one of them stands twice in the file"
+        yield Problem("certificates", "one of them stands twice in the file")
     for proof in again.results.certificates:
-        if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in again.absent:
+        if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in _absent(again):
             yield from _changed(proof.path, proofs[proof.path], proof)
-    for name, left in again.files.items():
-        if checksums(figures, name) != left:
-            yield name, f"{figures / name}.csv and .svg are not as the run left them; run the audit again"
+    for name, drawn in again.drawn.items():
+        if drawn is not None and checksums(figures, name) != drawn.files:
+            yield Problem(name, f"{figures / name}.csv and .svg are not as the run left them; run the audit again")
 
 
-def unfounded(results: ResultsFile, again: Kept) -> str:
+def unfounded(results: ResultsFile, again: Outcome) -> str:
     """Why the numbers of some papers were taken as they stand; empty if none were."""
     if not _here(results, again):
         return "the file was made in another environment than this one, so its numbers were taken as they stand"
@@ -312,13 +272,13 @@ def unfounded(results: ResultsFile, again: Kept) -> str:
     return f"{', '.join(unknown)}: {why}; `replication run` computes what is missing" if unknown else ""
 
 
-def _here(results: ResultsFile, again: Kept) -> bool:
+def _here(results: ResultsFile, again: Outcome) -> bool:
     """Whether the file was made in this environment: so it says, or one of its keys."""
     keys = {record.key for record in again.results.experiments}
     return not list(_environment(results.run, again.environment)) or any(one.key in keys for one in results.experiments)
 
 
-def _environment(run: RunRecord, here: Environment) -> Iterator[Fault]:
+def _environment(run: RunRecord, here: Environment) -> Iterator[Problem]:
     """What a run says of its environment and is not so here."""
     said: dict[str, tuple[Any, Any]] = {
         "package_version": (run.package_version, replication.__version__),
@@ -330,19 +290,26 @@ def _environment(run: RunRecord, here: Environment) -> Iterator[Fault]:
     }
     for name, (stored, found) in said.items():
         if stored != found:
-            yield f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of"
+            yield Problem(f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of")
 
 
-def _unknown(results: ResultsFile, again: Kept) -> set[str]:
+def _unknown(results: ResultsFile, again: Outcome) -> set[str]:
     """The papers of which something is not kept, or kept of another run: what is measured in seconds differs then."""
     seconds = {record.name: record.seconds for record in again.results.experiments}
     found = {record.paper for record in results.experiments if seconds.get(record.name) != record.seconds}
-    found |= {record.paper for record in again.results.experiments if record.name in again.absent}
-    return found | {record.paper for record in results.figures if record.name in again.absent}
+    absent = _absent(again)
+    found |= {record.paper for record in again.results.experiments if record.name in absent}
+    return found | {record.paper for record in results.figures if record.name in absent}
 
 
-def _changed(where: str, stored: Any, found: Any) -> Iterator[Fault]:
-    return ((where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
+def _absent(again: Outcome) -> set[str]:
+    """The experiments and figures that a run would have to do."""
+    failed = {step.name for step in again.log if step.action is Action.FAILED}
+    return failed | {name for name, drawn in again.drawn.items() if drawn is None}
+
+
+def _changed(where: str, stored: Any, found: Any) -> Iterator[Problem]:
+    return (Problem(where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
 
 
 def _moved(path: str, stored: Any, found: Any) -> Iterator[str]:

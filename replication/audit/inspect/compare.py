@@ -35,7 +35,7 @@ class Cause(StrEnum):
 
 
 class FieldChange(msgspec.Struct, frozen=True, kw_only=True):
-    """A field of a claim's record with its old and its new value."""
+    """A field of a record with its old and its new value."""
 
     field: str
     old: Any
@@ -43,59 +43,44 @@ class FieldChange(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Change(msgspec.Struct, frozen=True, kw_only=True):
-    """How one claim changed; `causes` are all that may have caused it, `old` and `new` the verdicts."""
+    """How one record changed: a claim, by its id, or another one, by its sort and name.
 
-    claim: str
-    old: Verdict | None
-    new: Verdict | None
-    causes: tuple[Cause, ...]
-    fields: tuple[FieldChange, ...] = ()
-
-
-def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
-    """The claims that differ in verdict, text or numbers: changed verdicts first, then by id.
-
-    Seconds, wording of methods, and lines of code are not compared. Numbers are compared exactly.
+    old, new: verdicts of a claim; causes: all that may have caused its change.
     """
-    before, after = ({record.id: record for record in results.claims} for results in (old, new))
-    changes = []
-    for name in before.keys() | after.keys():
-        first, second = before.get(name), after.get(name)
-        if first is None or second is None:
-            fields, causes = [], [Cause.NEW if second else Cause.GONE]
-        elif fields := list(_moved_fields(_compared(first), _compared(second))):
-            causes = list(_causes(first, second, old, new)) or [Cause.UNEXPLAINED]
-        else:
-            continue
-        was, now = (record.verdict if record else None for record in (first, second))
-        changes.append(Change(claim=name, old=was, new=now, causes=tuple(causes), fields=tuple(fields)))
-    return sorted(changes, key=lambda change: (change.old == change.new, change.claim))
-
-
-class Beside(msgspec.Struct, frozen=True, kw_only=True):
-    """How a record changed that is no claim: of a paper, an erratum, a figure or a certificate."""
 
     record: str
     fields: tuple[FieldChange, ...]
+    old: Verdict | None = None
+    new: Verdict | None = None
+    causes: tuple[Cause, ...] = ()
 
 
-def beside(old: ResultsFile, new: ResultsFile) -> list[Beside]:
-    """The records beside the claims that differ, by name; where the code of one stands is not compared."""
+def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
+    """The claims that differ in verdict, text or numbers, changed verdicts first, then by id; then the other records.
+
+    Seconds, wording of methods, and lines of code are not compared. Numbers are compared exactly.
+    """
     before, after = _records(old), _records(new)
+    claims = [{record.id: record for record in results.claims} for results in (old, new)]
     changes = []
-    for name in sorted(before.keys() | after.keys()):
-        if fields := tuple(_moved_fields(before.get(name, {}), after.get(name, {}))):
-            changes.append(Beside(record=name, fields=fields))
-    return changes
+    for name in before.keys() | after.keys():
+        first, second = (known.get(name) for known in claims)
+        if not (fields := tuple(_moved_fields(before.get(name, {}), after.get(name, {})))):
+            continue
+        causes: tuple[Cause, ...] = ()
+        if first and second:
+            causes = tuple(_causes(first, second, old, new)) or (Cause.UNEXPLAINED,)
+        elif first or second:
+            fields, causes = (), (Cause.NEW if second else Cause.GONE,)
+        was, now = (record.verdict if record else None for record in (first, second))
+        changes.append(Change(record=name, old=was, new=now, causes=causes, fields=fields))
+    return sorted(changes, key=lambda change: (not change.causes, change.old == change.new, change.record))
 
 
 def _records(results: ResultsFile) -> dict[str, dict[str, Any]]:
-    parts = (("paper", "papers", "key"), ("erratum", "errata", "id"), ("figure", "figures", "name"))
-    return {
-        f"{part} {getattr(record, name)}": msgspec.to_builtins(record)
-        for part, field, name in (*parts, ("certificate", "certificates", "path"))
-        for record in getattr(results, field)
-    }
+    others = results.named("paper", "erratum", "figure", "certificate")
+    found = {f"{sort} {name}": msgspec.to_builtins(record) for (sort, name), record in others}
+    return {record.id: _compared(record) for record in results.claims} | found
 
 
 def _moved_fields(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[FieldChange]:
@@ -104,26 +89,21 @@ def _moved_fields(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterat
             yield FieldChange(field=name, old=before.get(name), new=after.get(name))
 
 
-def render_beside(changes: list[Beside]) -> list[str]:
-    """Those changes as lines of text, each value cut where it is long."""
-    lines = []
-    for change in changes:
-        lines.append(f"{change.record} changed")
-        lines += [f"    {field.field}: {_cut(field.old)} → {_cut(field.new)}" for field in change.fields]
-    return lines
-
-
 def _cut(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
 
 
 def render(changes: list[Change]) -> list[str]:
-    """The changes as lines of text: one for each claim, and indented below it the fields and the causes."""
-    lines = [] if changes else ["No claim changed."]
+    """The changes as lines of text: one for each record, indented below it the fields, and of a claim the causes."""
+    lines = [] if any(change.causes for change in changes) else ["No claim changed."]
     for change in changes:
+        if not change.causes:
+            lines.append(f"{change.record} changed")
+            lines += [f"    {field.field}: {_cut(field.old)} → {_cut(field.new)}" for field in change.fields]
+            continue
         verdict = str(change.new) if change.old == change.new else f"{change.old or '—'} → {change.new or '—'}"
-        lines.append(f"{change.claim}: {verdict}")
+        lines.append(f"{change.record}: {verdict}")
         lines += [
             f"    {field.field}: {field.old!r} → {field.new!r}{moved(field) and f' ({moved(field)})'}"
             for field in change.fields

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
-from replication.audit.judge.verdict import AGREES, rejudge
-from replication.audit.model import Kind, Policy, Verdict
+from replication.audit.judge.verdict import rejudge
+from replication.audit.model import AGREES, CORRECTED, Kind, Policy, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 
 EXPECTED = {
@@ -24,7 +24,6 @@ EXPECTED = {
 }
 """What each kind of alteration must give."""
 _MOVED, _DENIED, _UNPROVED, _EMPTIED, _MENDED = EXPECTED
-CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 Errata = Mapping[str, ErratumRecord]
 
 
@@ -42,30 +41,24 @@ class Control:
 def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Control, ...]:
     """Every kind of alteration that `results` has a claim for, tried on each such claim; targets: by claim."""
     errata = {erratum.id: erratum for erratum in results.errata}
-    noticed: dict[str, list[bool]] = {altered: [] for altered in EXPECTED}
-    missed: dict[str, dict[str, ClaimRecord]] = {altered: {} for altered in EXPECTED}
-    readings = results.readings
+    tried: dict[str, list[ClaimRecord | None]] = {altered: [] for altered in EXPECTED}
     for claim in results.claims:
-        target = targets.get(claim.id)
+        target, readings = targets.get(claim.id), results.readings.get(claim.paper, ())
         for altered, record, known in _alterations(claim, errata, target.printed if target else None):
             # A print that was left alone is not read again.
-            judged = rejudge(
-                record, known, target if record.claim is claim.claim else None, readings=readings.get(claim.paper, ())
-            )
+            judged = rejudge(record, known, target if record.claim is claim.claim else None, readings=readings)
             agrees = judged.verdict in AGREES and Policy.SOLVER not in judged.policies
-            noticed[altered].append(agrees is (EXPECTED[altered] == "agreement"))
-            if not noticed[altered][-1]:
-                missed[altered][claim.id] = claim
+            tried[altered].append(None if agrees is (EXPECTED[altered] == "agreement") else claim)
     return tuple(
         Control(
             altered=altered,
-            expected=expected,
-            tried=len(noticed[altered]),
-            caught=sum(noticed[altered]),
-            missed=tuple(missed[altered].values()),
+            expected=EXPECTED[altered],
+            tried=len(found),
+            caught=found.count(None),
+            missed=tuple({claim.id: claim for claim in found if claim is not None}.values()),
         )
-        for altered, expected in EXPECTED.items()
-        if noticed[altered]
+        for altered, found in tried.items()
+        if found
     )
 
 

@@ -54,6 +54,13 @@ class Text(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     places: tuple[Place, ...] = ()
     numbered: dict[str, str] = {}
 
+    @property
+    def rows(self) -> Iterator[tuple[str, str, Row]]:
+        """The rows in the order of the text, each with its place, and whether it is of `numerals` or of `items`."""
+        for place in self.places:
+            yield from ((place.place, "numerals", row) for row in place.numerals)
+            yield from ((place.place, "items", row) for row in place.items)
+
 
 def read_coverage(path: Path) -> dict[str, Text]:
     """The texts of a paper by name; raises AuditError that names the file and the entry that is not usable."""
@@ -76,9 +83,8 @@ def tallied(name: str, text: Text) -> Iterator[Coverage]:
     """The counts of numerals, then those of numbered items."""
     for what in ("numerals", "items"):
         found: Counter[str] = Counter()
-        for place in text.places:
-            for row in getattr(place, what):
-                found[_state(row)] += len(_integers(row[0]) if what == "items" else NUMERAL.findall(row[0]))
+        for row in (row for _, of, row in text.rows if of == what):
+            found[_state(row)] += len(_integers(row[0]) if what == "items" else NUMERAL.findall(row[0]))
         counts = {state: found[state] for state in ("bound", "excused", "open")}
         yield Coverage(text=name, of=what, total=sum(counts.values()), aside=found["aside"], **counts)
 
@@ -92,20 +98,18 @@ def _state(row: Row) -> str:
 
 def still_open(text: Text) -> Iterator[str]:
     """The rows that are bound to nothing and not excused, as `place: print: what is asked`."""
-    for place in text.places:
-        for row in (*place.numerals, *place.items):
-            if _state(row) == "open":
-                yield f"{place.place}: {row[0]}: {row[-1].removeprefix('open:').strip()}"
+    for place, _, row in text.rows:
+        if _state(row) == "open":
+            yield f"{place}: {row[0]}: {row[-1].removeprefix('open:').strip()}"
 
 
 def excuses(text: Text) -> Counter[str]:
     """How many numerals are excused or left aside, by reason; those of a part that is left out under its name."""
     found: Counter[str] = Counter()
-    for place in text.places:
-        for row in place.numerals:
-            kind, _, name = row[-1].partition(":")
-            if kind in ("excused", "scope"):
-                found[name] += len(NUMERAL.findall(row[0]))
+    for _, what, row in text.rows:
+        kind, _, name = row[-1].partition(":")
+        if what == "numerals" and kind in ("excused", "scope"):
+            found[name] += len(NUMERAL.findall(row[0]))
     return found
 
 
@@ -116,11 +120,9 @@ def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
     """
     bindings = _Bindings(paper, printed)
     for name, text in texts.items():
-        for place in text.places:
-            where = f"{paper.key}: {name}, {place.place}"
-            for what in ("numerals", "items"):
-                for row in getattr(place, what):
-                    yield from (f"{where}: {row[0]!r}: {fault}" for fault in bindings.faults(row, what))
+        for place, what, row in text.rows:
+            where = f"{paper.key}: {name}, {place}: {row[0]!r}"
+            yield from (f"{where}: {fault}" for fault in bindings.faults(row, what))
         yield from (f"{paper.key}: {name}: {fault}" for fault in _incomplete(text))
     yield from (f"{paper.key}: {fault}" for fault in _unbound(texts, paper, printed))
 
@@ -138,9 +140,8 @@ def _incomplete(text: Text) -> Iterator[str]:
     if listed != text.runs:
         yield f"{listed} numerals are listed, and the text has {text.runs}; one was taken out or added"
     items: dict[str, Counter[int]] = {kind: Counter() for kind in text.numbered}
-    for place in text.places:
-        for row in place.items:
-            items.setdefault(row[0].split()[0], Counter()).update(_integers(row[0]))
+    for row in (row for _, what, row in text.rows if what == "items"):
+        items.setdefault(row[0].split()[0], Counter()).update(_integers(row[0]))
     for kind, found in items.items():
         wanted = Counter(_integers(text.numbered.get(kind, "")))
         for number in sorted(set(found) | set(wanted)):
@@ -150,7 +151,7 @@ def _incomplete(text: Text) -> Iterator[str]:
 
 def _unbound(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
     """Printed values to which no row is bound, by their name or by a claim that prints them at the same place."""
-    rows = [row for text in texts.values() for place in text.places for row in (*place.numerals, *place.items)]
+    rows = (row for text in texts.values() for _, _, row in text.rows)
     bindings = [binding.partition(":")[::2] for row in rows for binding in row[1:]]
     data = {name for kind, name in bindings if kind in ("data", "size")}
     claims = {name for kind, name in bindings if kind in ("claim", "setting")}
@@ -255,7 +256,8 @@ def _size(value: Any) -> tuple[int, ...]:
 
 
 def _listed(text: Text) -> Counter[str]:
-    return Counter(numeral for place in text.places for row in place.numerals for numeral in NUMERAL.findall(row[0]))
+    rows = (row for _, what, row in text.rows if what == "numerals")
+    return Counter(numeral for row in rows for numeral in NUMERAL.findall(row[0]))
 
 
 def differences(listed: Text, text: str) -> Iterator[str]:

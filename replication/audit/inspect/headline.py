@@ -8,15 +8,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
-from replication.audit.judge.printed import has_uncertainty
-from replication.audit.judge.proofs import NUMERIC, flat
+from replication.audit.judge.printed import flat, has_uncertainty
 from replication.audit.judge.typed import numbers_in
-from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.model import DISAGREES, NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
+from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.errors import listed
 
@@ -27,20 +29,6 @@ class Basis(StrEnum):
     DIGITS = "in printed digits"
     STATEMENT = "as statements"
     DRAW = "as random draws"
-
-
-_WORDS = {
-    Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
-    Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
-    Verdict.COMPATIBLE: ("is", "are", "possible: under an inference or as a random draw"),
-    Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
-    Verdict.DIFFERS: ("differs", "differ", "from the print"),
-    Verdict.REFUTED: ("is", "are", "refuted"),
-    Verdict.UNDETERMINED: ("is", "are", "undetermined by the text"),
-    Verdict.ERROR: ("ended", "ended", "in an error"),
-}
-_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
-"""Verdicts that sound like agreement of digits, so the sentence says in what they agree."""
 
 
 def basis(claim: ClaimRecord) -> Basis:
@@ -65,7 +53,7 @@ def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
 GROUPS = {
     "hold": (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT),
     "possible": (Verdict.COMPATIBLE,),
-    "fail": (Verdict.DIFFERS, Verdict.REFUTED),
+    "fail": DISAGREES,
     "undetermined": (Verdict.UNDETERMINED,),
     "in error": (Verdict.ERROR,),
 }
@@ -101,18 +89,13 @@ class Tally:
 def tally(claims: Iterable[ClaimRecord]) -> Tally:
     """How the claims stand; repeats and remarks of ours aside."""
     counted = once(claims)
-    found = counts(counted)
-    timed = sum(claim.timed for claim in counted)
+    return grouped(counts(counted), sum(claim.timed for claim in counted))
+
+
+def grouped(found: Mapping[Verdict, int], timed: int = 0) -> Tally:
+    """The tally of what has each verdict; timed: how many of the undetermined are run times."""
     numbers = {word: sum(found[verdict] for verdict in verdicts) for word, verdicts in GROUPS.items()}
     return Tally(numbers=numbers | {"undetermined": numbers["undetermined"] - timed}, timed=timed)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Caveat:
-    """Something that the counts of verdicts do not say by themselves: how many claims it is true of."""
-
-    words: str
-    number: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +112,7 @@ class Headline:
     repeated: int
     counts: Mapping[Verdict, int]
     proved: int
-    caveats: tuple[Caveat, ...]
+    caveats: Mapping[str, int]
     unexpected: tuple[ClaimRecord, ...]
     counted: tuple[int, ...]
 
@@ -151,38 +134,35 @@ def headline(results: ResultsFile) -> Headline:
     )
 
 
+@cache
+def _words() -> Any:
+    """The sentences of `sentence.j2`."""
+    return plain_templates(Path(__file__).parent).get_template("sentence.j2").module
+
+
 def sentence(claims: Sequence[ClaimRecord]) -> str:
     """The verdict on all claims in words, computed from them; a number that a text repeats counts once."""
-    if not claims:
-        return "There is no claim to judge."
-    every, claims = claims, once(claims)
-    parts = [_part(verdict, claims) for verdict, number in counts(claims).items() if number]
-    listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-    changed = sum(claim.unexpected for claim in every)
-    expected = (
-        f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
-        if changed
-        else "Every verdict is as expected."
-    )
-    text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
-    return f"{text} {theorems(claims)}".strip()
+    counted, groups = once(claims), []
+    for verdict, number in counts(counted).items():
+        own = [claim for claim in counted if claim.verdict is verdict]
+        timed = sum(claim.timed for claim in own) if verdict is Verdict.UNDETERMINED else 0
+        found = Counter(map(basis, own))
+        groups += [(verdict, number, timed, [(kind, found[kind]) for kind in Basis if found[kind]])] * bool(number)
+    said = _words().sentence(len(counted), groups, sum(claim.unexpected for claim in claims))
+    return f"{said} {theorems(counted)}".strip()
 
 
 def theorems(claims: Iterable[ClaimRecord]) -> str:
     """How many claims theorems decide, how many of these against the claim, how many they support; empty if none."""
     claims = tuple(claims)
-    proved = sum(claim.judgement.proved for claim in claims)
-    against = sum(claim.judgement.proved and claim.verdict in (Verdict.DIFFERS, Verdict.REFUTED) for claim in claims)
+    proved = [claim for claim in claims if claim.judgement.proved]
+    against = sum(claim.verdict in DISAGREES for claim in proved)
     supported = sum(bool(claim.judgement.supported) for claim in claims)
-    if not proved and not supported:
-        return ""
-    sides = f", {against} of them against the claim" if against else ""
-    more = f"; they support {supported} more in part" if supported else ""
-    return f"Theorems decide {proved} of {len(claims)} claims{sides}{more}."
+    return str(_words().theorems(len(claims), len(proved), against, supported))
 
 
-def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:
-    """What the counts of verdicts do not say by themselves."""
+def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> dict[str, int]:
+    """What the counts of verdicts do not say by themselves, in words: of how many claims it is true."""
     inferred = {erratum.id for erratum in errata if erratum.inference}
     found = {
         "compatible by an erratum that is an inference, not a proof": (
@@ -198,18 +178,7 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> t
             not (c.evidence.cross_check or c.judgement.proved) for c in claims
         ),
     }
-    return tuple(Caveat(words=words, number=sum(true)) for words, true in found.items())
-
-
-def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
-    chosen = [claim for claim in claims if claim.verdict is verdict]
-    singular, plural, rest = _WORDS[verdict]
-    text = f"{len(chosen)} {plural if len(chosen) != 1 else singular} {rest}"
-    timed = sum(claim.timed for claim in chosen) if verdict is Verdict.UNDETERMINED else 0
-    if verdict not in _SPLIT:
-        return f"{text} ({timed} run time{'s' * (timed != 1)} among them)" if timed else text
-    found = Counter(map(basis, chosen))
-    return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"
+    return {words: sum(true) for words, true in found.items()}
 
 
 SIGN = "−1"
@@ -236,32 +205,30 @@ def notes(
     unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
     papers.
     """
-    if unused:
-        yield f"no claim, erratum, figure or finding uses {listed(unused)}"
-    if results.run.unlocked:
-        yield f"not as locked: {listed(results.run.unlocked)}"
     bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
-    if numbers := [claim.id for claim in bare if claim.evidence.value is not None]:
-        yield f"a number that rests on no experiment: {listed(numbers)}"
-    if statements := [claim.id for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]:
-        yield f"a statement that rests on no experiment: {listed(statements)}"
-    for of_command, words in ((False, "not traced, and so computed again by every run"), (True, "not traced")):
-        found = [one for one in results.experiments if one.untraced and bool(one.line) == of_command]
-        if loose := [f"{', '.join(one.untraced)} ({one.name})" for one in found]:
-            yield f"{words}: {listed(loose)}"
-    if unborne := [erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)]:
-        yield f"an erratum that its own proof does not bear out: {listed(unborne)}"
+    stated = [claim for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]
     pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
-    if asked := [claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)]:
-        yield f"the print is an input of what the number rests on, so look whether it only comes back: {listed(asked)}"
-    unchecked = [
-        claim.id
-        for claim in results.claims
-        if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)
-        and not (claim.evidence.cross_check or claim.judgement.proved)
-    ]
-    if unchecked:
-        yield f"neither a check by a second method nor a proof: {listed(unchecked)}"
+    judged = [claim for claim in results.claims if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)]
+    untraced = [one for one in results.experiments if one.untraced]
+    loose = [(f"{', '.join(one.untraced)} ({one.name})", bool(one.line)) for one in untraced]
+    told = {
+        "no claim, erratum, figure or finding uses ": unused,
+        "not as locked: ": results.run.unlocked,
+        "a number that rests on no experiment: ": [claim.id for claim in bare if claim.evidence.value is not None],
+        "a statement that rests on no experiment: ": [claim.id for claim in stated],
+        "not traced, and so computed again by every run: ": [name for name, of_command in loose if not of_command],
+        "not traced: ": [name for name, of_command in loose if of_command],
+        "an erratum that its own proof does not bear out: ": [
+            erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)
+        ],
+        "the print is an input of what the number rests on, so look whether it only comes back: ": [
+            claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)
+        ],
+        "neither a check by a second method nor a proof: ": [
+            claim.id for claim in judged if not (claim.evidence.cross_check or claim.judgement.proved)
+        ],
+    }
+    yield from (f"{words}{listed(names)}" for words, names in told.items() if names)
     for claim in results.claims:
         if said := contradiction(claim):
             yield f"{claim.id}: the check by a second method says {said}, which is not what was computed; look at both"

@@ -10,8 +10,9 @@ from enum import Enum
 from fractions import Fraction
 
 from replication.audit.judge import numerals
+from replication.audit.judge.forms import level_of
 from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.judge.uncertainty import PROBABLE, reach, said, weighed
+from replication.audit.judge.uncertainty import PROBABLE, reach, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
 
@@ -82,7 +83,7 @@ class Target:
             raise AuditError(f"the print {claim.printed!r} states its own uncertainty; leave the tolerance out")
         if claim.uncertainty and not spread:
             raise AuditError(f"the print {claim.printed!r} states no uncertainty; leave out {claim.uncertainty!r}")
-        meaning = said(claim.uncertainty, claim.printed) if spread else ""
+        meaning = (claim.uncertainty or level_of(claim.printed)) if spread else ""
         ends = [(e, reach(e, meaning) if e.spread else (tolerance or e.unit / 2,) * 2) for e in printed.entries]
         intervals = (Interval(entry.value - below, entry.value + above) for entry, (below, above) in ends)
         return cls(printed, () if printed.relation else tuple(intervals))
@@ -187,7 +188,9 @@ def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Jud
     if digits.verdict is Verdict.REPRODUCED:
         return digits
     (number,) = measure(target, evidence)
-    return weighed(entry, number.value, said(uncertainty, target.printed.text), judge_value(target, evidence), beyond)
+    return weighed(
+        entry, number.value, uncertainty or level_of(target.printed.text), judge_value(target, evidence), beyond
+    )
 
 
 def judge_bound(target: Target, evidence: Evidence) -> Judgement:
@@ -232,12 +235,10 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
     if evidence.value is None:
         raise AuditError(f"the evidence holds no value to compare with the printed {printed.text!r}")
     values = [Fraction(value) for value in printed.align("computed value", evidence.value)]
-    lows: list[Fraction | None] = [None] * len(values)
-    highs: list[Fraction | None] = [None] * len(values)
-    if evidence.lower is not None:
-        lows = [Fraction(value) for value in printed.align("lower bound", evidence.lower)]
-    if evidence.upper is not None:
-        highs = [Fraction(value) for value in printed.align("upper bound", evidence.upper)]
+    lows, highs = (
+        [None] * len(values) if side is None else [Fraction(end) for end in printed.align(name, side)]
+        for name, side in (("lower bound", evidence.lower), ("upper bound", evidence.upper))
+    )
     has_bracket = evidence.lower is not None or evidence.upper is not None
     intervals = target.intervals if not printed.relation else (None,) * len(values)
     measured = []

@@ -122,7 +122,7 @@ def places(text: str) -> int:
 
 def exact(number: Fraction) -> str:
     """A fraction that comes from decimals, such as an end of a rounding interval, in all its digits."""
-    return decimal(Context(prec=MOST_DIGITS).divide(Decimal(number.numerator), Decimal(number.denominator)))
+    return decimal(_rounded(number, MOST_DIGITS))
 
 
 def decimal(number: Decimal) -> str:
@@ -151,7 +151,7 @@ def enclosure(low: Fraction | None, high: Fraction | None, *ends: Fraction | Non
 def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
     """`number` rounded down or up by no more than `width`, in at least six digits."""
     for count in range(6, MOST_DIGITS):
-        rounded = Context(prec=count, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+        rounded = _rounded(number, count, rounding)
         shown = Fraction(rounded)
         fine = width is None or abs(shown - number) <= width
         if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
@@ -161,18 +161,22 @@ def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequ
 
 def at_most(number: float, digits: int = 2) -> str:
     """An upper bound to so many significant digits, rounded up: what "at most" stands before."""
-    return decimal(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(Decimal(number)))
+    return decimal(_rounded(number, digits, ROUND_CEILING))
 
 
 def at_least(number: float, digits: int = 2) -> str:
     """A lower bound to so many significant digits, rounded down: what "at least" stands before."""
-    return decimal(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(number)))
+    return decimal(_rounded(number, digits, ROUND_FLOOR))
 
 
 def outward(low: float, high: float, digits: int = 4) -> tuple[float, float]:
     """Both ends of a bracket to so many significant digits, rounded outwards."""
-    below, above = (Context(prec=digits, rounding=mode) for mode in (ROUND_FLOOR, ROUND_CEILING))
-    return float(below.create_decimal(Decimal(low))), float(above.create_decimal(Decimal(high)))
+    return float(_rounded(low, digits, ROUND_FLOOR)), float(_rounded(high, digits, ROUND_CEILING))
+
+
+def _rounded(number: float | Fraction, digits: int, rounding: str = ROUND_HALF_EVEN) -> Decimal:
+    exact = Fraction(number)
+    return Context(prec=digits, rounding=rounding).divide(Decimal(exact.numerator), Decimal(exact.denominator))
 
 
 def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:

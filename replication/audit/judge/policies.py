@@ -14,7 +14,7 @@ import msgspec
 from replication.audit.data import words
 from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
 from replication.audit.judge.numerals import exact, short
-from replication.audit.model import Claim, Evidence, Judgement, Kind, OverInputs, Policy, Reading, StatedClaim, Verdict
+from replication.audit.model import DISAGREES, Claim, Evidence, Judgement, Kind, Policy, Reading, StatedClaim, Verdict
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
@@ -93,7 +93,7 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
     if over.lower > over.upper:
         raise AuditError(f"the range over printed inputs is empty: [{over.lower!r}, {over.upper!r}]")
     judge = judge_bound if claim.kind is Kind.BOUND else judge_value
-    ranged = judge(target, _as_bracket(evidence, over))
+    ranged = judge(target, Evidence(method="", value=evidence.value, lower=over.lower, upper=over.upper))
     if judgement.verdict is not Verdict.DIFFERS:
         return judgement
     meets = ranged.verdict is not Verdict.DIFFERS
@@ -101,10 +101,6 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
     reason = f"{judgement.reason} {said}{' So the rounding of the inputs may explain the print.' if meets else ''}"
     verdict = Verdict.COMPATIBLE if meets else judgement.verdict
     return touched(msgspec.structs.replace(judgement, verdict=verdict, reason=reason), Policy.INPUTS)
-
-
-def _as_bracket(evidence: Evidence, over: OverInputs) -> Evidence:
-    return Evidence(method=evidence.method, value=evidence.value, lower=over.lower, upper=over.upper)
 
 
 def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple[Policy, ...]]:
@@ -164,7 +160,7 @@ def same_fact(record: ClaimRecord, first: Judgement | None) -> ClaimRecord:
     own = record.judgement
     if first is None or Verdict.ERROR in (own.verdict, first.verdict):
         return record
-    wrong = {verdict in (Verdict.DIFFERS, Verdict.REFUTED) for verdict in (own.verdict, first.verdict)}
+    wrong = {verdict in DISAGREES for verdict in (own.verdict, first.verdict)}
     told = f"It says the same as {record.claim.repeats}, which is {first.verdict}"
     if len(wrong) > 1:
         reason = f"{told}; on its own evidence it would be {own.verdict}: one of the two is wrong. {own.reason}"

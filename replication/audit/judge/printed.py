@@ -104,34 +104,12 @@ class Printed:
 
         name: what the numbers are ("computed value", "lower bound"), for the message.
         """
-        if len(self.shape) == 0:
-            cells: tuple[object, ...] = (numbers,)
-        else:
-            rows = self._row(name, numbers, self.shape[0])
-            cells = rows
-            if len(self.shape) == 2:
-                cells = tuple(cell for row in rows for cell in self._row(name, row, self.shape[1]))
-        return tuple(self._flatten(name, numbers, cells))
-
-    def _row(self, name: str, row: object, length: int) -> tuple[object, ...]:
-        if not isinstance(row, tuple) or len(row) != length:
+        cells = [cell if len(cell) == 2 else None for cell in self.cells]
+        if not _is_laid_out(numbers, self.arranged(cells)):
             raise AuditError(
-                f"the {name} {row!r} does not have the layout of the printed {self.text!r}: {self._wanted()}"
+                f"the {name} {numbers!r} does not have the layout of the printed {self.text!r}: {self._wanted()}"
             )
-        return row
-
-    def _flatten(self, name: str, numbers: Numbers, computed: tuple[object, ...]) -> Iterator[float]:
-        for cell, number in zip(self.cells, computed, strict=True):
-            parts = number if isinstance(number, tuple) else (number,)
-            # A real cell is a bare number: (1.0,) for it would be a list of one.
-            if len(parts) != len(cell) or isinstance(number, tuple) != (len(cell) == 2):
-                raise AuditError(
-                    f"the {name} {numbers!r} does not have the layout of the printed {self.text!r}: {self._wanted()}"
-                )
-            for part in parts:
-                if isinstance(part, bool) or not isinstance(part, (int, float)):
-                    raise AuditError(f"the {name} {numbers!r} holds {part!r} where a number must stand")
-                yield part
+        return tuple(flat(numbers))
 
     def _wanted(self) -> str:
         complex_cells = sum(len(cell) == 2 for cell in self.cells)
@@ -141,6 +119,22 @@ class Printed:
         if len(self.shape) == 1:
             return f"give {self.shape[0]} entries{rule}"
         return f"give {self.shape[0]} rows of {self.shape[1]} numbers"
+
+
+def _is_laid_out(numbers: object, layout: object) -> bool:
+    """Whether numbers stand where the layout has cells, in pairs where these have two entries."""
+    if isinstance(layout, list | tuple):
+        return isinstance(numbers, tuple) and len(numbers) == len(layout) and all(map(_is_laid_out, numbers, layout))
+    return isinstance(numbers, int | float) and not isinstance(numbers, bool)
+
+
+def flat(numbers: Numbers) -> Iterator[float]:
+    """The numbers of a quantity, one after the other."""
+    if isinstance(numbers, tuple):
+        for entry in numbers:
+            yield from flat(entry)
+    else:
+        yield numbers
 
 
 def parse(text: str) -> Printed:

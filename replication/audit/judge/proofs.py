@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -14,15 +13,15 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.match import Match, match
-from replication.audit.model import NUMERIC as NUMERIC
-from replication.audit.model import Claim, Evidence, Kind, Numbers, StatedClaim
+from replication.audit.judge.printed import flat
+from replication.audit.model import NUMERIC, Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
-from replication.audit.store.records import CertificateRecord
+from replication.audit.store.records import CertificateRecord, shared
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
+from replication.files import sha256
 from replication.machine.theory import STATEMENTS, sum_for
 from replication.twice import RECORD, second
-from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
@@ -84,22 +83,11 @@ BY_KIND = {
 Ends = tuple[float | None, float | None]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wanted:
-    """A certificate that a paper wants. path: below the project. subject: checksums of all that its proof reads.
+class Wanted(CertificateRecord, frozen=True, kw_only=True):
+    """A certificate that a paper wants, before it is verified. subject: checksums of all that its proof reads."""
 
-    machine: the statement that Coq has proved of the file as it is, below the project; empty if none. second: whether
-    the second verifier has proved the same of it.
-    """
-
-    paper: str
-    name: str
-    claims: tuple[str, ...]
-    statement: str
-    path: str
-    subject: Mapping[str, str]
-    machine: str = ""
-    second: bool = False
+    subject: dict[str, str]
+    proved: bool = False
 
     @property
     def task(self) -> str:
@@ -121,13 +109,13 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
         except Refused as refusal:
             raise AuditError(str(refusal)) from None
         folder = root / package / paper
-        shared = {f"{package}/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
-        shared |= imported(root, package, folder)
+        common = {f"{package}/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
+        common |= imported(root, package, folder)
         by_coq = [name for name, entry in listed.items() if entry.statement in STATEMENTS]
         (statement, sums), twice = machine_checked(folder, by_coq), checked_twice(folder, listed)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
-            subject = {path: sha256(root / path), **shared}
+            subject = {path: sha256(root / path, "missing"), **common}
             found.append(
                 Wanted(
                     paper=paper,
@@ -135,6 +123,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
                     claims=entry.claims,
                     statement=entry.statement,
                     path=path,
+                    sha256=subject[path],
                     subject=subject,
                     machine=statement if sums.get(entry.name) == subject[path] else "",
                     second=twice.get(entry.name) == subject[path],
@@ -160,28 +149,11 @@ def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bo
     return "" if named else reasons.get(claim.id, BY_KIND.get(claim.kind, ""))
 
 
-def sha256(path: Path) -> str:
-    """The checksum of a file, or a word for one that is not there."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "missing"
-
-
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
     """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
-    none: dict[str, Any] = {"lower": None, "upper": None, "holds": None, "items": [], "says": []}
-    proved: Mapping[str, Any] = result or {"sentence": "", "reason": error, **none}
-    says = msgspec.convert(proved["says"], tuple[Exported, ...])
-    return CertificateRecord(
-        paper=certificate.paper,
-        name=certificate.name,
-        path=certificate.path,
-        sha256=certificate.subject[certificate.path],
-        claims=certificate.claims,
-        statement=certificate.statement,
-        proved=not proved["reason"],
-        machine=certificate.machine,
-        second=certificate.second,
-        **{**proved, "items": tuple((low, high) for low, high in proved["items"]), "says": says},
-    )
+    proved = result or {"reason": error}
+    given = {**shared(CertificateRecord, certificate), "proved": not proved["reason"], **proved}
+    return msgspec.convert(given, CertificateRecord)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -278,15 +250,6 @@ def _inside(number: float, ends: Ends, paths: str) -> float:
 def _clamped(number: float, ends: Ends) -> float:
     low, high = ends
     return min(max(number, -math.inf if low is None else low), math.inf if high is None else high)
-
-
-def flat(numbers: Numbers) -> Iterator[float]:
-    """The numbers of a quantity, one after the other."""
-    if isinstance(numbers, tuple):
-        for entry in numbers:
-            yield from flat(entry)
-    else:
-        yield numbers
 
 
 def _shaped(layout: Numbers, numbers: Iterator[Any]) -> Any:

@@ -38,7 +38,7 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
         if not suspects:
             return
         try:
-            again = _by_place(ask(_Moved(given, iter(range(turn, 10**9)))))
+            again = _by_place(ask(_moved(given, iter(range(turn, 10**9)))))
         except Exception:  # noqa: BLE001 - a sentence may have no words for what cannot be
             return
         suspects = {place: number for place, number in suspects.items() if again.get(place) == number}
@@ -71,24 +71,6 @@ def numbers_in(text: str) -> Iterator[str]:
 
 def _share(turn: int) -> float:
     return 1 + FIRST + (LAST - FIRST) * (turn * 0.6180339887 % 1.0)
-
-
-class _Moved(Mapping[str, Any]):
-    """What sentences are made from, each entry moved when it is asked for: they read few of them."""
-
-    def __init__(self, given: Mapping[str, Any], turns: Iterator[int]) -> None:
-        self._given, self._turns, self._done = given, turns, dict[str, Any]()
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._done:
-            self._done[name] = _moved(self._given[name], self._turns)
-        return self._done[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._given)
-
-    def __len__(self) -> int:
-        return len(self._given)
 
 
 def _moved(value: Any, turns: Iterator[int]) -> Any:

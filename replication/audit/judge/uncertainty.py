@@ -13,7 +13,6 @@ from statistics import NormalDist
 
 import msgspec
 
-from replication.audit.judge.forms import level_of
 from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import Entry
 from replication.audit.model import Judgement, Verdict
@@ -49,11 +48,6 @@ def _rounded(number: float) -> Fraction:
 
 LIMIT = _rounded(_NORMAL.inv_cdf(1 - SMALLEST_PROBABILITY / 2))
 """Standard deviations beyond which a number is too improbable."""
-
-
-def said(uncertainty: str, printed: str) -> str:
-    """What the uncertainty is: as the claim says, or the print itself; empty if neither does."""
-    return uncertainty or level_of(printed)
 
 
 def reach(entry: Entry, uncertainty: str) -> tuple[Fraction, Fraction]:

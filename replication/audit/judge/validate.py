@@ -27,12 +27,7 @@ _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 At = Callable[[str], str]
 
 
-def nowhere(name: str) -> str:
-    """No place, where the sources are not at hand."""
-    return ""
-
-
-def validate_claims(papers: Sequence[Paper], at: At = nowhere) -> None:
+def validate_claims(papers: Sequence[Paper], at: At = lambda name: "") -> None:
     """Check names and references of `papers`; raises AuditError that lists every mistake, one a line.
 
     at: where the modules of the papers write a name, as ` [file:line]`.
@@ -258,9 +253,7 @@ def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) 
 
 def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:
     """Raise AuditError that lists every field of another type than its record has, with file and line."""
-    mistakes = [text for paper in papers for text in _paper(paper, sources)]
-    if mistakes:
-        raise AuditError("\n".join(["the papers are not well formed:", *(f"- {text}" for text in mistakes)]))
+    _require("the papers are not well formed", [text for paper in papers for text in _paper(paper, sources)])
 
 
 def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:

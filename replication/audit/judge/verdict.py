@@ -20,15 +20,17 @@ from replication.audit.judge.policies import (
     with_inputs,
     with_own,
 )
-from replication.audit.judge.proofs import NUMERIC, Standing, with_proofs
+from replication.audit.judge.proofs import Standing, with_proofs
 from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
+    AGREES,
+    DISAGREES,
     NO_READING,
+    NUMERIC,
     Claim,
     Evidence,
     Judgement,
     Kind,
-    Outcome,
     Policy,
     Reading,
     StatedClaim,
@@ -42,8 +44,6 @@ SMALLEST_PROBABILITY_REASON = (
     "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
 )
 
-AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
-DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
 TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests nothing"
 
 
@@ -213,9 +213,7 @@ def _family(case: Case) -> Judgement:
     _require_fitting(case)
     if evidence.over_inputs is not None:
         raise AuditError("the evidence has outcomes under several readings and over_inputs; a range needs one reading")
-    found = {
-        outcome.reading: _compare(replace(case, evidence=_under(evidence, outcome))) for outcome in evidence.outcomes
-    }
+    found = {outcome.reading: _compare(replace(case, evidence=outcome.evidence)) for outcome in evidence.outcomes}
     ruled_out = [reading.name for reading in readings if reading.policy is Policy.RULED_OUT]
     fitted = [reading.name for reading in readings if reading.policy is Policy.CONSTANT]
     left = [reading for reading in readings if reading.name not in (*ruled_out, *fitted)]
@@ -251,11 +249,6 @@ def _family(case: Case) -> Judgement:
     nearest = min(deviations, key=abs, default=None)
     counts = agreeing, len(verdicts)
     return Judgement(verdict=verdict, reason=reason, deviation_ulp=nearest, policies=applied, readings=counts)
-
-
-def _under(evidence: Evidence, outcome: Outcome) -> Evidence:
-    found = {name: getattr(outcome, name) for name in ("value", "lower", "upper", "holds", "margin")}
-    return Evidence(method=evidence.method, **found)
 
 
 def _compare(case: Case) -> Judgement:

@@ -7,14 +7,12 @@ SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any fi
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from replication.audit.inspect.headline import tally
-from replication.audit.judge.proofs import sha256
 from replication.audit.publish.linked_data import CITATION, Json, Software, claims_graph, crate, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
@@ -23,14 +21,10 @@ from replication.audit.report.templates import environment
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 # The folder of exports: badges, linked data and BibTeX of a run
 
-
-PADDING, MARK = 7, 16
-CHARACTER = 6.6
-"""Width in pixels that one character of 11 px text is given; `textLength` then makes the text as wide as its box."""
 
 TICK, CROSS, DIAMOND = "M4 10.5l3.5 3.5l6-8", "M4.5 5.5l8 8m0-8l-8 8", "M8.5 5.5l4.5 4.5l-4.5 4.5l-4.5-4.5z"
 GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
@@ -40,14 +34,18 @@ GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
 def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     """Name and text of each exported file; the same results give the same texts."""
     texts = {
-        "badges/all.svg": badge("replication", results.claims),
+        **badges(results, "badges", "replication"),
         "claims.jsonld": to_json(claims_graph(results, software)),
         "citation.bib": bibtex(results, software),
     }
-    for paper in results.papers:
-        claims = [claim for claim in results.claims if claim.paper == paper.key]
-        texts[f"badges/{paper.key}.svg"] = badge(paper.key, claims)
     return dict(sorted(texts.items()))
+
+
+def badges(results: ResultsFile, folder: str, label: str) -> dict[str, str]:
+    """By name of its file the badge of each paper, and that of all, which has a label."""
+    by_paper = {p.key: [claim for claim in results.claims if claim.paper == p.key] for p in results.papers}
+    made = {key: badge(key, claims) for key, claims in by_paper.items()} | {"all": badge(label, results.claims)}
+    return {f"{folder}/{name}.svg": text for name, text in made.items()}
 
 
 def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Path, ...]:
@@ -68,9 +66,7 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     text = f"{moved} off the pin" if moved else tally(chosen).words
     stands = standing(chosen)
     colour, mark = BAD if moved or stands.broken else SOME if stands.failing else GOOD
-    left, right = CHARACTER * len(label) + 2 * PADDING, CHARACTER * len(text) + 2 * PADDING + MARK
-    drawn = {"left": left, "right": right, "wide": CHARACTER, "colour": colour, "mark": mark}
-    return environment().get_template("badge.svg.j2").render(drawn, label=label, text=text)
+    return environment().get_template("badge.svg.j2").render(colour=colour, mark=mark, label=label, text=text)
 
 
 def bibtex(results: ResultsFile, software: Software) -> str:
@@ -122,7 +118,7 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    found = {name: (digest, sha256(directory / name)) for name, digest in _manifest(directory)}
+    found = {name: (digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory)}
     state = {
         name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
     }
@@ -176,7 +172,7 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     whole |= {name: text.encode() for name, text in texts.items()}
     executable = {file.as_posix() for file in described if (root / file).stat().st_mode & 0o100}
     content = {name: (data, EXECUTABLE if name in executable else PLAIN) for name, data in whole.items()}
-    sums = (f"{hashlib.sha256(data).hexdigest()}  {name}\n" for name, (data, _) in sorted(content.items()))
+    sums = (f"{sha256(data)}  {name}\n" for name, (data, _) in sorted(content.items()))
     yield MANIFEST, ("".join(sums).encode(), PLAIN)
     yield from content.items()
 

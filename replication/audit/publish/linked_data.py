@@ -46,11 +46,6 @@ class Person(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
         return self.name or f"{self.given_names} {self.family_names}".strip()
 
     @property
-    def sorted_name(self) -> str:
-        """Family name, then given names, where they are told apart."""
-        return ", ".join(part for part in (self.family_names, self.given_names) if part) or self.name
-
-    @property
     def plain_orcid(self) -> str:
         """The ORCID without the address in front of it, which CITATION.cff asks for; ValueError if it is none."""
         return plain_orcid(self.orcid) if self.orcid else ""
@@ -75,11 +70,6 @@ class Software(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
     repository_code: str = ""
     url: str = ""
     doi: str = ""
-
-    @property
-    def licensed(self) -> str:
-        """Address of the licence."""
-        return f"https://spdx.org/licenses/{self.license}"
 
 
 def read_software(root: Path) -> Software:

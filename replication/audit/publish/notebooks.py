@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import json
 import re
@@ -19,7 +18,7 @@ from replication.audit.project import read_settings
 from replication.audit.report.templates import environment, set_inline, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError, one_of
-from replication.files import made_from, write_atomically, write_page
+from replication.files import sha256, write_atomically
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
 KEY = "made_from"
@@ -52,17 +51,13 @@ class Built:
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[Built]:
     """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
 
-    A page that was made from the same outputs, style and template is left alone. Raises AuditError for an unknown name,
-    and for a notebook with an error, which it names with the cell.
+    Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
     chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    around = (_style() + source("notebook.html.j2")).encode()
     for done in executed([paths[name] for name in chosen], root):
         page = output / f"{done.kept.stem}.html"
-        key = hashlib.sha256(around + done.kept.read_bytes()).hexdigest()
-        if made_from(page) != key:
-            write_page(page, _page(done.notebook), key)
+        write_atomically(page, _page(done.notebook).encode())
         yield replace(done, page=page)
 
 
@@ -70,7 +65,7 @@ def executed(paths: Iterable[Path], root: Path) -> Iterator[Built]:
     """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change."""
     sources = _sources(root)
     for path in paths:
-        key = hashlib.sha256(sources + path.read_bytes()).hexdigest()
+        key = sha256(sources + path.read_bytes())
         kept = root / CACHE / path.name
         fresh = _key(kept) != key
         if fresh:
@@ -159,7 +154,4 @@ def _sources(root: Path) -> bytes:
     papers = read_settings(root).papers
     folders = (("replication", "*.py"), (papers, "*.py"), (papers, "*.toml"))
     files = [root / LOCK, *(path for name, kind in folders for path in sorted((root / name).rglob(kind)))]
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.read_bytes() if path.is_file() else b"")
-    return digest.digest()
+    return "".join(map(sha256, files)).encode()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
-from replication.audit.publish.archive import badge
+from replication.audit.publish.archive import badges
 from replication.audit.report.claim import standings
 from replication.audit.report.opening.told import BriefView, briefs
 from replication.audit.store.records import PaperRecord, ResultsFile
@@ -20,19 +19,13 @@ BADGES = "docs/badges"
 
 def results_block(results: ResultsFile) -> str:
     """Markdown: how many claims are proved, and of each paper its badge, its result and what explains it."""
-    shown = badges(results)
-    every = f"{_image(f'{BADGES}/all.svg', shown)} {theorems(once(results.claims))}".strip()
-    return "\n".join([BEGIN, "", *_lines(results, shown), "", every, "", END])
-
-
-def badges(results: ResultsFile) -> dict[str, str]:
-    """The badges that the README shows: file name and SVG."""
-    claims = {"all": results.claims} | {
-        paper.key: tuple(claim for claim in results.claims if claim.paper == paper.key) for paper in results.papers
-    }
-    return {
-        f"{BADGES}/{name}.svg": badge("claims" if name == "all" else name, chosen) for name, chosen in claims.items()
-    }
+    papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
+    said = {name: re.findall(r"<title>(.*?)</title>", svg) for name, svg in badges(results, BADGES, "claims").items()}
+    image = {Path(name).stem: f"![{title}]({name})" for name, (title,) in said.items()}
+    lines = [
+        f"- **{papers[key].cited}** {image[key]} {_line(papers[key], told.get(key))}" for key in standings(results)
+    ]
+    return "\n".join([BEGIN, "", *lines, "", f"{image['all']} {theorems(once(results.claims))}".strip(), "", END])
 
 
 def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str:
@@ -48,18 +41,6 @@ def is_stale(readme: Path, results: ResultsFile) -> bool:
     if BEGIN not in text:
         return False
     return replace_block(text, results_block(results)) != text
-
-
-def _lines(results: ResultsFile, shown: dict[str, str]) -> Iterator[str]:
-    papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
-    for key in standings(results):
-        badge_of = _image(f"{BADGES}/{key}.svg", shown)
-        yield f"- **{papers[key].cited}** {badge_of} {_line(papers[key], told.get(key))}"
-
-
-def _image(name: str, shown: dict[str, str]) -> str:
-    (said,) = re.findall(r"<title>(.*?)</title>", shown[name])
-    return f"![{said}]({name})"
 
 
 def _line(paper: PaperRecord, told: BriefView | None) -> str:

@@ -8,20 +8,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import msgspec
 
-from replication.audit.inspect.headline import theorems
+from replication.audit.inspect.headline import counts, theorems
 from replication.audit.judge.policies import once
-from replication.audit.model import Outcome, Reading, SolverRecord, Verdict
+from replication.audit.model import Reading, Verdict
 from replication.audit.parts import Paper
+from replication.audit.people import Reply
+from replication.audit.publish.linked_data import without_empty
 from replication.audit.run.pool import Action, Step
-from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
 from replication.errors import listed
 from replication.verify.predicate import in_words
 
 SLOWEST = 5
 _PLACE = re.compile(r" \[[^\[\]]+:\d+\]$")
-NOT_SHOWN = frozenset(
-    {"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes", "over_inputs", "says"}
-)
+NOT_SHOWN = ("statement", "says", "intervals")
 LABELS = {
     "value": "computed",
     "expected": "expected verdict",
@@ -36,9 +36,9 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     """The summary of a run: verdicts per paper, what was computed, the slowest, changed verdicts, failures."""
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
-        found = Counter(claim.verdict for claim in once(claims))
-        several = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
-        yield f"{paper.key}: {found.total()} claims{several and f': {several}'}"
+        found = {verdict: number for verdict, number in counts(claims).items() if number}
+        several = ", ".join(f"{number} {verdict}" for verdict, number in found.items())
+        yield f"{paper.key}: {sum(found.values())} claims{several and f': {several}'}"
     done = Counter(step.action for step in log)
     yield "experiments: " + ", ".join(f"{done[action]} {action}" for action in Action)
     slowest = sorted((step for step in log if step.seconds > 0), key=lambda step: (-step.seconds, step.name))
@@ -70,10 +70,9 @@ def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
 
 def errors(results: ResultsFile) -> tuple[str, ...]:
     """Whatever in the file ended in an error instead of an answer, with the error."""
-    experiments = [f"experiment {part.name}: {part.error}" for part in results.experiments if part.error]
-    errata = [f"erratum {part.id}: {part.error}" for part in results.errata if part.error]
-    figures = [f"figure {part.name}: {part.error}" for part in results.figures if part.error]
-    return (*experiments, *_claims(results.claims), *errata, *figures)
+    others = results.named("experiment", "erratum", "figure")
+    told = [f"{sort} {name}: {record.error}" for (sort, name), record in others if record.error]
+    return (*told, *_claims(results.claims))
 
 
 def _claims(claims: Iterable[ClaimRecord]) -> Iterator[str]:
@@ -99,58 +98,24 @@ def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> I
             yield f"  {claim.id:<{width}}  {verdict:<25}  {claim.place}"
 
 
-def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterator[tuple[str, str]]:
-    """All that is known of a claim, as pairs of a label and a text; what is empty is left out.
+def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: Iterable[Reply] = ()) -> str:
+    """All that is known of a claim, as YAML; what is empty is left out.
 
-    readings: those of its paper.
+    readings: those of its paper. replies: of the authors to this claim.
     """
-    known = {reading.name: reading for reading in readings}
-    yield "statement", record.claim.statement
-    yield "paper", record.paper
-    yield from (("as data", in_words(predicate)) for predicate in record.claim.says)
-    for part in (record.claim, record.judgement, record.evidence):
-        for name, value in _given(part):
-            yield LABELS.get(name, name.replace("_", " ")), _text(value)
-    if (reading := known.get(record.claim.reading)) is not None:
-        inference = "; an inference" if reading.inference else ""
-        yield "under the reading", f"{reading.name}: {reading.text} ({reading.place}{inference})"
-    if (over := record.evidence.over_inputs) is not None:
-        yield "over all inputs that round to their prints", f"[{over.lower!r}, {over.upper!r}], by {over.how}"
-    for outcome in record.evidence.outcomes:
-        yield f"under {outcome.reading}", _outcome_text(outcome, known.get(outcome.reading))
-    if (printed := record.evidence.as_printed) is not None:
-        given = ((name, value) for name, value in _given(printed) if name in DECIDING)
-        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given) or "nothing"
-    for name, number in record.evidence.quantities.items():
-        yield f"· {name}", repr(number)
-    for solver in record.evidence.solvers:
-        yield "solver", solver_text(solver)
-
-
-def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
-    for name, value in msgspec.structs.asdict(part).items():
-        if name not in NOT_SHOWN and value not in (None, "", ()) and (name != "optimum" or value):
-            yield name, value
-
-
-def _outcome_text(outcome: Outcome, reading: Reading | None) -> str:
-    given = ", ".join(f"{name} {_text(value)}" for name, value in _given(outcome) if name != "reading")
-    return f"{given or 'nothing'}{f'; {reading.text} ({reading.place})' if reading is not None else ''}"
-
-
-def solver_text(solver: SolverRecord) -> str:
-    """A solver record on one line."""
-    parts = [f"{solver.name} {solver.version}: {solver.status}"]
-    if solver.iterations is not None:
-        parts.append(f"{solver.iterations} iterations")
-    parts += [f"{name} {value:.1e}" for name, value in solver.residuals.items()]
-    parts += [f"{name}={value}" for name, value in solver.options.items()]
-    return ", ".join(parts)
-
-
-def _text(value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, tuple):
-        return "[" + ", ".join(_text(entry) for entry in value) + "]"
-    return repr(value) if isinstance(value, float) else str(value)
+    parts = msgspec.json.decode(msgspec.json.encode((record.claim, record.judgement, record.evidence)))
+    fields = {name: value for part in parts for name, value in part.items() if name not in NOT_SHOWN}
+    rested = {record.claim.reading, *(outcome.reading for outcome in record.evidence.outcomes)}
+    told = {
+        "statement": record.claim.statement,
+        "as data": [in_words(predicate) for predicate in record.claim.says],
+        **{LABELS.get(name, name.replace("_", " ")): value for name, value in fields.items()},
+        "under the reading": {
+            one.name: f"{one.text} ({one.place}{'; an inference' * one.inference})"
+            for one in readings
+            if one.name in rested
+        },
+        "replies": [msgspec.to_builtins(reply) for reply in replies],
+    }
+    told = {name: value for name, value in told.items() if name == "holds" or (value is not False and value != {})}
+    return msgspec.yaml.encode(without_empty(told), order=None).decode()

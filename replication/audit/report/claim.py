@@ -8,14 +8,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import msgspec
-from markupsafe import Markup
 
 from replication.audit.brief import Consequence
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target, rounds_to
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Evidence, Kind, Policy, StatedClaim, Verdict
+from replication.audit.model import CORRECTED, DISAGREES, HOLDS, Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
@@ -41,8 +40,6 @@ MEANING = {
 }
 
 
-FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
-STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 PROMISES = (Consequence.THEOREM, Consequence.HEADLINE)
 
 
@@ -79,14 +76,14 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
     return Standing(
         theorems=len(theorems),
         refuted=sum(claim.verdict is Verdict.REFUTED for claim in theorems),
-        broken=sum(claim.verdict in FAILS for claim in theorems),
-        sound=bool(theorems) and all(claim.verdict in STANDS for claim in theorems),
+        broken=sum(claim.verdict in DISAGREES for claim in theorems),
+        sound=bool(theorems) and all(claim.verdict in (*HOLDS, Verdict.REPRODUCED_AFTER_ERRATUM) for claim in theorems),
         corrected=any(claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for claim in theorems),
         open=any(
             claim.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in claim.evidence.outcomes}
             for claim in promised
         ),
-        failing=sum(claim.verdict in FAILS for claim in own),
+        failing=sum(claim.verdict in DISAGREES for claim in own),
         claims=len(own),
     )
 
@@ -124,12 +121,6 @@ MOST_COLUMNS = 2
 LARGE = 10
 """Ratio of a computed number to its print from which on it is told as such, and not in per cent."""
 
-HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
-"""Verdicts of claims that a reader need not look at first."""
-
-CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
-"""Verdicts of claims that agree with what is meant, not with what is printed."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class ClaimView:
@@ -149,7 +140,6 @@ class ClaimView:
     meant: tuple[tuple[tuple[EntryView, ...], ...], ...]
     within: int
     residual: float | None
-    strip: Markup
     consequence: Consequence
     off: tuple[float, str] | None
     elsewhere: tuple[str, str] | None
@@ -232,11 +222,10 @@ def anchor(kind: str, name: str) -> str:
 def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
     evidence = record.evidence
     entries: tuple[EntryView, ...] = ()
-    strip = Markup()
     if target is not None and evidence.value is not None:
         # The verdict of a claim whose numbers do not fit is `error`, and its reason says what does not.
         with contextlib.suppress(AuditError, OverflowError, ValueError):
-            entries, strip = side_by_side(target, evidence)
+            entries = side_by_side(target, evidence)
     if record.timed:
         entries = tuple(map(_timed, entries))
     return ClaimView(
@@ -249,7 +238,6 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         residual=None
         if evidence.threshold is None or evidence.margin is None
         else evidence.threshold - evidence.margin,
-        strip=strip,
         consequence=consequence(record.claim),
         off=_off(target, record),
         elsewhere=_elsewhere(target, record, entries),
@@ -269,8 +257,7 @@ def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryV
         return None
     for outcome in record.evidence.outcomes:
         if outcome.value is not None:
-            under = Evidence(method="", value=outcome.value, lower=outcome.lower, upper=outcome.upper)
-            found = side_by_side(target, under)[0]
+            found = side_by_side(target, outcome.evidence)
             if all(entry.inside for entry in found):
                 number = found[0].head + found[0].tail
                 return number if len(found) == 1 else f"all {len(found)} agree", outcome.reading
@@ -283,7 +270,7 @@ def _meant(record: ClaimRecord) -> tuple[tuple[tuple[EntryView, ...], ...], ...]
         return ()
     with contextlib.suppress(AuditError, OverflowError, ValueError):
         target = Target.of(msgspec.structs.replace(record.claim, printed=record.claim.meant))
-        return _rows(target.printed, side_by_side(target, record.evidence)[0])
+        return _rows(target.printed, side_by_side(target, record.evidence))
     return ()
 
 

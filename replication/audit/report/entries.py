@@ -23,7 +23,7 @@ from replication.audit.model import Evidence
 WIDTH, HEIGHT = 132, 18
 MARGIN = 7
 ROW_SPAN = 1.5
-"""Units shown on either side in a row of the claims table: one scale for all rows, so that they can be compared."""
+"""Units shown on either side at least, so that most numbers can be compared on one scale."""
 
 
 Ends = tuple[float, float]
@@ -35,41 +35,32 @@ def within(number: Measured, band: Ends) -> bool:
     return band[0] <= number.reach[0] and number.reach[1] <= band[1]
 
 
-def strip(numbers: Sequence[Measured], band: Ends, span: float = ROW_SPAN) -> Markup:
-    """Draw `numbers` on one axis of `span` units either side; what lies beyond it is an arrow at that end."""
+def strip(number: Measured, band: Ends, span: float = ROW_SPAN) -> Markup:
+    """Draw a number on an axis of `span` units either side; what lies beyond it is an arrow at that end."""
 
     def place(units: float) -> float:
         return WIDTH / 2 + min(max(units, -span), span) / span * (WIDTH / 2 - MARGIN)
 
-    def x(units: float) -> str:
-        return _short(place(units))
-
-    middle = HEIGHT / 2
+    low, high, left, right, dot = (place(units) for units in (*band, *number.reach, float(number.deviation)))
+    inside, units, middle = within(number, band), float(number.deviation), HEIGHT / 2
     parts = [
-        f'<rect class="band" x="{x(band[0])}" y="2" width="{_short(place(band[1]) - place(band[0]))}" '
-        f'height="{HEIGHT - 4}"/>',
+        f'<rect class="band" x="{_short(low)}" y="2" width="{_short(high - low)}" height="{HEIGHT - 4}"/>',
         f'<path class="axis" d="M{MARGIN},{middle:g}H{WIDTH - MARGIN}M{WIDTH / 2:g},2V{HEIGHT - 2}"/>',
     ]
-    for low, high in (map(x, number.reach) for number in numbers if number.has_bracket):
-        parts.append(f'<path class="bracket" d="M{low},{middle - 4:g}v8M{low},{middle:g}H{high}m0,-4v8"/>')
-    for number in numbers:
-        kind, units = "in" if within(number, band) else "out", float(number.deviation)
-        if abs(units) <= span:
-            parts.append(f'<circle class="{kind}" cx="{x(units)}" cy="{middle:g}" r="3.2"/>')
-        else:
-            tip, base = (WIDTH - 1, WIDTH - MARGIN) if units > 0 else (1, MARGIN)
-            parts.append(f'<path class="{kind}" d="M{tip},{middle:g}L{base},{middle - 4:g}V{middle + 4:g}z"/>')
-    label = _label(numbers, sum(within(number, band) for number in numbers))
+    if number.has_bracket:
+        ends = f"M{_short(left)},{middle - 4:g}v8M{_short(left)},{middle:g}H{_short(right)}m0,-4v8"
+        parts.append(f'<path class="bracket" d="{ends}"/>')
+    kind = "in" if inside else "out"
+    if abs(units) <= span:
+        parts.append(f'<circle class="{kind}" cx="{_short(dot)}" cy="{middle:g}" r="3.2"/>')
+    else:
+        tip, base = (WIDTH - 1, WIDTH - MARGIN) if units > 0 else (1, MARGIN)
+        parts.append(f'<path class="{kind}" d="M{tip},{middle:g}L{base},{middle - 4:g}V{middle + 4:g}z"/>')
+    subject = "bracket" if number.has_bracket else "computed value"
+    label = f"{subject} {'within' if inside else 'not within'} what the print allows"
     return Markup(
         f'<svg class="strip" role="img" aria-label="{label}" viewBox="0 0 {WIDTH} {HEIGHT}">{"".join(parts)}</svg>'
     )
-
-
-def _label(numbers: Sequence[Measured], inside: int) -> str:
-    if len(numbers) > 1:
-        return f"{inside} of {len(numbers)} entries within what the print allows"
-    subject = "bracket" if numbers[0].has_bracket else "computed value"
-    return f"{subject} {'within' if inside else 'not within'} what the print allows"
 
 
 def _short(number: float) -> str:
@@ -138,16 +129,14 @@ class EntryView:
         return tuple((name, widest - numerals.places(text), text[:same], text[same:]) for name, text, same in steps)
 
 
-def side_by_side(target: Target, evidence: Evidence) -> tuple[tuple[EntryView, ...], Markup]:
-    """Entries and drawing of a claim; raises AuditError if the computed numbers are not in the layout of the print."""
+def side_by_side(target: Target, evidence: Evidence) -> tuple[EntryView, ...]:
+    """The entries of a claim; raises AuditError if the computed numbers are not in the layout of the print."""
     measured = measure(target, evidence)
     bands = [_band(target.printed.relation, number) for number in measured]
     ends = [*(end for band in bands for end in band), *(e for n in measured for e in (float(n.deviation), *n.reach))]
     span = max([ROW_SPAN, *(1.1 * abs(end) for end in ends if math.isfinite(end))])
     entries = [_entry(target.printed, number, band, span) for number, band in zip(measured, bands, strict=True)]
-    # Entries of one claim may differ in their band (unequal digits); one row shows the narrowest.
-    lows, highs = zip(*bands, strict=True)
-    return _as_they_stand(target.printed, _below_each_other(entries)), strip(measured, (max(lows), min(highs)))
+    return _as_they_stand(target.printed, _below_each_other(entries))
 
 
 def _as_they_stand(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[EntryView, ...]:
@@ -199,7 +188,7 @@ def _entry(printed: Printed, number: Measured, band: Ends, span: float) -> Entry
         upper="" if high is None else numerals.full(float(high)),
         deviation=float(number.deviation),
         inside=inside,
-        strip=strip([number], band, span),
+        strip=strip(number, band, span),
         value=Fraction(entry.value),
         shown=float(f"{head}{tail}".replace(numerals.MINUS, "-")) if tail else value,
         sign=(sign[0], sign[1]) if number.label.startswith(IMAGINARY) else ("", ""),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 import math
 import re
@@ -21,6 +20,7 @@ from replication.audit.report.claim import ClaimView, anchor
 from replication.audit.report.entries import EntryView
 from replication.audit.report.templates import source
 from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, ResultsFile
+from replication.files import sha256
 from replication.verify.subjects import subject
 
 _SPACE = re.compile(r">\s+<")
@@ -104,7 +104,7 @@ def _verified(record: CertificateRecord, root: Path) -> str | None:
     """The text of a certificate, if its file is small enough, and the one that the run verified."""
     path = root / record.path
     content = path.read_bytes() if path.is_file() and path.stat().st_size <= MOST_BYTES else b""
-    return content.decode() if hashlib.sha256(content).hexdigest() == record.sha256 else None
+    return content.decode() if sha256(content) == record.sha256 else None
 
 
 def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[str]:

@@ -6,11 +6,10 @@ picture stands where its slider begins.
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from replication.audit.brief import Curve, Explorer, Picture, Traces
@@ -19,6 +18,7 @@ from replication.audit.judge.numerals import require_title
 from replication.audit.report.claim import ClaimView, standing
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
+from replication.files import read_columns
 
 # The axes of a picture: from numbers to a frame of 1000 by 1000, round ticks, and names that do not meet
 
@@ -115,9 +115,7 @@ class CurveView:
 
 @dataclass(frozen=True, kw_only=True)
 class PictureView:
-    """A picture ready to be drawn. share: of the claim's level in the
-    largest one among the pictures, in per cent. marks: the instants of each sensor, as a path.
-    """
+    """A picture ready to be drawn. marks: the instants of each sensor, as a path."""
 
     picture: Picture
     curves: tuple[CurveView, ...]
@@ -130,7 +128,6 @@ class PictureView:
     steps: int
     limit: float | None
     claim: ClaimView | None
-    share: float
     marks: tuple[tuple[str, str], ...]
 
     @property
@@ -158,23 +155,20 @@ def explorers(
     for explorer in paper.brief.explorers if paper.brief else ():
         require_title(explorer.title)
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
-        pictures = [
+        pictures = tuple(
             _view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known, refuted) for picture in own
-        ]
-        largest = max((view.level for view in pictures), default=0.0) or math.inf
+        )
         if pictures:
-            shared = tuple(replace(view, share=round(100 * view.level / largest)) for view in pictures)
-            made.append((explorer, shared))
+            made.append((explorer, pictures))
     return tuple(made)
 
 
 def table(path: Path) -> dict[str, Values]:
     """The columns of a table: one with a single number holds it throughout, one that is short ends in no number."""
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    columns = {name: [float(row[name]) for row in rows if row[name]] for name in rows[0]}
+    columns = read_columns(path)
+    length = max(map(len, columns.values()))
     return {
-        name: tuple(numbers * len(rows) if len(numbers) == 1 else numbers + [math.nan] * (len(rows) - len(numbers)))
+        name: numbers * length if len(numbers) == 1 else numbers + (math.nan,) * (length - len(numbers))
         for name, numbers in columns.items()
     }
 
@@ -220,7 +214,6 @@ def _view(
         steps=len(across) - 1,
         limit=round(drawn_on.y(picture.limit[0])) if picture.limit else None,
         claim=known[f"{key}.{picture.claim}"] if picture.claim else None,
-        share=0.0,
         marks=tuple((one.label, _instants(across, one.period, one.offset, drawn_on.x)) for one in picture.sensors),
     )
 

@@ -17,7 +17,6 @@ from typing import Any
 
 from markupsafe import Markup
 
-import replication
 from replication.audit.inspect.headline import GROUPS, headline, plain
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import MEANING, standings, targets
@@ -31,9 +30,9 @@ from replication.audit.report.sections import sections
 from replication.audit.report.sections.across import across, chart
 from replication.audit.report.templates import environment, source, style_sheet
 from replication.audit.report.words import terms
-from replication.audit.store.records import ResultsFile, to_json
+from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
-from replication.files import made_from, write_page
+from replication.files import write_atomically
 
 UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
@@ -43,31 +42,16 @@ def build_report(results: ResultsFile, figures: Path, output: Path, root: Path |
     """Write the report of `results` with the files in `figures` at `output` and return `output`.
 
     root: of the project, for the links to code; the folder above that of the page, unless given.
-    A page that was made from the same results, figures, templates and code is left as it is. Raises AuditError if a
-    figure file is missing or belongs to other results, a formula cannot be set, a table names an unknown claim, a part
-    of the template is missing, or the page shows a number that does not come from the results.
+    Raises AuditError if a figure file is missing or belongs to other results, a formula cannot be set, a table names an
+    unknown claim, a part of the template is missing, or the page shows a number that does not come from the results.
     """
     place = output.resolve()
     depth = len(place.relative_to(root).parts) - 1 if root is not None and place.is_relative_to(root) else 1
     proofs = checks(results, root)
-    key = _key(results, figures, depth, proofs)
-    if made_from(output) == key:
-        return output
     page, evidence, known = _made(results, figures, "../" * depth, proofs)
     require_sourced({"": page, **evidence}, results, known)
-    write_page(output, page, key)
+    write_atomically(output, page.encode())
     return output
-
-
-def _key(results: ResultsFile, figures: Path, depth: int, proofs: Mapping[str, Any]) -> str:
-    """The checksum of all that a page is made from; versions of packages stand in the results."""
-    sources = sorted(Path(replication.__file__).parent.rglob("*.*"))
-    code = (path for path in sources if path.suffix in {".py", ".toml", ".j2", ".css", ".js"})
-    drawn = (figures / f"{figure.name}{kind}" for figure in results.figures for kind in (".svg", ".csv"))
-    digest = hashlib.sha256(to_json(results) + str(depth).encode() + json.dumps(proofs).encode())
-    for path in (*code, *drawn):
-        digest.update(hashlib.sha256(path.read_bytes() if path.is_file() else b"").digest())
-    return digest.hexdigest()
 
 
 def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
@@ -86,24 +70,22 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     records = sorted(results.papers, key=lambda paper: order.index(paper.key))
     papers = [paper_view(paper, results, figures, read) for paper in records]
     told, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
-    behind = sections(results, read)
     return {
         "results": results,
         "run": results.run,
         "papers": papers,
-        "sections": behind,
+        "sections": sections(results, read),
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "field": drawn,
         "rows": rows(drawn.lanes, told, figures),
         "costs": chart(across(results)),
-        "costs_heading": next((section.heading for section in behind if section.name == "across"), ""),
         "groups": GROUPS,
         "plain": plain,
         "terms": terms,
         "briefs": told,
-        "headings": tuple(paper.numbers for paper in papers),
+        "headings": tuple(paper.sums for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
         "linked_data": Markup(json.dumps(summary_graph(results)).replace("<", "\\u003c")),

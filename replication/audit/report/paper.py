@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ from typing import TypeVar
 from markupsafe import Markup
 
 from replication.audit.brief import Consequence, Explorer
-from replication.audit.inspect.headline import Tally, counts, tally
+from replication.audit.inspect.headline import Tally, counts, grouped, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.model import Kind, Reading, Verdict
@@ -24,6 +23,7 @@ from replication.audit.report.templates import mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
+from replication.files import sha256
 
 # The tables of a paper: cells that are claims, how many of them agree, and the name of a cell by itself
 
@@ -137,44 +137,33 @@ class PaperView:
         return tuple(view for view in self.claims if view.record.counted and view.rounded)
 
     @property
-    def headings(self) -> dict[str, str]:
-        """The heading of each part: its result, where it has one."""
-        draws = sum(table.drawn for table in self.tables)
-        numbers = {verdict: sum(table.numbers[verdict] for table in self.tables) for verdict in Verdict}
-        certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
-        number, slips = len(self.errata), sum(erratum.scan for erratum in self.errata)
-        parts = [f"{certain} certain", f"{number - certain} inferred" if number > certain else ""]
-        copied = f" ({slips} perhaps {'slips' if slips > 1 else 'a slip'} of our copy)" if slips else ""
-        resting = {view.record.id for listed in self.resting.values() for view in listed if view.record.counted}
-        off = (
-            f"; {above} print{'s' * (above > 1)} above the least level, "
-            "within the accuracy that we assume of its solver"
-            if (above := len(self.rounded))
-            else ""
-        )
-        drawings = f"; {draws} {'are random draws' if draws > 1 else 'is a random draw'}" if draws else ""
-        findings, drawn = self.record.findings, sum(figure.record.published for figure in self.figures)
-        checked = sum(bool(item.claims) for item in self.record.scope)
-        told = {
-            "tables": f"Of {shown} table number{'s' * (shown > 1)} {_by_verdict(numbers)}{drawings}"
-            if (shown := sum(numbers.values()))
-            else "Tables as printed, and ours",
-            "ladder": _near(sum(not made.inside for made in self.ladders), len(self.ladders)),
-            "errata": f"{number} correction{'s' * (number != 1)}: {', '.join(filter(None, parts))}{copied}{off}",
-            "findings": findings[0].removesuffix(".") if findings else "",
-            "claims": f"{self.total} claims: {self.tally.words}",
-            "figures": f"{drawn} drawings of the paper's figures, {len(self.figures) - drawn} of our own",
-            "readings": f"{len(resting)} claim{'s rest' if len(resting) != 1 else ' rests'} on an assumption where the "
-            "text is silent",
-            "formulas": f"{len(self.formulas)} formulas that the program uses",
-            "scope": f"{checked} parts of the paper checked, {len(self.record.scope) - checked} left out with a reason",
-        }
-        return dict(self.parts) | {name: heading for name, heading in told.items() if name in dict(self.parts)}
+    def printed(self) -> Tally:
+        """How the numbers of its tables stand."""
+        return grouped({verdict: sum(table.numbers[verdict] for table in self.tables) for verdict in Verdict})
 
     @property
-    def numbers(self) -> tuple[int, ...]:
-        """The numbers in the headings."""
-        return tuple(int(word) for heading in self.headings.values() for word in heading.split() if word.isdecimal())
+    def sums(self) -> dict[str, int]:
+        """The numbers that the headings of its parts say, which are sentences of `html/headings.html.j2`."""
+        certain = sum(not erratum.inference and erratum.holds for erratum in self.errata)
+        theirs = sum(figure.record.published for figure in self.figures)
+        checked = sum(bool(item.claims) for item in self.record.scope)
+        return {
+            "numbers": sum(self.printed.numbers.values()),
+            "draws": sum(table.drawn for table in self.tables),
+            "ladders": len(self.ladders),
+            "outside": sum(not made.inside for made in self.ladders),
+            "errata": len(self.errata),
+            "certain": certain,
+            "inferred": len(self.errata) - certain,
+            "slips": sum(erratum.scan for erratum in self.errata),
+            "above": len(self.rounded),
+            "theirs": theirs,
+            "ours": len(self.figures) - theirs,
+            "resting": len({v.record.id for listed in self.resting.values() for v in listed if v.record.counted}),
+            "formulas": len(self.formulas),
+            "checked": checked,
+            "left": len(self.record.scope) - checked,
+        }
 
     @property
     def readings(self) -> dict[str, Reading]:
@@ -213,29 +202,6 @@ class PaperView:
             ("scope", "Scope"): self.record.scope,
         }
         return tuple(part for part, content in present.items() if content)
-
-
-_SAID = {
-    ("agrees", "agree"): (Verdict.REPRODUCED, Verdict.CONSISTENT),
-    ("agrees once corrected", "agree once corrected"): (Verdict.REPRODUCED_AFTER_ERRATUM,),
-    ("is possible", "are possible"): (Verdict.COMPATIBLE,),
-    ("differs", "differ"): (Verdict.DIFFERS, Verdict.REFUTED),
-    ("is undetermined", "are undetermined"): (Verdict.UNDETERMINED,),
-    ("is in error", "are in error"): (Verdict.ERROR,),
-}
-"""What a heading says of one printed number and of several, by their verdicts."""
-
-
-def _by_verdict(numbers: Mapping[Verdict, int]) -> str:
-    found = {words: sum(numbers[verdict] for verdict in verdicts) for words, verdicts in _SAID.items()}
-    return ", ".join(f"{number} {words[number != 1]}" for words, number in found.items() if number)
-
-
-def _near(outside: int, shown: int) -> str:
-    """How many of the proved values that are shown do not round to the print."""
-    if not outside:
-        return f"{f'All {shown} values' if shown > 1 else 'The value'} shown round{'s' * (shown == 1)} to the print"
-    return f"{outside} of {shown} values shown {'does' if outside == 1 else 'do'} not round to the print"
 
 
 def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Mapping[str, Target]) -> PaperView:
@@ -279,7 +245,7 @@ def _figure(record: FigureRecord, directory: Path) -> FigureView:
     for path in (drawing, table):
         if not path.is_file():
             raise AuditError(f"{path} is missing; make the figures with `python -m replication run`")
-    if hashlib.sha256(table.read_bytes()).hexdigest() != record.csv_sha256:
+    if sha256(table) != record.csv_sha256:
         raise AuditError(f"{table} is not the data of these results; run `python -m replication run` again")
     view_box, content = svg.inner(drawing.read_text(encoding="utf-8"))
     classed, styles = svg.with_classes(content)

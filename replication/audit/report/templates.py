@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from replication.audit.judge import numerals
@@ -121,16 +121,11 @@ def style_sheet() -> str:
     return source("palette.css") + source("style.css") + source("print.css")
 
 
+@cache
 def environment() -> Environment:
     """Templates in which a value that is forgotten or None is an error, and every string is text."""
-    source("template.html.j2")
-    return _environment(SOURCES)
-
-
-@cache
-def _environment(folder: Path) -> Environment:
     made = Environment(
-        loader=FileSystemLoader(folder),
+        loader=FunctionLoader(source),
         undefined=StrictUndefined,
         autoescape=True,
         trim_blocks=True,

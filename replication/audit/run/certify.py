@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.project import read_settings
-from replication.audit.run.pool import Processes
+from replication.audit.run.pool import processes
 from replication.audit.run.worker import Answer, Task
 from replication.audit.store.cache import Dependencies
 from replication.audit.store.sources import default_packages
@@ -39,7 +39,7 @@ def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iter
         if again or verify(file_of(paper, name, root), root).theorem is None:
             made = Dependencies(function=f"{package}.{paper}.certificates:make", inputs=json.dumps({"name": name}))
             tasks.append(Task(f"{paper}/{name}", made, made.inputs, folders))
-    for answer in Processes(jobs).compute(tasks) if tasks else ():
+    for answer in processes(tasks, jobs) if tasks else ():
         yield _finish(answer, root)
 
 

@@ -13,7 +13,6 @@ import platform
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,35 +31,27 @@ TIMEOUT = 10
 """Seconds to wait for the scheduler, and then for a first worker."""
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """The cluster whose scheduler is at `address`, for example `tcp://10.0.0.1:8786`.
+def on_cluster(address: str, tasks: Sequence[Task]) -> Iterator[Answer]:
+    """The answers of the cluster whose scheduler is at `address`, for example `tcp://10.0.0.1:8786`, as they come.
 
     Its workers need this project at the same sources and the same versions of Python and packages; a worker that has
     others refuses the task. A task whose worker is lost goes to another one, as often as Dask is configured to try.
+    Raises AuditError if Dask is not installed or no scheduler or no worker answers.
     """
-
-    address: str
-
-    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        """Yield the answer of each task as it comes.
-
-        Raises AuditError if Dask is not installed or no scheduler or no worker answers.
-        """
-        try:
-            from distributed import as_completed
-        except ModuleNotFoundError:
-            raise AuditError("a cluster needs Dask: `pip install distributed`, or the extra `dask`") from None
-        client = _connect(self.address)
-        futures: dict[Any, str] = {}
-        try:
-            for task in tasks:
-                futures[client.submit(compute_apart, msgspec.json.encode(task), pure=False)] = task.name
-            for future in as_completed(futures, loop=client.loop):
-                yield _answer(futures[future], future)
-        finally:
-            client.cancel(list(futures), force=True)
-            client.close()
+    try:
+        from distributed import as_completed
+    except ModuleNotFoundError:
+        raise AuditError("a cluster needs Dask: `pip install distributed`, or the extra `dask`") from None
+    client = _connect(address)
+    futures: dict[Any, str] = {}
+    try:
+        for task in tasks:
+            futures[client.submit(compute_apart, msgspec.json.encode(task), pure=False)] = task.name
+        for future in as_completed(futures, loop=client.loop):
+            yield _answer(futures[future], future)
+    finally:
+        client.cancel(list(futures), force=True)
+        client.close()
 
 
 def compute_apart(task: bytes) -> bytes:
@@ -116,16 +107,14 @@ def _connect(address: str) -> Any:
     from distributed import Client
     from distributed.comm import resolve_address
 
-    client: Any = None
     try:
         resolve_address(address)
-        client = Client(address, timeout=TIMEOUT, set_as_default=False)
-        client.wait_for_workers(1, timeout=TIMEOUT)
+        client: Any = Client(address, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
-        if client is None:
-            raise AuditError(
-                f"no scheduler answers at {address!r} ({error}); start one with `dask scheduler`"
-            ) from None
+        raise AuditError(f"no scheduler answers at {address!r} ({error}); start one with `dask scheduler`") from None
+    try:
+        client.wait_for_workers(1, timeout=TIMEOUT)
+    except OSError:
         client.close()
         raise AuditError(f"the scheduler at {address!r} has no worker; start some with `dask worker`") from None
     return client

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import hashlib
 import io
 import json
 import math
@@ -27,6 +26,7 @@ from typing import Any
 from replication.audit.model import Experiment
 from replication.audit.run.tracing import ABSENT, FIXED, loose, named, note, said
 from replication.errors import AuditError, listed
+from replication.files import sha256 as checksum
 from replication.files import visible, write_atomically
 
 VERSION = "version:"
@@ -129,8 +129,8 @@ def held(file: str, sha256: str, root: str, store: str, needed: Mapping[str, str
         raise AuditError(
             f"{file!r} is not in {root}, and no [[command]] of claims.toml writes it; make it, or name it in `writes`"
         )
-    if sha256 and _sha256(path) != sha256:
-        raise AuditError(f"{file} has the SHA-256 {_sha256(path)}, not {sha256}; it is another file than was declared")
+    if sha256 and (found := checksum(path)) != sha256:
+        raise AuditError(f"{file} has the SHA-256 {found}, not {sha256}; it is another file than was declared")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -189,9 +189,9 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden:
 
 
 def _keep(path: Path, store: Path) -> str:
-    if not (store / (sha256 := _sha256(path))).is_file():
-        write_atomically(store / sha256, path.read_bytes())
-    return sha256
+    if not (store / (name := checksum(path))).is_file():
+        write_atomically(store / name, path.read_bytes())
+    return name
 
 
 def _around(folder: Path, project: Path, outside: Iterable[Path]) -> dict[str, tuple[int, int]]:
@@ -203,12 +203,8 @@ def _around(folder: Path, project: Path, outside: Iterable[Path]) -> dict[str, t
 
 def _seen(folder: Path, project: Path, names: Sequence[str]) -> dict[str, str]:
     """The checksums of the files in the folder of a command, and of those of the project that it reads."""
-    inside = {path.relative_to(folder).as_posix(): _sha256(path) for path in folder.rglob("*") if path.is_file()}
-    return inside | {f"{project}/{name}": _sha256(project / name) for name in names}
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(_bytes(path)).hexdigest() if path.is_file() else ""
+    inside = {path.relative_to(folder).as_posix(): checksum(path) for path in folder.rglob("*") if path.is_file()}
+    return inside | {f"{project}/{name}": checksum(project / name) for name in names}
 
 
 def _bytes(path: Path) -> bytes:

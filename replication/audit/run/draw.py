@@ -6,11 +6,10 @@ A figure is drawn again only if something that it depends on has changed, or a f
 from __future__ import annotations
 
 import csv
-import functools
-import hashlib
 import io
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
@@ -27,13 +26,13 @@ from replication.audit.run.pool import Step
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry, encode
-from replication.audit.store.provenance import Environment, loaded, read_environment
+from replication.audit.store.provenance import Environment, loaded
 from replication.audit.store.records import FigureRecord, shared
 from replication.audit.store.sources import SourceTree, default_packages
 from replication.drawing import svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import read_columns, sha256, write_atomically
 
 DIGITS = 10
 """Significant digits of a new number. Another processor rounds otherwise, and some number always lies at an edge: data
@@ -45,7 +44,10 @@ RELATIVE, OF_LARGEST = 1e-6, 1e-7
 
 def settled(fresh: FigureData, path: Path) -> FigureData:
     """The data of the CSV file at `path` if all of `fresh` agrees with them, else `fresh` in `DIGITS` digits."""
-    kept = _read(path)
+    try:
+        kept = read_columns(path)
+    except (OSError, ValueError):
+        kept = {}
     if list(kept) == list(fresh.columns) and all(_agree(kept[name], fresh.columns[name]) for name in kept):
         return FigureData(columns=kept)
     return FigureData(columns={name: tuple(map(_rounded, column)) for name, column in fresh.columns.items()})
@@ -62,104 +64,75 @@ def _rounded(number: float) -> float:
     return float(f"{float(number):.{DIGITS}g}") if math.isfinite(number) else number
 
 
-def _read(path: Path) -> Mapping[str, tuple[float, ...]]:
-    """The columns of a CSV file as `to_csv` writes it; none if it is not there or not such a file."""
-    try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            names, *rows = csv.reader(stream)
-        columns = zip(*rows, strict=True)
-        return {
-            name: tuple(float(cell) for cell in column if cell) for name, column in zip(names, columns, strict=True)
-        }
-    except (OSError, ValueError):
-        return {}
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as it was left. files: their checksums. read: the state of what it read. untraced: as of a trace."""
 
-
-Kept = tuple[FigureRecord, list[str], Mapping[str, str]]
-"""The record of a figure, the checksums with which its files were left, and the state of what it read."""
+    record: FigureRecord
+    files: Sequence[str]
+    read: Mapping[str, str]
+    untraced: tuple[str, ...] = ()
 
 
 class Drawings:
     """The figures of `papers`, each drawn into `directory` as soon as the experiments that it uses have ended.
 
-    traced: the state of all that they read. untraced: what they did that cannot be followed.
+    Without a directory none is drawn, and `done` has those that are kept, None for one that is out of date.
     """
 
-    def __init__(self, papers: Sequence[Paper], directory: Path, *, cache: Cache, root: Path) -> None:
-        self._directory, self._cache, self._root = directory, cache, root
-        self._tree, self._environment = SourceTree(default_packages(root)), read_environment(root)
-        self._figures = [(paper, figure) for paper in papers for figure in paper.figures]
-        self._records = dict[str, FigureRecord]()
-        self.traced, self.untraced = dict[str, str](), set[str]()
-
-    @property
-    def records(self) -> tuple[FigureRecord, ...]:
-        """Of the figures that are done, in the order of the papers."""
-        return tuple(self._records[figure.name] for _, figure in self._figures if figure.name in self._records)
+    def __init__(
+        self, papers: Sequence[Paper], directory: Path | None, cache: Cache, root: Path, environment: Environment
+    ) -> None:
+        self._directory, self._cache, self._root, self._environment = directory, cache, root, environment
+        self._tree = SourceTree(default_packages(root))
+        self._waiting = [(paper, figure) for paper in papers for figure in paper.figures]
+        self.done: dict[str, Drawn | None] = {figure.name: None for _, figure in self._waiting}
 
     def draw(self, steps: Mapping[str, Step]) -> None:
         """Draw those that wait for no other experiments than these, which have ended, where they are out of date."""
-        waiting = [asked for asked in self._figures if asked[1].name not in self._records]
-        ready = [asked for asked in waiting if steps.keys() >= {*asked[1].uses}]
-        results = {name: step.entry.result for name, step in steps.items() if step.entry is not None}
-        for asked in _asked(ready, results, self._cache, self._root, self._tree, self._environment):
-            self._records[asked[1].name] = self._drawn(results, *asked)
+        waiting, self._waiting = self._waiting, []
+        for paper, figure in waiting:
+            if not steps.keys() >= {*figure.uses}:
+                self._waiting.append((paper, figure))
+                continue
+            results = {name: entry.result for name in figure.uses if (entry := steps[name].entry) is not None}
+            needed = self._needed(paper, figure, results)
+            kept = self._cache.lookup(f"figure.{figure.name}", needed, partial(state, tree=self._tree)).entry
+            drawn = None if kept is None else msgspec.convert({**kept.result, "read": kept.data}, Drawn)
+            if self._directory is not None and (
+                drawn is None or drawn.files != checksums(self._directory, figure.name)
+            ):
+                drawn = self._drawn(self._directory, paper, figure, results, needed)
+            self.done[figure.name] = drawn
+
+    def _needed(self, paper: Paper, figure: Figure, results: Mapping[str, Any]) -> Dependencies:
+        """A figure depends on the files of its paper and of the drawing, its texts, and the results that it uses.
+
+        Its functions may hold values of the module that made them, so all files of the paper count.
+        """
+        module = f"{read_settings(self._root).papers}.{paper.key}"
+        files = self._tree.files_of(module) | self._tree.files_of(__name__)
+        inputs = {name: sha256(encode(name, result)) for name, result in results.items()}
+        return Dependencies(
+            sources=dict(sorted(files.items())),
+            function=__name__,
+            inputs=encode(figure.name, inputs, sort=True),
+            **self._environment.of_key(loaded(self._tree.installed_of(module))),
+        )
 
     def _drawn(
-        self, results: Mapping[str, Any], paper: Paper, figure: Figure, dependencies: Dependencies, kept: Kept | None
-    ) -> FigureRecord:
-        directory, tree = self._directory, self._tree
-        if kept is not None and kept[1] == checksums(directory, figure.name):
-            self.traced |= kept[2]
-            return kept[0]
+        self, directory: Path, paper: Paper, figure: Figure, results: Mapping[str, Any], needed: Dependencies
+    ) -> Drawn:
         with traced(self._root) as trace:
             trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
-            record = write_figure(figure, paper.key, results, directory, tree)
-        data, loose = labels(trace, tree, dependencies.sources), untraced(trace, tree, dependencies.sources)
-        self.traced |= data
-        self.untraced |= {*loose}
+            record = write_figure(figure, paper.key, results, directory, self._tree)
+        data, loose = labels(trace, self._tree, needed.sources), untraced(trace, self._tree, needed.sources)
+        files = checksums(directory, figure.name)
         if not (record.error or loose):
-            result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
-            made = Entry(dependencies=dependencies, data=data, seconds=0.0, solvers=(), result=result)
-            self._cache.store(_entry(figure), made)
-        return record
-
-
-def kept_figures(
-    papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path, environment: Environment
-) -> dict[str, Kept | None]:
-    """By name of the figure what is kept of it, None if it is out of date; environment: `read_environment(root)`."""
-    figures = [(paper, figure) for paper in papers for figure in paper.figures]
-    asked = _asked(figures, results, cache, root, SourceTree(default_packages(root)), environment)
-    return {figure.name: kept for _, figure, _, kept in asked}
-
-
-def _asked(
-    figures: Sequence[tuple[Paper, Figure]],
-    results: Mapping[str, Any],
-    cache: Cache,
-    root: Path,
-    tree: SourceTree,
-    environment: Environment,
-) -> Iterator[tuple[Paper, Figure, Dependencies, Kept | None]]:
-    """A figure depends on the files of its paper and of the drawing, its texts, and the results that it uses.
-
-    Its functions may hold values of the module that made them, so all files of the paper count.
-    """
-    checksum = functools.cache(lambda name: _sha256(encode(name, results[name]).encode()))
-    for paper, figure in figures:
-        module = f"{read_settings(root).papers}.{paper.key}"
-        files, packages = tree.files_of(module) | tree.files_of(__name__), loaded(tree.installed_of(module))
-        inputs = encode(figure.name, {name: checksum(name) for name in figure.uses if name in results}, sort=True)
-        needed = Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs, loaded=packages)
-        kept = None
-        if (entry := cache.lookup(_entry(figure), needed, partial(state, tree=tree)).entry) is not None:
-            kept = msgspec.convert(entry.result["record"], FigureRecord), entry.result["files"], entry.data
-        yield paper, figure, needed, kept
-
-
-def _entry(figure: Figure) -> str:
-    return f"figure.{figure.name}"
+            result = {"record": msgspec.to_builtins(record), "files": files}
+            made = Entry(dependencies=needed, data=data, seconds=0.0, solvers=(), result=result)
+            self._cache.store(f"figure.{figure.name}", made)
+        return Drawn(record, files, data, loose)
 
 
 def to_csv(data: FigureData) -> bytes:
@@ -189,7 +162,8 @@ def write_figure(
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
         data = _data(figure, results, targets[0])
-        title = _titled(figure, data)
+        # Whoever reads nothing else reads the title, so it is short.
+        title = require_title(_said("title", figure.title, data, [figure.caption, figure.place]))
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
         failure = describe(error, sources)
@@ -202,7 +176,7 @@ def write_figure(
         **shared(FigureRecord, figure) | {"title": title},
         paper=paper,
         alt="" if failure else alt,
-        csv_sha256="" if failure else _sha256(table),
+        csv_sha256="" if failure else sha256(table),
         error=failure,
         code=sources.location(figure.plot),
     )
@@ -226,12 +200,7 @@ class _Columns(dict[str, Any]):
 
 def checksums(directory: Path, name: str) -> list[str]:
     """SHA-256 of the two files of a figure, empty for one that is missing."""
-    paths = [directory / f"{name}{suffix}" for suffix in (".csv", ".svg")]
-    return [_sha256(path.read_bytes()) if path.is_file() else "" for path in paths]
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+    return [sha256(directory / f"{name}{suffix}") for suffix in (".csv", ".svg")]
 
 
 def _draw(figure: Figure, data: FigureData) -> bytes:
@@ -247,30 +216,25 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
     return svg.tidy(stream.getvalue(), figure.name).encode()
 
 
-def _titled(figure: Figure, data: FigureData) -> str:
-    """The message, with numbers of the data; whoever reads nothing else reads this, so it is short."""
+def _said(what: str, text: object, data: FigureData, stated: Sequence[str]) -> str:
+    """A text of a figure, or what its function says of the data; stated: where its numbers may stand as well."""
 
-    def titled(columns: Any) -> tuple[str]:
-        title = figure.title
-        return (title(FigureData(columns=columns)) if callable(title) else title,)
+    def ask(columns: Any) -> tuple[Any]:
+        return (text(FigureData(columns=columns)) if callable(text) else text,)
 
-    require_found("title", titled, data.columns, [figure.caption, figure.place])
-    return require_title(titled(data.columns)[0])
+    (said,) = ask(data.columns)
+    if not isinstance(said, str):
+        raise AuditError(f"its {what} is {said!r:.80}; return a string")
+    require_found(what, ask, data.columns, stated)
+    return said
 
 
 def _described(figure: Figure, data: FigureData) -> str:
     """The alternative text; whoever cannot see the figure learns its numbers from it, so it must hold some."""
-    text: object = figure.alt(data)
-    if not isinstance(text, str):
-        raise AuditError(f"its alternative text is {text!r:.80}; return a string")
+    stated = [figure.title if isinstance(figure.title, str) else "", figure.caption, figure.place]
+    text = _said("alternative text", figure.alt, data, stated)
     if not any(character.isdigit() for character in text):
         raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
-
-    def again(columns: Any) -> tuple[str]:
-        return (figure.alt(FigureData(columns=columns)),)
-
-    stated = [figure.title if isinstance(figure.title, str) else "", figure.caption, figure.place]
-    require_found("alternative text", again, data.columns, stated)
     return text
 
 

@@ -8,7 +8,6 @@ ended, so is what another one would write and say. Whatever is in doubt is done 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +21,7 @@ from replication.audit.project import read_settings
 from replication.audit.run.tracing import Trace, labels, state, untraced
 from replication.audit.store.provenance import machine
 from replication.audit.store.sources import SourceTree, default_packages
-from replication.files import visible, write_atomically
+from replication.files import sha256, visible, write_atomically
 
 RUN, CHECK = "last-run.json", "last-check.json"
 LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV", "OPENBLAS_", "MKL_", "BLIS_", "NPY_")
@@ -31,12 +30,8 @@ INDEX = (RUN, CHECK)
 """Files of the cache that hold no result."""
 
 
-class Said(msgspec.Struct, frozen=True, kw_only=True):
-    """What a run or a check says that has nothing to do, its exit code, and the tutorials to which a report links."""
-
-    lines: tuple[str, ...]
-    tutorials: tuple[str, ...] = ()
-    code: int
+Said = tuple[tuple[str, ...], int]
+"""The lines of a run or a check that has nothing to do, and its exit code."""
 
 
 class Last:
@@ -78,7 +73,7 @@ class Last:
         changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
         if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
             now = self._now(filter(self._hidden, sorted({*read, *labels(loading, tree, None)})))
-            kept = {"said": msgspec.to_builtins(said), "read": now, "sha256": self._checksum(after, said, now)}
+            kept = {"said": said, "read": now, "sha256": self._checksum(after, said, now)}
             with contextlib.suppress(OSError):
                 write_atomically(self._path, json.dumps(kept).encode())
 
@@ -94,9 +89,9 @@ class Last:
 
     def _files(self) -> dict[str, str]:
         found = {path for place in self._places for path in visible(place.resolve()) if path.name not in INDEX}
-        return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(found)}
+        return {str(path): sha256(path) for path in sorted(found)}
 
     def _checksum(self, files: Mapping[str, str], said: Said, read: Mapping[str, str]) -> str:
         language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
-        whole: list[Any] = [self._asked, machine(self._root), language, files, msgspec.to_builtins(said), read]
-        return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
+        whole: list[Any] = [self._asked, machine(self._root), language, files, said, read]
+        return sha256(json.dumps(whole, sort_keys=True))

@@ -9,13 +9,13 @@ import shutil
 import signal
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from enum import StrEnum
 from multiprocessing import resource_tracker
-from typing import Any, Protocol
+from typing import Any
 
 from replication.audit.run.chance import kept_environment
 from replication.audit.run.tracing import FIXED
@@ -33,33 +33,23 @@ AHEAD = 4
 """Tasks that wait beside the processes, which thus compute on while their parent stores a result or draws a figure."""
 
 
-class Executor(Protocol):
-    """What computes the tasks of a run: processes of this machine, or a cluster."""
-
-    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        """Yield the answer of each task, in the order in which they finish."""
+Compute = Callable[[Sequence[Task]], Iterable[Answer]]
+"""What computes the tasks of a run, here or on a cluster: the answer of each, in the order in which they end."""
 
 
-@dataclass(frozen=True)
-class Processes:
-    """Processes of this machine, `jobs` of them, one per core if that is None; raises AuditError if it is below one.
+def processes(tasks: Sequence[Task], jobs: int | None = None) -> Iterator[Answer]:
+    """The answers of processes of this machine, `jobs` of them, one per core if that is None.
 
     None of them is this one, which thus outlives all that a task may do. If a process ends, the tasks that were under
     way or next are repeated one by one, so that the one to blame is found and no other one suffers.
+    Raises AuditError if there is to be less than one process.
     """
-
-    jobs: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.jobs is not None and self.jobs < 1:
-            raise AuditError(f"the number of jobs must be at least 1, got {self.jobs}; leave it out for one per core")
-
-    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
-        """Yield the answer of each task, in the order in which they finish."""
-        for task in tasks:
-            if task.alone:
-                yield from _computed([task], 1)
-        yield from _computed([task for task in tasks if not task.alone], self.jobs or os.cpu_count() or 1)
+    if jobs is not None and jobs < 1:
+        raise AuditError(f"the number of jobs must be at least 1, got {jobs}; leave it out for one per core")
+    for task in tasks:
+        if task.alone:
+            yield from _computed([task], 1)
+    yield from _computed([task for task in tasks if not task.alone], jobs or os.cpu_count() or 1)
 
 
 def _computed(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:

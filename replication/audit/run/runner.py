@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,8 @@ from replication.audit.parts import Paper
 from replication.audit.project import read_settings
 from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
-from replication.audit.run.pool import Action, Executor, Processes, Step
+from replication.audit.run.draw import Drawings, Drawn
+from replication.audit.run.pool import Action, Compute, Step, processes
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import Answer, Task, describe, function_name
@@ -40,11 +42,11 @@ TIMEOUT = 3600.0
 class Outcome:
     """What a run gives.
 
-    results_by_experiment: result by name, without the experiments that failed. results: the file, without figures.
+    results_by_experiment: result by name, without the experiments that failed. results: the file.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
     those of findings, sensitivity and common levels. unused: experiments whose results nobody read.
     environment: that in which it ran. traced: the state of all that was read beside the sources. untraced: what was
-    done that cannot be followed.
+    done that cannot be followed. drawn: each figure, None for one that is out of date.
     """
 
     results_by_experiment: Mapping[str, Any]
@@ -55,6 +57,7 @@ class Outcome:
     environment: Environment
     traced: Mapping[str, str]
     untraced: tuple[str, ...]
+    drawn: Mapping[str, Drawn | None]
 
 
 Plan = tuple[Task, Lookup]
@@ -66,20 +69,20 @@ def run(
     *,
     cache: Cache,
     root: Path,
-    executor: Executor | None = None,
+    executor: Compute = processes,
     progress: Callable[[str], None] = lambda line: None,
-    ended: Callable[[Mapping[str, Step]], None] = lambda done: None,
+    figures: Path | None = None,
     packages: Mapping[str, Path] | None = None,
     timeout: float = TIMEOUT,
 ) -> Outcome:
-    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`; None: one process per core.
+    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`.
 
     Results do not depend on the executor and pass through JSON, so that a fresh and a stored one are the same. Each is
     stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
     fails is an error in the records of what uses it and leaves the rest alone.
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
-    progress: told a line about each experiment that is computed. ended: told again and again of all that have ended,
-    while others still run. timeout: seconds of one that names none.
+    progress: told a line about each experiment that is computed. figures: where those are drawn of which all results
+    are there, while others still run; None to draw none. timeout: seconds of one that names none.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
     packages = packages or default_packages(root)
@@ -89,6 +92,7 @@ def run(
     certificates, unproved = wanted(root, [paper.key for paper in papers])
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     environment = read_environment(root)
+    drawings = Drawings(papers, figures, cache, root, environment)
     now = partial(state, tree=sources)
     plans: dict[str, Plan] = {}
     done: dict[str, Step] = {}
@@ -106,12 +110,12 @@ def run(
                 done[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
         plans |= planned
         tasks = _longest_first([plan for name, plan in planned.items() if name not in done])
-        answers = (executor or Processes()).compute(tasks) if tasks else ()
+        answers = executor(tasks) if tasks else ()
         for number, answer in enumerate(answers, 1):
             done[answer.name] = _finish(answer, plans[answer.name], cache, sources)
             progress(f"[{number}/{len(tasks)}] {done[answer.name]}")
-            ended(done)
-    ended(done)
+            drawings.draw(done)
+    drawings.draw(done)
     declared = set(map(canonical, environment.packages))
     versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
     imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
@@ -122,35 +126,46 @@ def run(
     with traced(root) as trace:
         results, failures, unused = assemble(papers, done, run_record(root, environment), sources, proofs, unproved)
     entries = [step.entry for step in done.values() if step.entry is not None]
+    drawn = [figure for figure in drawings.done.values() if figure is not None]
     read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
+    read |= {label: now for figure in drawn for label, now in figure.read.items()}
     own = (".", *packages)
     elsewhere = [(label, sha) for task, _ in plans.values() for label, sha in task.dependencies.sources.items()]
     read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in own}
-    loose = {words for entry in entries for words in entry.untraced} | set(untraced(trace, sources, ()))
-    results = msgspec.structs.replace(results, project=read_settings(root))
+    told = [entry.untraced for entry in entries] + [one.untraced for one in drawn] + [untraced(trace, sources, ())]
+    figured = tuple(figure.record for figure in drawn)
     return Outcome(
-        values, results, tuple(done[name] for name in order), failures, unused, environment, read, tuple(sorted(loose))
+        results_by_experiment=values,
+        results=msgspec.structs.replace(results, project=read_settings(root), figures=figured),
+        log=tuple(done[name] for name in order),
+        failures=failures,
+        unused=unused,
+        environment=environment,
+        traced=read,
+        untraced=tuple(sorted({words for part in told for words in part})),
+        drawn=drawings.done,
     )
 
 
 def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[list[Experiment]]:
     """The experiments, those first that need no other; AuditError for one that is needed and not there, or a circle."""
-    known = {experiment.name for experiment in experiments}
+    known = {experiment.name: experiment for experiment in experiments}
     for experiment in experiments:
         for name in experiment.needs:
             if name not in known:
                 where = sources.mentioned(experiment.name)
                 raise AuditError(f"experiment {experiment.name!r} needs {name!r}; {meant(name, known)}{where}")
-    done: set[str] = set()
-    waiting = list(experiments)
-    while waiting:
-        wave = [experiment for experiment in waiting if done.issuperset(experiment.needs)]
-        if not wave:
-            names = ", ".join(experiment.name for experiment in waiting)
-            raise AuditError(f"experiments need each other in a circle: {names}; take one `needs` away")
-        yield wave
-        done |= {experiment.name for experiment in wave}
-        waiting = [experiment for experiment in waiting if experiment.name not in done]
+    order = TopologicalSorter({experiment.name: experiment.needs for experiment in experiments})
+    try:
+        order.prepare()
+    except CycleError as error:
+        raise AuditError(
+            f"experiments need each other in a circle: {', '.join(error.args[1])}; take one `needs` away"
+        ) from None
+    while order.is_active():
+        wave = order.get_ready()
+        yield [known[name] for name in wave]
+        order.done(*wave)
 
 
 def _blocked(experiment: Experiment, done: Mapping[str, Step]) -> Step | None:
@@ -189,10 +204,8 @@ def _plan(
         files, dynamic = sources.files_of(module), sources.is_dynamic(module)
         if dynamic:  # it may import by a computed name whatever its package imports, too
             files |= {label: sha for parent in parents(module) for label, sha in sources.files_of(parent).items()}
-        exact = experiment.function is prove
-        dependencies = Dependencies.on(
-            environment, files, function, text, loaded=packages(module), needed=needed, exact=exact
-        )
+        setting = environment.of_key(packages(module), exact=experiment.function is prove)
+        dependencies = Dependencies(sources=files, function=function, inputs=text, needed=needed, **setting)
         arguments = encode(f"the inputs of {name}", {**inputs, **place}) if own else text
         task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, lookup(name, dependencies)
@@ -222,15 +235,9 @@ def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> St
     try:
         if answer.text is not None:
             result = json.loads(answer.text)
-            entry = Entry(
-                dependencies=task.dependencies,
-                data=answer.data,
-                untraced=answer.untraced,
-                files=answer.files,
-                seconds=answer.seconds,
-                solvers=solvers_in(f"the result of {answer.name}", result),
-                result=result,
-            )
+            solvers = solvers_in(f"the result of {answer.name}", result)
+            found = {name: getattr(answer, name) for name in ("data", "untraced", "files", "seconds")}
+            entry = Entry(dependencies=task.dependencies, solvers=solvers, result=result, **found)
             moved = any(state(label, sources) != now for label, now in answer.data.items())
             whole = sources.unchanged(task.dependencies.sources) and not moved
             unkept = cache.store(answer.name, entry) if whole else EDITED

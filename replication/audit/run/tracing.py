@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
 import json
 import os
 import re
@@ -29,6 +28,7 @@ from replication.audit.project import CONFIGURATION
 from replication.audit.run.chance import CLOCK, draws, listen
 from replication.audit.store.provenance import OWN, installed, owners
 from replication.audit.store.sources import SourceTree
+from replication.files import sha256
 
 ABSENT = "absent"
 FIXED = {"LC_ALL": "C.UTF-8", "TZ": "UTC", "PYTHONHASHSEED": "0"}
@@ -140,7 +140,7 @@ def state(label: str, tree: SourceTree) -> str:
     kind, _, name = label.partition(":")
     if kind == "env":
         value = os.environ.get(name)
-        return ABSENT if value is None else _sha256(value.encode(errors="surrogateescape"))
+        return ABSENT if value is None else sha256(value.encode(errors="surrogateescape"))
     if kind == "package":
         found = installed(name)
         return ABSENT if found is None else found.version
@@ -158,8 +158,8 @@ def state(label: str, tree: SourceTree) -> str:
             seen = (
                 entry.name for entry in path.iterdir() if not entry.name.startswith(".") and entry.name != "__pycache__"
             )
-            return _sha256("\n".join(sorted(seen)).encode())
-        return _sha256(path.read_bytes())
+            return sha256("\n".join(sorted(seen)))
+        return sha256(path.read_bytes())
     return ABSENT
 
 
@@ -177,12 +177,8 @@ def said(command: tuple[str, ...]) -> str:
 @functools.cache
 def _program_sha256(path: Path, changed: int) -> str:
     with contextlib.suppress(OSError):
-        return _sha256(path.read_bytes())
+        return sha256(path)
     return str(changed)
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
 
 
 def _label(path: str, tree: SourceTree) -> str:

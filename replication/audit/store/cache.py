@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import math
 import re
@@ -15,9 +14,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import SolverRecord
-from replication.audit.store.provenance import Environment
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 # Inputs and results of experiments as JSON text: checked on the way in, floats exact on the way back
 
@@ -110,37 +108,10 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     kernel: str = ""
     needed: dict[str, str] = {}
 
-    @classmethod
-    def on(
-        cls,
-        environment: Environment,
-        sources: Mapping[str, str],
-        function: str,
-        inputs: str,
-        *,
-        loaded: Mapping[str, str] | None = None,
-        needed: Mapping[str, str] | None = None,
-        exact: bool = False,
-    ) -> Dependencies:
-        """Those of a result that is computed in this environment; exact: without linear algebra in floating point.
-
-        loaded: the distributions that are imported, beside those that the project declares.
-        """
-        return cls(
-            sources=dict(sources),
-            function=function,
-            inputs=inputs,
-            lock=environment.lock_sha256,
-            python=environment.python,
-            packages={**environment.packages, **(loaded or {})},
-            needed=dict(needed or {}),
-            kernel="" if exact else environment.kernel,
-        )
-
     @property
     def key(self) -> str:
         """SHA-256 of all components."""
-        return _sha256(msgspec.json.encode(self, order="deterministic"))
+        return sha256(msgspec.json.encode(self, order="deterministic"))
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
@@ -163,7 +134,7 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
     def key(self) -> str:
         """SHA-256 of all that it was computed from."""
         own = self.dependencies.key
-        return _sha256(f"{own}{json.dumps(self.data, sort_keys=True)}".encode()) if self.data else own
+        return sha256(f"{own}{json.dumps(self.data, sort_keys=True)}") if self.data else own
 
 
 @dataclass(frozen=True)
@@ -231,7 +202,7 @@ class Cache:
         content = encode(name, msgspec.to_builtins(entry)).encode()
         if not self.write:
             return ""
-        front = f'{{"key":"{entry.key}","sha256":"{_sha256(content)}",'
+        front = f'{{"key":"{entry.key}","sha256":"{sha256(content)}",'
         try:
             write_atomically(self._path(name), front.encode() + content[1:] + b"\n")
         except OSError as error:
@@ -246,7 +217,7 @@ def _read(text: bytes) -> Entry | None:
     """The entry of a file's content, or None unless it is exactly what `store` wrote."""
     front = _FRONT.match(text)
     content = b"{" + text[front.end() : -1] if front else b""
-    if front is None or not text.endswith(b"}\n") or front["sha256"].decode() != _sha256(content):
+    if front is None or not text.endswith(b"}\n") or front["sha256"].decode() != sha256(content):
         return None
     # The standard reader keeps integers of any size, which msgspec turns into floats.
     try:
@@ -271,7 +242,3 @@ def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
             yield f"{name} (no longer used)"
         elif old[name] != new[name]:
             yield name
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

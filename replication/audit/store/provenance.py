@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
 import importlib.metadata
 import os
 import platform
@@ -22,7 +21,8 @@ from typing import Any
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
-from replication.extras import DISTRIBUTION
+from replication.extras import DISTRIBUTION, required
+from replication.files import sha256
 
 # The installed distributions with which something is computed, and where they differ from the lock
 
@@ -121,7 +121,7 @@ def _files(record: str) -> str:
     """A checksum of what a distribution installed that can be run or read, not of what Python makes of it."""
     lines = (line for line in record.splitlines() if ".dist-info/" not in line and not line.startswith(".."))
     kept = sorted(line for line in lines if ".pyc," not in line)
-    return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:8]
+    return sha256("\n".join(kept))[:8]
 
 
 COMPUTING = ("estimation", "proofs")
@@ -151,6 +151,16 @@ class Environment:
     kernel: str
     loaded: dict[str, str] = field(default_factory=dict)
 
+    def of_key(self, loaded: Mapping[str, str], exact: bool = False) -> dict[str, Any]:
+        """What the key of a result has of it, as fields of `Dependencies`.
+
+        loaded: the distributions that are imported, beside those that the project declares. exact: without linear
+        algebra in floating point.
+        """
+        packages = {**self.packages, **loaded}
+        kernel = "" if exact else self.kernel
+        return {"lock": self.lock_sha256, "python": self.python, "packages": packages, "kernel": kernel}
+
     @property
     def versions(self) -> dict[str, str]:
         """Of all packages, declared or loaded."""
@@ -159,9 +169,9 @@ class Environment:
 
 def read_environment(root: Path) -> Environment:
     """The environment of the project at `root`; raises AuditError if a package that it declares is not installed."""
-    lock = root / LOCK
-    sha256 = hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else "no lock"
-    return Environment(sha256, python_minor(platform.python_version()), _package_versions(root), kernel())
+    return Environment(
+        sha256(root / LOCK, "no lock"), python_minor(platform.python_version()), _package_versions(root), kernel()
+    )
 
 
 def python_minor(version: str) -> str:
@@ -237,23 +247,14 @@ def _package_versions(root: Path) -> dict[str, str]:
     declared = project.get("dependencies")
     optional = [text for extra in COMPUTING for text in extras.get(extra, ())]
     if declared is None:
-        required = _required()
-        declared = [text for text in required if "extra ==" not in text]
-        optional = [text for text in required if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
+        declared = [text for text in required() if "extra ==" not in text]
+        optional = [text for text in required() if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
     there = {_name(text) for text in optional if installed(_name(text)) is not None}
     return read_packages(sorted({*map(_name, declared), *there}))
 
 
 def _name(requirement: str) -> str:
     return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
-
-
-def _required() -> list[str]:
-    """What the installed distribution of this package requires; nothing where it runs from its sources alone."""
-    try:
-        return importlib.metadata.requires(DISTRIBUTION) or []
-    except importlib.metadata.PackageNotFoundError:
-        return []
 
 
 def read_packages(names: Iterable[str]) -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -151,12 +152,12 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     claims: tuple[str, ...]
     statement: str
     proved: bool
-    reason: str
-    sentence: str
-    lower: str | None
-    upper: str | None
-    holds: bool | None
-    items: tuple[tuple[str | None, str | None], ...]
+    reason: str = ""
+    sentence: str = ""
+    lower: str | None = None
+    upper: str | None = None
+    holds: bool | None = None
+    items: tuple[tuple[str | None, str | None], ...] = ()
     machine: str = ""
     second: bool = False
     says: tuple[Exported, ...] = ()
@@ -220,6 +221,17 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     platform: str
 
 
+PARTS = {
+    "paper": ("papers", "key"),
+    "claim": ("claims", "id"),
+    "erratum": ("errata", "id"),
+    "figure": ("figures", "name"),
+    "experiment": ("experiments", "name"),
+    "certificate": ("certificates", "path"),
+}
+"""The sorts of records: the part of the file that holds them, and what names one."""
+
+
 class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The whole of `report/results.json`."""
 
@@ -232,6 +244,12 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     figures: tuple[FigureRecord, ...]
     experiments: tuple[ExperimentRecord, ...]
     certificates: tuple[CertificateRecord, ...]
+
+    def named(self, *sorts: str) -> Iterator[tuple[tuple[str, str], Any]]:
+        """The records of these sorts, each with its sort and its id, key, name or path."""
+        for sort in sorts:
+            part, name = PARTS[sort]
+            yield from (((sort, getattr(record, name)), record) for record in getattr(self, part))
 
     @property
     def readings(self) -> dict[str, tuple[Reading, ...]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import functools
-import hashlib
 import importlib.util
 import re
 import sys
@@ -17,6 +16,7 @@ from typing import Any, TypeVar, cast
 import replication
 from replication.audit.project import read_settings
 from replication.errors import AuditError
+from replication.files import sha256
 
 CALLERS = tuple(
     f"replication/audit/{name}.py" for name in ("run/worker", "run/assemble", "run/draw", "declare", "numbers")
@@ -204,7 +204,7 @@ class SourceTree:
     def now(self, label: str) -> str | None:
         """The checksum of a file as it is on the disk now, None if there is none."""
         path = self.path(label)
-        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+        return sha256(path) or None
 
     @_kept
     def _label_of(self, module: str) -> str:
@@ -309,9 +309,10 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
     texts = tuple(match[2].decode() for match in _FILE.finditer(content))
-    sha256 = hashlib.sha256(content).hexdigest()
     bound = frozenset(_bound(tree) if path.name == "__init__.py" or path.with_suffix("").is_dir() else ())
-    return _Module(sha256=sha256, imports=imports, texts=texts, bound=bound, dynamic=bool(_DYNAMIC.search(content)))
+    return _Module(
+        sha256=sha256(content), imports=imports, texts=texts, bound=bound, dynamic=bool(_DYNAMIC.search(content))
+    )
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from replication.audit.brief import Bars, Curve, Entries, Pair, Traces
@@ -45,7 +45,6 @@ class Trace:
 class TracesView:
     """Curves with axes, up to an end on the abscissa, with its unit."""
 
-    kind = "traces"
     picture: Traces
     end: float
     unit: str
@@ -55,23 +54,14 @@ class TracesView:
 
 @dataclass(frozen=True, kw_only=True)
 class BarView:
-    """A printed number and the bound beside it, their widths in per cent of the longest; lower, times: rounded down."""
+    """A printed number and the bound beside it, as they are drawn; lower, times: rounded down."""
 
     label: str
     printed: ClaimView
     bound: ClaimView
-    widths: tuple[float, float]
+    drawn: tuple[float, float]
     lower: float
     times: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class BarsView:
-    """Pairs of bars."""
-
-    kind = "bars"
-    picture: Bars
-    pairs: tuple[BarView, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,27 +85,10 @@ class EntriesView:
     A single row is drawn entry by entry, each with its box; several are a table.
     """
 
-    kind = "entries"
     columns: tuple[str, ...]
     rows: tuple[tuple[str, tuple[Boxed | None, ...]], ...]
     text: str = ""
     box = (50 - 25 / SHOWN, 50 / SHOWN)
-
-    @property
-    def off(self) -> int:
-        """How many entries do not round to the print."""
-        return sum(cell is not None and bool(cell.instead) for _, row in self.rows for cell in row)
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Those of the entries, each once."""
-        found = {cell.view.record.verdict for _, row in self.rows for cell in row if cell is not None}
-        return tuple(verdict for verdict in Verdict if verdict in found)
-
-    @property
-    def total(self) -> int:
-        """How many entries are shown."""
-        return sum(cell is not None for _, row in self.rows for cell in row)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +103,7 @@ class Row:
     verdict: str
     headline: Told
     said: Told | None
-    picture: TracesView | BarsView | EntriesView | None
+    picture: TracesView | tuple[BarView, ...] | EntriesView | None
     proofs: tuple[str, ...]
 
 
@@ -174,17 +147,14 @@ def _verdict(stands: Standing) -> tuple[str, Verdict | None, str]:
     return "holds", Verdict.REPRODUCED, "nothing fails"
 
 
-def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | EntriesView | None:
+def _picture(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
     picture = paper.record.brief.picture if paper.record.brief is not None else None
     known = {view.record.id.partition(".")[2]: view for view in paper.claims}
     if isinstance(picture, Traces):
         drawn = {figure.record.name for figure in paper.figures if figure.drawing}
         return _traces(picture, table(figures / f"{picture.figure}.csv")) if picture.figure in drawn else None
     if isinstance(picture, Bars):
-        made = [_pair(pair, paper, known) for pair in picture.pairs]
-        longest = max((max(bar.widths) for bar in made), default=1.0) / 100
-        shared = tuple(replace(bar, widths=(bar.widths[0] / longest, bar.widths[1] / longest)) for bar in made)
-        return BarsView(picture=picture, pairs=shared) if made else None
+        return tuple(_pair(pair, paper, known) for pair in picture.pairs)
     if isinstance(picture, Entries):
         listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
@@ -210,7 +180,7 @@ def _pair(pair: Pair, paper: PaperView, known: Mapping[str, ClaimView]) -> BarVi
         label=pair.label,
         printed=printed,
         bound=bound,
-        widths=(value, float(lower)),
+        drawn=(value, float(lower)),
         lower=float(numerals.at_least(float(lower), 4)),
         times=float(numerals.at_least(float(lower) / value, 3)),
     )

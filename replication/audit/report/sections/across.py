@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from replication.audit.parts import CommonLevel
@@ -24,39 +25,28 @@ class Column:
     ideal: CommonLevel
     costs: dict[int, tuple[float, float]]
 
-
-@dataclass(frozen=True, kw_only=True)
-class Across:
-    """All columns and the multiples that any of them has."""
-
-    columns: tuple[Column, ...]
-    multiples: tuple[int, ...]
+    @property
+    def name(self) -> str:
+        """The sensor in short, without how m is meant."""
+        return self.sensor.partition(": ")[0]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CostCurve:
-    """A column as a curve: its short name, how m is meant, the authors, dots, a band where only bounds are known.
+    """A column as a curve: dots, a band where only bounds are known; height: of its name, if that is at the edge."""
 
-    end: where on the abscissa it ends. height: of its name, if that is at the edge of the frame.
-    """
-
-    name: str
-    meaning: str
-    who: str
+    column: Column
     path: str
     band: str
     dots: tuple[tuple[float, float], ...]
     height: float
-    end: float
-    last: float
-    multiple: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class Chart:
     """Columns of one measure in one drawing, the steepest first; left: columns with another measure.
 
-    peak: the largest cost.
+    words: for the sensors. peak: the largest cost.
     """
 
     words: tuple[str, ...]
@@ -65,7 +55,6 @@ class Chart:
     x_ticks: tuple[tuple[int, float], ...]
     y_ticks: tuple[tuple[float, float], ...]
     left: tuple[Column, ...]
-    most: int
     peak: float
 
 
@@ -73,15 +62,15 @@ NAME_HEIGHT = 105
 """Of the name of a curve, in units of the frame."""
 
 
-def chart(shown: Across | None) -> Chart | None:
+def chart(shown: Sequence[Column]) -> Chart | None:
     """The largest group of columns whose measures agree, as curves of cost over the multiple; None for fewer than two.
 
     Letters aside: l2 is the norm of a sequence, L2 that of a function, and a cost is a ratio of either.
     """
-    if shown is None:
+    if not shown:
         return None
-    ((measure, number),) = Counter(column.measure.casefold() for column in shown.columns).most_common(1)
-    chosen = [c for c in shown.columns if c.measure.casefold() == measure and len(c.costs) > 1]
+    ((measure, number),) = Counter(column.measure.casefold() for column in shown).most_common(1)
+    chosen = [c for c in shown if c.measure.casefold() == measure and len(c.costs) > 1]
     if number < 2 or len(chosen) < 2:
         return None
     multiples = sorted({m for column in chosen for m in column.costs})
@@ -97,39 +86,29 @@ def chart(shown: Across | None) -> Chart | None:
         along, found = zip(*sorted(column.costs.items()), strict=True)
         lower, upper = zip(*found, strict=True)
         dots = tuple((round(frame.x(m), 1), round(frame.y(cost), 1)) for m, cost in zip(along, upper, strict=True))
-        name, _, meaning = column.sensor.partition(": ")
         curves.append(
             CostCurve(
-                name=name,
-                meaning=meaning,
-                who=column.paper.cited.partition(" (")[0],
+                column=column,
                 path=frame.path(along, upper),
                 band=frame.path([*along, *reversed(along)], [*upper, *reversed(lower)]),
                 dots=dots,
                 height=heights.get(id(column), 0),
-                end=dots[-1][0],
-                last=column.costs[max(column.costs)][1],
-                multiple=max(column.costs),
             )
         )
     return Chart(
-        words=tuple(dict.fromkeys(re.split(r",| \(", curve.name)[0] for curve in curves)),
+        words=tuple(dict.fromkeys(re.split(r",| \(", column.name)[0] for column in chosen)),
         measure=chosen[0].measure,
         curves=tuple(curves),
         x_ticks=tuple((m, round(frame.x(m), 1)) for m in multiples),
         y_ticks=frame.y_ticks,
-        left=tuple(column for column in shown.columns if column.measure.casefold() != measure),
-        most=multiples[-1],
+        left=tuple(column for column in shown if column.measure.casefold() != measure),
         peak=max(costs),
     )
 
 
-def across(results: ResultsFile) -> Across | None:
-    """The columns of all papers; None if there are none. A sensor without an ideal (multiple 1) is left out."""
-    columns = tuple(column for paper in results.papers for column in _columns(paper))
-    if not columns:
-        return None
-    return Across(columns=columns, multiples=tuple(sorted({m for column in columns for m in column.costs})))
+def across(results: ResultsFile) -> tuple[Column, ...]:
+    """The columns of all papers. A sensor without an ideal (multiple 1) is left out."""
+    return tuple(column for paper in results.papers for column in _columns(paper))
 
 
 def _columns(paper: PaperRecord) -> list[Column]:

@@ -100,16 +100,12 @@ def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
         yield "probability of a draw as extreme", allowed, SMALLEST_PROBABILITY_REASON
 
 
-@dataclass(frozen=True, kw_only=True)
-class Room:
-    """One parameter, moved by up to half a unit of its last place to the side that matters, by linear interpolation.
+Room = tuple[Sensitivity, float | None]
+"""One parameter, moved by up to half a unit of its last place to the side that matters, by linear interpolation.
 
-    share: of that half unit, how much a claim that agrees bears, 1 if it rounds to its print on all of it; of one that
-    does not agree, how much it takes until it does, None if it never does.
-    """
-
-    moves: Sensitivity
-    share: float | None
+With the share of that half unit that a claim which agrees bears, 1 if it rounds to its print on all of it; or that a
+claim which does not agree takes until it does, None if it never does.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +122,7 @@ class ClaimRoom:
     @property
     def deciding(self) -> tuple[Room, ...]:
         """The parameters whose own rounding is enough to end the agreement, or the difference."""
-        return tuple(room for room in self.rooms if (room.share != 1.0 if self.agrees else room.share is not None))
+        return tuple(room for room in self.rooms if (room[1] != 1.0 if self.agrees else room[1] is not None))
 
 
 def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
@@ -144,7 +140,7 @@ def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
             raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
         least, most = intervals[0].ends
         tried = [_room(moves, least, most) for moves in found[claim.id]]
-        tried.sort(key=lambda room: math.inf if room.share is None else room.share)
+        tried.sort(key=lambda room: math.inf if room[1] is None else room[1])
         agrees = least <= Fraction(found[claim.id][0].base) <= most
         made.append(ClaimRoom(claim=claim, agrees=agrees, rooms=tuple(tried)))
     return tuple(made)
@@ -153,11 +149,11 @@ def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
 def _room(moves: Sensitivity, least: Fraction, most: Fraction) -> Room:
     base = Fraction(moves.base)
     if least <= base <= most:
-        return Room(moves=moves, share=min(_share(base, end, least, most) for end in (moves.low, moves.high)))
+        return moves, min(_share(base, end, least, most) for end in (moves.low, moves.high))
     nearest = least if base < least else most
     ways = [(nearest - base) / (Fraction(end) - base) for end in (moves.low, moves.high) if end not in (None, base)]
     needed = [way for way in ways if 0 < way <= 1]
-    return Room(moves=moves, share=float(min(needed)) if needed else None)
+    return moves, float(min(needed)) if needed else None
 
 
 def _share(base: Fraction, end: float | None, least: Fraction, most: Fraction) -> float:
