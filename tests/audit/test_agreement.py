@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 from cases import case, judge, value_case
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from replication.audit.inspect.controls import moved
+from replication.audit.judge.agreement import ACCURACY
 from replication.audit.judge.printed import parse
 from replication.audit.model import Evidence, Kind, Verdict
 
@@ -65,7 +66,9 @@ def test_any_printed_number_flips(digits: int, places: int, offset: float, units
 
 @given(st.integers(-(10**6), 10**6), FINITE)
 def test_verdict_is_the_exact_comparison(digits: int, value: float) -> None:
-    inside = abs(Fraction(value) - Fraction(digits, 100)) <= Fraction(1, 200)
+    off = abs(Fraction(value) - Fraction(digits, 100)) - Fraction(1, 200)
+    inside = off <= ACCURACY * abs(Fraction(value))
+    assume(off <= 0 or off > 2 * ACCURACY * abs(Fraction(value)))
     judgement = judge(value_case(decimal_text(digits, 2), value))
     assert (judgement.verdict is Verdict.REPRODUCED) == inside
     assert (judgement.verdict is Verdict.DIFFERS) == (not inside)
@@ -75,11 +78,36 @@ def test_ends_of_the_rounding_interval_belong_to_it() -> None:
     assert judge(value_case("0.5", 0.75, tolerance="0.25", tolerance_reason="a test")).verdict is Verdict.REPRODUCED
     assert judge(value_case("3", 2.5)).verdict is Verdict.REPRODUCED
     assert judge(value_case("3", 3.5)).verdict is Verdict.REPRODUCED
-    assert judge(value_case("3", math.nextafter(3.5, 4))).verdict is Verdict.DIFFERS
-    assert judge(value_case("3", math.nextafter(2.5, 2))).verdict is Verdict.DIFFERS
+    assert judge(value_case("3", 3.5 * (1 + 2**-49))).verdict is Verdict.DIFFERS
+    assert judge(value_case("3", 2.5 * (1 - 2**-49))).verdict is Verdict.DIFFERS
 
 
-@pytest.mark.parametrize("value", [math.nextafter(3.5, 4), 3.500000001])
+@pytest.mark.parametrize(
+    ("printed", "value"),
+    [
+        *(("0.29", value) for value in (0.285, 0.295, math.nextafter(0.285, 0))),
+        *((printed, 30.85) for printed in ("30.8", "30.9")),
+        *((printed, sum([30.5, 31.3, 30.7, 30.9, 31.1] * 2 + [30.6] * 10) / 20) for printed in ("30.7", "30.8")),
+        *((printed, -0.285) for printed in ("-0.28", "-0.29")),
+        ("1.01", 1.005), ("2.68", 2.675), ("0.15", 0.145),
+        ("0.29±0.15i", (0.285, -0.145)),
+        ("≤0.3", 0.1 + 0.2), ("≥0.3", 0.3), ("<0.3", 0.1 + 0.2 - 2**-53),
+    ],
+)  # fmt: skip
+def test_a_number_half_way_between_two_prints_agrees_with_both(printed: str, value: Any) -> None:
+    kind = Kind.BOUND if printed[0] in "<≤≥" else Kind.VALUE
+    judgement = judge(case(kind, Evidence(method="computed", value=value), printed=printed))
+    assert judgement.verdict is Verdict.REPRODUCED, judgement.reason
+    assert printed[0] == "<" or not re.search("99999|00000", judgement.reason)
+
+
+def test_a_decimal_number_is_not_less_than_itself() -> None:
+    for printed in ("<0.3", ">0.1"):  # of which the floats are a little less, and more
+        evidence = Evidence(method="computed", value=float(printed[1:]))
+        assert judge(case(Kind.BOUND, evidence, printed=printed)).verdict is Verdict.DIFFERS
+
+
+@pytest.mark.parametrize("value", [3.5 * (1 + 2**-49), 3.500000001])
 def test_reason_has_digits_enough_to_tell_the_number_from_the_end(value: float) -> None:
     reason = judge(value_case("3", value)).reason
     assert "Computed 3.500000" in reason and "[2.5, 3.5]" in reason and "place: 0.5)" not in reason

@@ -9,7 +9,7 @@ from decimal import Decimal
 from msgspec.structs import replace
 
 from replication.audit.inspect.headline import Basis, basis
-from replication.audit.judge.agreement import Target
+from replication.audit.judge.agreement import Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Kind, Policy, Verdict
@@ -47,7 +47,7 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
     readings = results.readings
     for claim in results.claims:
         target = targets.get(claim.id)
-        for altered, record, known in _alterations(claim, errata, target.printed if target else None):
+        for altered, record, known in _alterations(claim, errata, target):
             # A print that was left alone is not read again.
             judged = rejudge(
                 record, known, target if record.claim is claim.claim else None, readings=readings.get(claim.paper, ())
@@ -70,22 +70,28 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
 
 
 def _alterations(
-    record: ClaimRecord, errata: Errata, printed: Printed | None
+    record: ClaimRecord, errata: Errata, target: Target | None
 ) -> Iterator[tuple[str, ClaimRecord, Errata]]:
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
+    printed = target.printed if target else None
     if record.verdict in AGREES:
         # Agreement under one reading of several, over rounded inputs, within a printed uncertainty, or within what a
-        # solver leaves open is wider than the rounding of the print.
+        # solver leaves open is wider than the rounding of the print, and half-way between two prints agrees with both.
         spread = printed is not None and any(entry.spread for entry in printed.entries)
         wide = evidence.outcomes or evidence.over_inputs or spread or Policy.SOLVER in record.judgement.policies
-        if not wide and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+        if (
+            target is not None
+            and not (wide or target.printed.relation)
+            and basis(record) is Basis.DIGITS
+            and not any(number.tied for number in measure(target, evidence))
+        ):
             if claim.meant and record.verdict in CORRECTED:
                 # What is meant was compared; the print was found wrong and would be so with another digit.
                 for text in moved(Target.of(replace(claim, printed=claim.meant)).printed):
                     yield _MOVED, replace(record, claim=replace(claim, meant=text)), errata
             else:
-                for text in moved(printed):
+                for text in moved(target.printed):
                     yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
         if evidence.holds is not None and evidence.margin is not None:
             against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)

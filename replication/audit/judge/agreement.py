@@ -16,6 +16,13 @@ from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
 
 
+ACCURACY = Fraction(1, 2**50)
+"""Relative accuracy of a float that a few dozen additions made; so near to an end of an interval it is that end.
+
+A number half-way between two prints agrees with both: rules for such ties differ, and so do programs in the last bit.
+"""
+
+
 class Position(Enum):
     """Where a computed number or its bracket lies against the numbers a print stands for; the first found decides.
 
@@ -144,6 +151,21 @@ class Measured:
         """Whether it is a known whole number."""
         return self.bracket.low == self.bracket.high and self.value.denominator == 1
 
+    @property
+    def tied(self) -> bool:
+        """Whether it stands at an end of what its print stands for, half-way to another print."""
+        return self.interval is not None and self.value in self.interval.ends
+
+    def settled(self, accuracy: Fraction) -> Measured:
+        """The same with ends of the interval, or the limit of a relation, for floats that are no others."""
+        ends = (self.entry.value,) if self.interval is None else self.interval.ends
+
+        def near(number: Fraction) -> Fraction:
+            return next((e for e in ends if number == float(e) or abs(number - e) <= accuracy * abs(e)), number)
+
+        low, high = (None if end is None else near(end) for end in (self.bracket.low, self.bracket.high))
+        return replace(self, value=near(self.value), bracket=Interval(low, high))
+
     def describe(self, *ends: Fraction | None) -> str:
         """The number or its bracket in digits, enough of them to tell it from `ends`."""
         prefix = self.prefix
@@ -250,7 +272,8 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
             raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
         if entry.absolute:
             number = replace(number, value=abs(value), bracket=bracket.size())
-        measured.append(number)
+        # What is printed as less than 0.3 is so to the last bit, and 0.3 itself is not.
+        measured.append(number.settled(Fraction(0) if printed.relation in ("<", ">") else ACCURACY))
     return tuple(measured)
 
 
