@@ -199,7 +199,7 @@ def test_without_the_results_that_it_was_made_of_this_is_said(ran: Lab, tmp_path
 
 
 SOURCE: dict[str, Any] = {
-    "places": ["Table 1, column (2,3)", "2024-02-29T12:00:00Z", "version 1.17.1", "3.84(5) × 10^{-4} of 2^12"],
+    "places": ["Table 1, column (2,3)", "2024-02-29T12:00:00Z", "version 1.17.1", "3.84(9) × 10^{-4} of 2^12"],
     "numbers": (0.63204, -1.7771, 3.7e-10, 73, 12345.6),
 }
 
@@ -245,8 +245,8 @@ def shows(text: str) -> bool:
         "<p>N₁, H2 and x_17 are names</p>",
         "<code>9f8e 123456</code><pre>4711</pre><svg><text>4711</text></svg><script>4711</script><style>4711</style>",
         "<p>a&nbsp;&lt;&nbsp;0.632</p>",
-        "<p>3.84(5) × 10<sup>−4</sup> of 2<sup>12</sup></p>",
-        "<p>3.84(5) × 10^-4 of 2¹²</p>",
+        "<p>3.84(9) × 10<sup>−4</sup> of 2<sup>12</sup></p>",
+        "<p>3.84(9) × 10^-4 of 2¹²</p>",
         """<meta http-equiv="Content-Security-Policy" content="script-src 'sha256-4711/4711='">""",
     ],
 )
