@@ -38,7 +38,7 @@ import msgspec
 from replication.audit.data import line_of, printed_values, read_printed, read_tables
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
-from replication.audit.judge.printed import parse
+from replication.audit.judge.printed import by_digits, parse
 from replication.audit.model import NO_READING, Evidence, Experiment, Kind, Reading, Results
 from replication.audit.parts import Paper
 from replication.audit.project import about
@@ -305,7 +305,7 @@ def _answer(
     told = f"{method or f'As it stands at {paths[0]}.'}{''.join(f' Nothing here makes {file}.' for file in loose)}"
     if len(values) == 1:
         return Evidence(method=told, value=values[0])
-    print_ = parse(printed)
+    print_ = by_digits(parse(printed), isinstance(values[0], tuple))
     aligned = [print_.align(what, value) for what, value in zip(("value", "second value"), values, strict=True)]
     for entry, first, second in zip(print_.entries, *aligned, strict=True):
         if abs(first - second) > entry.unit / 2:

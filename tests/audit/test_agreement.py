@@ -283,10 +283,22 @@ R, C, D, U = Verdict.REPRODUCED, Verdict.COMPATIBLE, Verdict.DIFFERS, Verdict.UN
         ("0.75^{+0.10}_{-0.20}", "1 sigma", 1.05, D, "z = 3 "),
         ("0.75 [0.70, 0.80]", "95 %", 0.79, C, "z = 1.57 "),
         ("0.75 (95 % CI 0.70 to 0.80)", "", 0.79, C, "the printed 95 % is 1.96"),
+        ("33.0 ± 5.1", "sd", 33.04, R, "beside it is a standard deviation of the data"),
+        ("33.0 ± 5.1", "sd", 30.85, D, "outside [32.95, 33.05]"),
+        ("33.0 ± 5.1", "sd", (33.04, 5.12), R, "All 2 entries agree"),
+        ("33.0 ± 5.1", "sd", (33.04, 5.2), D, "1 of 2 entries disagree: entry 2: computed 5.2 "),
+        ("(3.30 ± 0.51) × 10^1", "sd", (33.04, 5.12), R, "All 2 entries agree"),
+        ("1.23(4)", "sd", (1.234, 0.046), D, "entry 2: computed 0.046 lies outside [0.035, 0.045]"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "none", 0.666, D, "outside [0.845, 0.855]"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "none", 0.851, R, "computed from the same data"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "none", (0.851, 0.272, 1.071), R, "All 3 entries agree"),
+        ("0.85 (95 % CI 0.3 to 1.07)", "none", (0.851, 0.34, 1.076), D, "1 of 3 entries disagree: entry 3"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "95 %", (0.851, 0.272, 1.071), Verdict.ERROR, "does not have the layout"),
+        ("33.0 ± 5.1", "none", (33.0, 5.1, 5.1), Verdict.ERROR, "does not have the layout"),
     ],
 )
 def test_a_printed_uncertainty_is_weighed_by_what_it_is(
-    printed: str, uncertainty: str, value: float, verdict: Verdict, words: str
+    printed: str, uncertainty: str, value: Any, verdict: Verdict, words: str
 ) -> None:
     judgement = judge(value_case(printed, value, uncertainty=uncertainty))
     assert (judgement.verdict, words in judgement.reason) == (verdict, True), judgement.reason
@@ -301,6 +313,7 @@ def test_a_printed_uncertainty_is_weighed_by_what_it_is(
         ("1.23(4)", "0 sigma", "uncertainty is '0 sigma'"),
         ("1.23(4)", "100 %", "uncertainty is '100 %'"),
         ("1.23(4)", "-5 %", "uncertainty is '-5 %'"),
+        ("1.23", "sd", "the print '1.23' states no uncertainty; leave out 'sd'"),
         ("1.23", "1 sigma", "the print '1.23' states no uncertainty; leave out '1 sigma'"),
     ],
 )
@@ -312,3 +325,5 @@ def test_an_uncertainty_that_cannot_be_is_an_error(printed: str, uncertainty: st
 def test_a_print_has_its_uncertainty_or_the_claim_a_tolerance() -> None:
     both = judge(value_case("1.23(4)", 1.23, tolerance="0.1", tolerance_reason="why"))
     assert both.verdict is Verdict.ERROR and "leave the tolerance out" in both.reason
+    data = value_case("33.0 ± 5.1", 30.85, uncertainty="sd", tolerance="3", tolerance_reason="why")
+    assert judge(data).verdict is Verdict.REPRODUCED

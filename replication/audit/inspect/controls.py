@@ -92,7 +92,7 @@ def _alterations(
                     yield _MOVED, replace(record, claim=replace(claim, meant=text)), errata
             else:
                 for text in moved(target.printed):
-                    yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
+                    yield _MOVED, replace(record, claim=replace(claim, printed=text, uncertainty="")), errata
         if evidence.holds is not None and evidence.margin is not None:
             against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)
             denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1, outcomes=against)

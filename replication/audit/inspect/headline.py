@@ -15,6 +15,7 @@ from replication.audit.judge.policies import once
 from replication.audit.judge.printed import has_uncertainty
 from replication.audit.judge.proofs import NUMERIC, flat
 from replication.audit.judge.typed import numbers_in
+from replication.audit.judge.uncertainty import BY_DIGITS
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -53,7 +54,8 @@ def basis(claim: ClaimRecord) -> Basis:
 
 def has_spread(claim: ClaimRecord) -> bool:
     """Whether it is judged by digits, and the text prints their uncertainty."""
-    return basis(claim) is Basis.DIGITS and has_uncertainty(claim.claim.printed)
+    stated = claim.claim
+    return basis(claim) is Basis.DIGITS and stated.uncertainty not in BY_DIGITS and has_uncertainty(stated.printed)
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:

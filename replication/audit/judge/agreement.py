@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
 
+import msgspec
+
 from replication.audit.judge import numerals
-from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.judge.uncertainty import PROBABLE, reach, said, weighed
+from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, has_uncertainty, parse
+from replication.audit.judge.uncertainty import BY_DIGITS, PROBABLE, reach, said, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
-
 
 ACCURACY = Fraction(1, 2**50)
 """Relative accuracy of a float that a few dozen additions made; so near to an end of an interval it is that end.
@@ -77,13 +78,16 @@ class Target:
     intervals: tuple[Interval, ...]
 
     @classmethod
-    def of(cls, claim: StatedClaim) -> Target:
+    def of(cls, claim: StatedClaim, several: bool = False) -> Target:
         """Each printed number ± half a unit of its last place, what its uncertainty allows, or the claim's tolerance.
 
+        several: whether more than one number was computed, so that a print by digits is that of its uncertainty too.
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
         tolerance = None if claim.tolerance is None else _positive(claim.tolerance)
         printed = parse(claim.printed)
+        if claim.uncertainty in BY_DIGITS and has_uncertainty(claim.printed):
+            claim, printed = msgspec.structs.replace(claim, uncertainty=""), by_digits(printed, several)
         spread = any(entry.spread for entry in printed.entries)
         if tolerance is not None and spread:
             raise AuditError(f"the print {claim.printed!r} states its own uncertainty; leave the tolerance out")
@@ -101,6 +105,8 @@ class Target:
         Raises AuditError if the print cannot be read, or the intervals are not those of its numbers.
         """
         printed, intervals = parse(claim.printed), stored_intervals(claim, judgement)
+        if claim.uncertainty in BY_DIGITS:
+            printed = by_digits(printed, len(intervals) > 1)
         if len(intervals) != (0 if printed.relation else len(printed.entries)):
             raise AuditError(f"{claim.id} has {len(intervals)} intervals for the printed {claim.printed!r}")
         return cls(printed, intervals)

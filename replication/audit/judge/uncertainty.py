@@ -3,6 +3,7 @@
 A claim says what its uncertainty is (`uncertainty="95 %"`). A number that agrees in its printed digits is reproduced,
 whatever is printed beside them. Any other is compared in standard deviations of a normal error, and is compatible if
 one as far off has at least the probability `SMALLEST_PROBABILITY`. A bound is a bound: inside reproduced, outside not.
+Where it says nothing of the number (`BY_DIGITS`), the digits decide, also those of the uncertainty if it was computed.
 """
 
 from __future__ import annotations
@@ -22,9 +23,13 @@ from replication.errors import AuditError
 SMALLEST_PROBABILITY = 0.01
 """A printed draw is compatible if a draw at least as extreme is at least this probable."""
 BOUND, PROBABLE = "bound", "probable"
+BY_DIGITS = {
+    "sd": "What is printed beside it is a standard deviation of the data, and no uncertainty of it.",
+    "none": "It was computed from the same data, and so has no uncertainty.",
+}
 _NORMAL = NormalDist()
 _FORM = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(sigma|σ|SD|SE|%)")
-KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND)
+KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND, *BY_DIGITS)
 """Examples of what a claim may say; any number of sigma or per cent will do."""
 
 
