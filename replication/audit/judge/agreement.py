@@ -303,12 +303,12 @@ def position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
     if number.bracket.low == number.bracket.high == number.entry.value:
         return f"{number.prefix}{number.entry.text}, as printed"
-    if number.whole and number.entry.value.denominator == 1:
+    if number.whole and number.entry.value.denominator == 1 and not ends[0] <= number.value <= ends[1]:
         return f"{number.prefix}{numerals.exact(number.value)}, not {number.entry.text}"
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
     deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
-    interval = f"[{numerals.exact(ends[0])}, {numerals.exact(ends[1])}]"
+    interval = f"[{', '.join(numerals.end(one, number.value) for one in ends)}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, the range of the printed {number.entry.text}"
         f" (deviation in units of its last place: {deviation})"

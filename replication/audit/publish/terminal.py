@@ -129,7 +129,7 @@ def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterato
 
 def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
     for name, value in msgspec.structs.asdict(part).items():
-        if name not in NOT_SHOWN and value not in (None, "", ()) and (name != "optimum" or value):
+        if name not in NOT_SHOWN and value not in (None, "", (), (0, 0)) and (name != "optimum" or value):
             yield name, value
 
 
