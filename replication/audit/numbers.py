@@ -39,6 +39,7 @@ import msgspec
 from replication.audit.data import line_of, printed_values, read_printed, read_tables
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
+from replication.audit.judge.agreement import ACCURACY
 from replication.audit.judge.printed import by_digits, decimal_fraction, parse
 from replication.audit.model import NO_READING, Evidence, Experiment, Kind, Reading, Results
 from replication.audit.parts import Paper
@@ -312,7 +313,7 @@ def _answer(
     print_ = by_digits(parse(printed), isinstance(values[0], tuple))
     aligned = [print_.align(what, value) for what, value in zip(("value", "second value"), values, strict=True)]
     for entry, first, second in zip(print_.entries, *aligned, strict=True):
-        if abs(first - second) > entry.unit / 2:
+        if abs(first - second) > float(entry.unit / 2 + ACCURACY * Fraction(abs(first))):
             raise AuditError(
                 f"{where}: {paths[0]} is {first!r} and {paths[1]} is {second!r}, more than half a printed place apart; "
                 "find out which of the two is wrong"

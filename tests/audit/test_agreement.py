@@ -89,7 +89,7 @@ def test_ends_of_the_rounding_interval_belong_to_it() -> None:
         *((printed, 30.85) for printed in ("30.8", "30.9")),
         *((printed, sum([30.5, 31.3, 30.7, 30.9, 31.1] * 2 + [30.6] * 10) / 20) for printed in ("30.7", "30.8")),
         *((printed, -0.285) for printed in ("-0.28", "-0.29")),
-        ("1.01", 1.005), ("2.68", 2.675), ("0.15", 0.145),
+        ("1.01", 1.005), ("2.68", 2.675), ("0.15", 0.145), ("0.30000000000000004", 0.1 + 0.2),
         ("0.29±0.15i", (0.285, -0.145)),
         ("≤0.3", 0.1 + 0.2), ("≥0.3", 0.3), ("<0.3", 0.1 + 0.2 - 2**-53),
     ],
@@ -98,7 +98,7 @@ def test_a_number_half_way_between_two_prints_agrees_with_both(printed: str, val
     kind = Kind.BOUND if printed[0] in "<≤≥" else Kind.VALUE
     judgement = judge(case(kind, Evidence(method="computed", value=value), printed=printed))
     assert judgement.verdict is Verdict.REPRODUCED, judgement.reason
-    assert printed[0] == "<" or not re.search("99999|00000", judgement.reason)
+    assert printed[0] == "<" or len(printed) > 15 or not re.search("99999|00000", judgement.reason)
 
 
 def test_a_decimal_number_is_not_less_than_itself() -> None:
@@ -274,7 +274,14 @@ R, C, D, U = Verdict.REPRODUCED, Verdict.COMPATIBLE, Verdict.DIFFERS, Verdict.UN
         ("1.23 ± 0.04", "95 %", 1.283, D, "z = 2.6 "),
         ("1.23 ± 0.04", "probable", 1.38, C, "z = 2.53 standard deviations, of which the printed probable is 0.674"),
         ("1.23 ± 0.04", "probable", 1.39, D, "z = 2.7 "),
-        ("1.23 ± 0.04", "", 1.26, C, "goes unsaid; it agrees with each"),
+        (
+            "1.23 ± 0.04",
+            "",
+            1.26,
+            C,
+            "goes unsaid; it agrees with each that is usual. If the text prints a standard dev",
+        ),
+        ("1.9 ± 0.7", "95 %", 1.5, C, "lies inside [0.980044, 2.81996]"),
         ("1.23 ± 0.04", "", 1.28, U, "By a probable error it would agree, by a bound not"),
         ("1.23 ± 0.04", "", 1.39, D, "goes unsaid; it differs even by"),
         ("1.23 ± 0.001", "bound", 1.234, R, "lies inside [1.225, 1.235]"),

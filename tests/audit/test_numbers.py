@@ -164,6 +164,7 @@ def test_two_methods_that_differ_in_print_are_an_error(tmp_path: Path) -> None:
     claim = stated(tmp_path, CLAIM).parts[0].claims[0]
     with pytest.raises(AuditError, match=r"model:rates:slow is 0.25 and closed:slow:0 is 0.26, more than half"):
         claim.answer({**RESULTS, "closed": {"slow": [0.26]}})
+    assert claim.answer({"model": {"rates": {"slow": 0.285}}, "closed": {"slow": [0.29]}}).value == 0.285
 
 
 COMMAND = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\n'

@@ -12,7 +12,7 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.judge import numerals
-from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, has_uncertainty, parse
+from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, parse
 from replication.audit.judge.uncertainty import BY_DIGITS, PROBABLE, reach, said, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
@@ -86,7 +86,7 @@ class Target:
         """
         tolerance = None if claim.tolerance is None else _positive(claim.tolerance)
         printed = parse(claim.printed)
-        if claim.uncertainty in BY_DIGITS and has_uncertainty(claim.printed):
+        if claim.uncertainty in BY_DIGITS and printed.entries[0].beside:
             claim, printed = msgspec.structs.replace(claim, uncertainty=""), by_digits(printed, several)
         spread = any(entry.spread for entry in printed.entries)
         if tolerance is not None and spread:
@@ -167,7 +167,9 @@ class Measured:
         ends = (self.entry.value,) if self.interval is None else self.interval.ends
 
         def near(number: Fraction) -> Fraction:
-            return next((e for e in ends if number == float(e) or abs(number - e) <= accuracy * abs(e)), number)
+            found = (end for end in ends if number == float(end) or abs(number - end) <= accuracy * abs(end))
+            printed = self.interval is not None and number == float(self.entry.value)
+            return number if printed else next(found, number)
 
         low, high = (None if end is None else near(end) for end in (self.bracket.low, self.bracket.high))
         return replace(self, value=near(self.value), bracket=Interval(low, high))

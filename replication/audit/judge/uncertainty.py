@@ -90,6 +90,7 @@ def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgemen
     else:
         verdict = Verdict.COMPATIBLE if inside else Verdict.UNDETERMINED
         words = "What its uncertainty is goes unsaid; it agrees with each that is usual."
+        words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
         if not inside:
             words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
     return msgspec.structs.replace(judgement, verdict=verdict, reason=f"{judgement.reason} {words}")
