@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
@@ -12,8 +13,9 @@ from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.judge.verdict import AGREES, rejudge
-from replication.audit.model import Kind, Policy, Verdict
+from replication.audit.model import Evidence, Kind, Policy, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
+from replication.errors import AuditError
 
 EXPECTED = {
     "a printed number moved by a unit of its last place": "no agreement",
@@ -84,7 +86,7 @@ def _alterations(
             target is not None
             and not (wide or target.printed.relation)
             and basis(record) is Basis.DIGITS
-            and not any(number.tied for number in measure(target, evidence))
+            and not _tied(target, evidence)
         ):
             if claim.meant and record.verdict in CORRECTED:
                 # What is meant was compared; the print was found wrong and would be so with another digit.
@@ -106,6 +108,12 @@ def _alterations(
         (entry,) = printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
         yield _MENDED, replace(record, claim=replace(claim, printed=f"{evidence.value:.{places}f}")), errata
+
+
+def _tied(target: Target, evidence: Evidence) -> bool:
+    with contextlib.suppress(AuditError):  # of a record that does not fit, the verdict says so
+        return any(number.tied for number in measure(target, evidence))
+    return False
 
 
 def moved(printed: Printed) -> Iterator[str]:
