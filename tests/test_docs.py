@@ -129,6 +129,8 @@ def test_the_audit_with_a_script_in_r_comes_out_as_its_page_says(tmp_path: Path)
     for words in (["coverage"], ["check"]):
         assert lab.cli(*words).returncode == 0
     assert "0 computed, 2 reused" in lab.cli("run").stdout
+    tried = lab.python("-m", "pytest", "-q", "tests")
+    assert tried.returncode == 0, tried.stdout
     script = lab.root / "fit.R"
     script.write_text(script.read_text(encoding="utf-8").replace("lm(y ~ x)", "lm(y[-1] ~ x[-1])"), encoding="utf-8")
     done = lab.cli("run")

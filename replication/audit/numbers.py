@@ -30,6 +30,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,8 @@ import msgspec
 from replication.audit.data import S, converted, line_of, printed_values, read_printed, read_tables
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
-from replication.audit.judge.printed import parse
+from replication.audit.judge.agreement import ACCURACY
+from replication.audit.judge.printed import by_digits, decimal_fraction, parse
 from replication.audit.model import NO_READING, Evidence, Experiment, Kind, Reading, Results
 from replication.audit.parts import Paper
 from replication.audit.project import about
@@ -57,6 +59,7 @@ Line = tuple[str, int]
 class Stated(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename={"source": "from"}):
     """A claim as the file states it; source is its `from`, a list where a key holds a colon.
 
+    times: what the numbers there are multiplied by for the unit of the print.
     reason, settled_by: of one without `from`, why the text does not settle it, and what would.
     """
 
@@ -68,6 +71,7 @@ class Stated(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     note: str = ""
     source: str | list[str] = ""
     check: str | list[str] = ""
+    times: str = "1"
     method: str = ""
     part: str = ""
     uncertainty: str = ""
@@ -258,8 +262,8 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
         raise AuditError(f"{where} {claim.id}: give from, where the number stands, or a reason why none settles it")
     name = claim.id.replace("{key}", entry) if "{key}" in claim.id else ".".join(filter(None, (claim.id, entry)))
     told: dict[str, Any] = {
-        # An id is in lower case, whatever points or cases are called in print.
-        "name": name.replace("_", "-").lower(),
+        # An id is in lower case and without blanks, whatever points or cases are called in print.
+        "name": re.sub(r"[_\s]+", "-", name).lower(),
         "printed": printed,
         "place": getattr(printed, "place", claim.place),
         "statement": claim.statement.replace("{key}", entry),
@@ -276,7 +280,7 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
         )
     uses = [files.source(steps[0]) for steps in ways]
     try:
-        found, meant_here = parse(printed), claim.of("meant", entry)
+        found, meant_here, _ = parse(printed), claim.of("meant", entry), decimal_fraction(claim.times)
     except AuditError as error:
         raise AuditError(f"{where} {claim.id}: {error}") from None
     part.claim(
@@ -289,30 +293,37 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
         tolerance=claim.tolerance,
         tolerance_reason=claim.tolerance_reason,
         **told,
-    )(declared(line, partial(_answer, where, str(printed), claim.method, list(zip(ways, uses, strict=True)))))
+    )(declared(line, partial(_answer, where, str(printed), claim, list(zip(ways, uses, strict=True)))))
 
 
 def _answer(
-    where: str, printed: str, method: str, ways: Sequence[tuple[Sequence[str], Sequence[str]]], results: Results
+    where: str, printed: str, claim: Stated, ways: Sequence[tuple[Sequence[str], Sequence[str]]], results: Results
 ) -> Evidence:
     for _, names in ways:
         with contextlib.suppress(KeyError):
             _ = [results[name] for name in reversed(names)]  # of one that failed this raises its error
-    values = [value_at(where, steps, names[0], results) for steps, names in ways]
+    values = [_scaled(value_at(where, steps, names[0], results), claim.times) for steps, names in ways]
     paths = [":".join(steps) for steps, _ in ways]
     loose = [steps[0] for steps, names in ways if names[0] != steps[0] and len(names) == 1]
-    told = f"{method or f'As it stands at {paths[0]}.'}{''.join(f' Nothing here makes {file}.' for file in loose)}"
+    told = claim.method or f"As it stands at {paths[0]}{f', times {claim.times}' * (claim.times != '1')}."
+    told += "".join(f" Nothing here makes {file}." for file in loose)
     if len(values) == 1:
         return Evidence(method=told, value=values[0])
-    print_ = parse(printed)
+    print_ = by_digits(parse(printed), isinstance(values[0], tuple))
     aligned = [print_.align(what, value) for what, value in zip(("value", "second value"), values, strict=True)]
     for entry, first, second in zip(print_.entries, *aligned, strict=True):
-        if abs(first - second) > entry.unit / 2:
+        if abs(first - second) > float(entry.unit / 2 + ACCURACY * Fraction(abs(first))):
             raise AuditError(
                 f"{where}: {paths[0]} is {first!r} and {paths[1]} is {second!r}, more than half a printed place apart; "
                 "find out which of the two is wrong"
             )
     return Evidence(method=told, cross_check=f"{paths[1]} gives {_told(values[1])}.", value=values[0])
+
+
+def _scaled(value: Any, times: str) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_scaled(entry, times) for entry in value)
+    return value if times == "1" else float(Fraction(value) * decimal_fraction(times))
 
 
 def _told(value: Any) -> str:

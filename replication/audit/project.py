@@ -4,6 +4,7 @@ title = "Replication of three papers on epidemics"
 subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
 authors = ["A. Author"]                # optional: of the audit, for its citation
 common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
+copy = "We read the preprint."         # optional: what was read of the papers, for the articles on them
 repository = "https://github.com/a/b"  # optional: the public address, to which the report then links code at the commit
 papers = "papers"                      # optional: the package in this folder that holds a package for each paper
 
@@ -46,6 +47,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     subject: str = ""
     authors: tuple[str, ...] = ()
     common: str = ""
+    copy: str = ""
     repository: str = ""
     papers: str = PACKAGE
     codecheck: Codecheck = Codecheck()

@@ -99,7 +99,7 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     note = unfounded(results, again)
     listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
-    count = f"{len(problems)} problems in {len(results.claims)} claims"
+    count = f"{len(problems)} problem{'s' * (len(problems) != 1)} in {len(results.claims)} claims"
     lines = (*problems, *([f"note: {note}"] if note else []), count, *wrong)
     said = lines, DIFFERENT if problems or wrong else FINE
     last.keep(said, loading, again.traced, again.untraced)

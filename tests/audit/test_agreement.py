@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 from cases import case, judge, value_case
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from replication.audit.inspect.controls import moved
+from replication.audit.judge.agreement import ACCURACY
 from replication.audit.judge.printed import parse
 from replication.audit.model import Evidence, Kind, Verdict
 
@@ -65,7 +66,9 @@ def test_any_printed_number_flips(digits: int, places: int, offset: float, units
 
 @given(st.integers(-(10**6), 10**6), FINITE)
 def test_verdict_is_the_exact_comparison(digits: int, value: float) -> None:
-    inside = abs(Fraction(value) - Fraction(digits, 100)) <= Fraction(1, 200)
+    off = abs(Fraction(value) - Fraction(digits, 100)) - Fraction(1, 200)
+    inside = off <= ACCURACY * abs(Fraction(value))
+    assume(off <= 0 or off > 2 * ACCURACY * abs(Fraction(value)))
     judgement = judge(value_case(decimal_text(digits, 2), value))
     assert (judgement.verdict is Verdict.REPRODUCED) == inside
     assert (judgement.verdict is Verdict.DIFFERS) == (not inside)
@@ -75,11 +78,36 @@ def test_ends_of_the_rounding_interval_belong_to_it() -> None:
     assert judge(value_case("0.5", 0.75, tolerance="0.25", tolerance_reason="a test")).verdict is Verdict.REPRODUCED
     assert judge(value_case("3", 2.5)).verdict is Verdict.REPRODUCED
     assert judge(value_case("3", 3.5)).verdict is Verdict.REPRODUCED
-    assert judge(value_case("3", math.nextafter(3.5, 4))).verdict is Verdict.DIFFERS
-    assert judge(value_case("3", math.nextafter(2.5, 2))).verdict is Verdict.DIFFERS
+    assert judge(value_case("3", 3.5 * (1 + 2**-49))).verdict is Verdict.DIFFERS
+    assert judge(value_case("3", 2.5 * (1 - 2**-49))).verdict is Verdict.DIFFERS
 
 
-@pytest.mark.parametrize("value", [math.nextafter(3.5, 4), 3.500000001])
+@pytest.mark.parametrize(
+    ("printed", "value"),
+    [
+        *(("0.29", value) for value in (0.285, 0.295, math.nextafter(0.285, 0))),
+        *((printed, 30.85) for printed in ("30.8", "30.9")),
+        *((printed, sum([30.5, 31.3, 30.7, 30.9, 31.1] * 2 + [30.6] * 10) / 20) for printed in ("30.7", "30.8")),
+        *((printed, -0.285) for printed in ("-0.28", "-0.29")),
+        ("1.01", 1.005), ("2.68", 2.675), ("0.15", 0.145), ("0.30000000000000004", 0.1 + 0.2),
+        ("0.29±0.15i", (0.285, -0.145)),
+        ("≤0.3", 0.1 + 0.2), ("≥0.3", 0.3), ("<0.3", 0.1 + 0.2 - 2**-53),
+    ],
+)  # fmt: skip
+def test_a_number_half_way_between_two_prints_agrees_with_both(printed: str, value: Any) -> None:
+    kind = Kind.BOUND if printed[0] in "<≤≥" else Kind.VALUE
+    judgement = judge(case(kind, Evidence(method="computed", value=value), printed=printed))
+    assert judgement.verdict is Verdict.REPRODUCED, judgement.reason
+    assert printed[0] == "<" or len(printed) > 15 or not re.search("99999|00000", judgement.reason)
+
+
+def test_a_decimal_number_is_not_less_than_itself() -> None:
+    for printed in ("<0.3", ">0.1"):  # of which the floats are a little less, and more
+        evidence = Evidence(method="computed", value=float(printed[1:]))
+        assert judge(case(Kind.BOUND, evidence, printed=printed)).verdict is Verdict.DIFFERS
+
+
+@pytest.mark.parametrize("value", [3.5 * (1 + 2**-49), 3.500000001])
 def test_reason_has_digits_enough_to_tell_the_number_from_the_end(value: float) -> None:
     reason = judge(value_case("3", value)).reason
     assert "Computed 3.500000" in reason and "[2.5, 3.5]" in reason and "place: 0.5)" not in reason
@@ -246,7 +274,14 @@ R, C, D, U = Verdict.REPRODUCED, Verdict.COMPATIBLE, Verdict.DIFFERS, Verdict.UN
         ("1.23 ± 0.04", "95 %", 1.283, D, "z = 2.6 "),
         ("1.23 ± 0.04", "probable", 1.38, C, "z = 2.53 standard deviations, of which the printed probable is 0.674"),
         ("1.23 ± 0.04", "probable", 1.39, D, "z = 2.7 "),
-        ("1.23 ± 0.04", "", 1.26, C, "goes unsaid; it agrees with each"),
+        (
+            "1.23 ± 0.04",
+            "",
+            1.26,
+            C,
+            "goes unsaid; it agrees with each that is usual. If the text prints a standard dev",
+        ),
+        ("1.9 ± 0.7", "95 %", 1.5, C, "lies inside [0.980044, 2.81996]"),
         ("1.23 ± 0.04", "", 1.28, U, "By a probable error it would agree, by a bound not"),
         ("1.23 ± 0.04", "", 1.39, D, "goes unsaid; it differs even by"),
         ("1.23 ± 0.001", "bound", 1.234, R, "lies inside [1.225, 1.235]"),
@@ -255,10 +290,22 @@ R, C, D, U = Verdict.REPRODUCED, Verdict.COMPATIBLE, Verdict.DIFFERS, Verdict.UN
         ("0.75^{+0.10}_{-0.20}", "1 sigma", 1.05, D, "z = 3 "),
         ("0.75 [0.70, 0.80]", "95 %", 0.79, C, "z = 1.57 "),
         ("0.75 (95 % CI 0.70 to 0.80)", "", 0.79, C, "the printed 95 % is 1.96"),
+        ("33.0 ± 5.1", "sd", 33.04, R, "beside it is a standard deviation of the data"),
+        ("33.0 ± 5.1", "sd", 30.85, D, "outside [32.95, 33.05]"),
+        ("33.0 ± 5.1", "sd", (33.04, 5.12), R, "All 2 entries agree"),
+        ("33.0 ± 5.1", "sd", (33.04, 5.2), D, "1 of 2 entries disagree: entry 2: computed 5.2 "),
+        ("(3.30 ± 0.51) × 10^1", "sd", (33.04, 5.12), R, "All 2 entries agree"),
+        ("1.23(4)", "sd", (1.234, 0.046), D, "entry 2: computed 0.046 lies outside [0.035, 0.045]"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "none", 0.666, D, "outside [0.845, 0.855]"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "none", 0.851, R, "computed from the same data"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "none", (0.851, 0.272, 1.071), R, "All 3 entries agree"),
+        ("0.85 (95 % CI 0.3 to 1.07)", "none", (0.851, 0.34, 1.076), D, "1 of 3 entries disagree: entry 3"),
+        ("0.85 (95 % CI 0.27 to 1.07)", "95 %", (0.851, 0.272, 1.071), Verdict.ERROR, "does not have the layout"),
+        ("33.0 ± 5.1", "none", (33.0, 5.1, 5.1), Verdict.ERROR, "does not have the layout"),
     ],
 )
 def test_a_printed_uncertainty_is_weighed_by_what_it_is(
-    printed: str, uncertainty: str, value: float, verdict: Verdict, words: str
+    printed: str, uncertainty: str, value: Any, verdict: Verdict, words: str
 ) -> None:
     judgement = judge(value_case(printed, value, uncertainty=uncertainty))
     assert (judgement.verdict, words in judgement.reason) == (verdict, True), judgement.reason
@@ -273,6 +320,7 @@ def test_a_printed_uncertainty_is_weighed_by_what_it_is(
         ("1.23(4)", "0 sigma", "uncertainty is '0 sigma'"),
         ("1.23(4)", "100 %", "uncertainty is '100 %'"),
         ("1.23(4)", "-5 %", "uncertainty is '-5 %'"),
+        ("1.23", "sd", "the print '1.23' states no uncertainty; leave out 'sd'"),
         ("1.23", "1 sigma", "the print '1.23' states no uncertainty; leave out '1 sigma'"),
     ],
 )
@@ -284,3 +332,5 @@ def test_an_uncertainty_that_cannot_be_is_an_error(printed: str, uncertainty: st
 def test_a_print_has_its_uncertainty_or_the_claim_a_tolerance() -> None:
     both = judge(value_case("1.23(4)", 1.23, tolerance="0.1", tolerance_reason="why"))
     assert both.verdict is Verdict.ERROR and "leave the tolerance out" in both.reason
+    data = value_case("33.0 ± 5.1", 30.85, uncertainty="sd", tolerance="3", tolerance_reason="why")
+    assert judge(data).verdict is Verdict.REPRODUCED

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from cases import altered
 from sample import HOSTILE, KEY, hostile_results, results
 
 from replication.audit.model import Verdict
@@ -76,3 +77,19 @@ def test_a_paper_without_corrections_says_so(made: tuple[ResultsFile, Path], tmp
     known = msgspec.structs.replace(made[0], errata=(), claims=(), papers=papers)
     folder = build_articles(known, tmp_path / "figures", tmp_path / "none")
     assert "The text needs no correction." in (folder / f"{KEY}-corrections.html").read_text(encoding="utf-8")
+
+
+def test_an_article_says_what_is_so_of_its_project(made: tuple[ResultsFile, Path], tmp_path: Path) -> None:
+    project = msgspec.structs.replace(made[0].project, copy="We read the preprint.")
+    papers = tuple(msgspec.structs.replace(paper, brief=None) for paper in made[0].papers)
+    known = msgspec.structs.replace(made[0], errata=(), certificates=(), papers=papers, project=project)
+    known = msgspec.structs.replace(
+        known, claims=tuple(altered(one, certificates=(), erratum=None) for one in known.claims)
+    )
+    folder = build_articles(known, tmp_path / "figures", tmp_path / "plain")
+    page, sheet = ((folder / f"{KEY}{end}.html").read_text(encoding="utf-8") for end in ("", "-corrections"))
+    assert "verify.py" not in page
+    assert "verify.py" in (made[1] / f"{KEY}.html").read_text(encoding="utf-8")
+    assert f"replication list {KEY}<" in page and f"replication show {KEY}<" not in page
+    assert "We read the preprint." in page and "We read the preprint." in sheet and "machine conversion" not in page
+    assert "no correction that would make" in sheet and "with these corrections" not in sheet

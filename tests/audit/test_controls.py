@@ -74,6 +74,25 @@ def test_of_a_misprinted_result_what_is_meant_is_moved(results: ResultsFile) -> 
     assert (control.tried, control.caught, control.missed) == (2, 2, ())
 
 
+@pytest.mark.parametrize(
+    ("printed", "value", "more", "tried"),
+    [
+        ("30.8", 30.85, {}, 0),
+        ("30.9", 30.85, {}, 0),
+        ("30.8", 30.84, {}, 2),
+        ("33.0 ± 5.1", (33.0, 5.1), {"uncertainty": "sd"}, 4),
+        ("33.0 ± 5.1", 33.0, {"uncertainty": "none"}, 2),
+    ],
+)
+def test_what_agrees_with_two_prints_or_with_two_numbers(
+    results: ResultsFile, printed: str, value: Any, more: dict[str, Any], tried: int
+) -> None:
+    made = claim("mean", Kind.VALUE, Verdict.REPRODUCED, printed, Evidence(method="mean", value=value), **more)
+    found = {one.altered: one for one in controls(replace(results, claims=(made,), certificates=()))}
+    assert all(one.caught == one.tried for one in found.values())
+    assert sum("moved by a unit" in name and one.tried for name, one in found.items()) == tried
+
+
 def test_a_judge_that_always_agrees_is_found_out(results: ResultsFile, monkeypatch: pytest.MonkeyPatch) -> None:
     blind = Judgement(verdict=Verdict.REPRODUCED, reason="always")
     monkeypatch.setattr(module, "rejudge", lambda record, errata, target, readings: blind)

@@ -52,6 +52,9 @@ Patient 1   0.7  1.9
 mean        .75  2.33
 
 2. Results
+Table 1 gives 6.6 of them, and Table 2,
+Table 3, too: 3.84(5) × 10^4 and (3.84 ± 0.06) × 10^4.
+
 The odds are 666 to 1; P = .8873, from -0.5 to 1.2e-3.
 
 References
@@ -81,8 +84,9 @@ def read(text: str, *, tex: bool) -> tuple[dict[str, object], list[tuple[str, st
         }),
         (PLAIN, False, {
             "1898": "excused:bibliography", "4.5 %": "data:sec-1-line-4", ".75": "data:table-1-line-8",
-            "666": "open: line 11", ".8873": "data:sec-2-line-11", "-0.5": "data:sec-2-line-11-2",
-            "1.2e-3": "data:sec-2-line-11-3", "12": "excused:bibliography", "2.33": "data:table-1-line-8-2",
+            "6.6": "data:sec-2-line-11", "3.84(5) × 10^4": "data:sec-2-line-12", "(3.84 ± 0.06) × 10^4": "data:sec-2-line-12-2",
+            "666": "open: line 14", ".8873": "data:sec-2-line-14", "-0.5": "data:sec-2-line-14-2",
+            "1.2e-3": "data:sec-2-line-14-3", "12": "excused:bibliography", "2.33": "data:table-1-line-8-2",
         }),
     ],
 )  # fmt: skip

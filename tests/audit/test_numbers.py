@@ -87,6 +87,26 @@ def test_the_kind_follows_from_the_print(tmp_path: Path, printed: str, kind: Kin
     assert stated(tmp_path, SIZE.replace("PRINT", printed)).parts[0].claims[0].kind is kind
 
 
+def test_a_number_in_another_unit_is_multiplied_and_a_name_may_have_blanks(tmp_path: Path) -> None:
+    text = CLAIM.replace('slow = "0.25"', '"Too Slow" = "250"') + 'times = "1e3"'
+    results = {"model": {"rates": {"Too Slow": 0.285}}, "closed": {"Too Slow": [0.2851]}}
+    claim = stated(tmp_path, text.replace('"1.50"', '"1500"')).parts[0].claims[0]
+    assert (claim.id, claim.answer(results).value) == ("rate.too-slow", 285)
+    assert "closed:Too Slow:0 gives 285.1" in claim.answer(results).cross_check
+    told = answered(tmp_path, 'out/t.csv:a:low"\ntimes = "0.1').method
+    assert told.startswith("As it stands at out/t.csv:a:low, times 0.1. Nothing here makes")
+
+
+@pytest.mark.parametrize("uncertainty", ["sd", "none"])
+def test_a_number_and_what_is_printed_beside_it_are_checked_together(tmp_path: Path, uncertainty: str) -> None:
+    text = CLAIM.replace('printed = { slow = "0.25", fast = "1.50" }', 'printed = "1.0 ± 0.3"').replace("{key}", "all")
+    claim = stated(tmp_path, f'{text}uncertainty = "{uncertainty}"').parts[0].claims[0]
+    results = {"model": {"rates": {"all": [1.0, 0.3]}}, "closed": {"all": [[1.01, 0.31]]}}
+    assert claim.answer(results).value == (1.0, 0.3) and claim.uncertainty == uncertainty
+    with pytest.raises(AuditError, match="more than half a printed place apart"):
+        claim.answer({**results, "closed": {"all": [[1.01, 0.36]]}})
+
+
 @pytest.mark.parametrize(
     ("way", "value"),
     [
@@ -144,6 +164,7 @@ def test_two_methods_that_differ_in_print_are_an_error(tmp_path: Path) -> None:
     claim = stated(tmp_path, CLAIM).parts[0].claims[0]
     with pytest.raises(AuditError, match=r"model:rates:slow is 0.25 and closed:slow:0 is 0.26, more than half"):
         claim.answer({**RESULTS, "closed": {"slow": [0.26]}})
+    assert claim.answer({"model": {"rates": {"slow": 0.285}}, "closed": {"slow": [0.29]}}).value == 0.285
 
 
 COMMAND = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\n'
@@ -161,6 +182,7 @@ COMMAND = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\n'
         (CLAIM.replace('{ slow = "0.25", fast = "1.50" }', "3"), "a claim is on a printed number, and 3 is none"),
         (CLAIM.replace("closed:{key}:0", "model:rates:{key}"), "check is 'model:rates:slow', the result itself"),
         (CLAIM.replace('from = "model:rates:{key}"', ""), "rate: give from, where the number stands, or a reason"),
+        (CLAIM + 'times = "1/2"', r"\[\[claim\]\] rate: printed value '1/2': .* is not a number"),
         (CLAIM + 'reason = "Elsewhere."', "rate: give from, where the number stands, or a reason"),
         (CLAIM.replace("[[claim]]", "[claim]"), r"'claim' is no list of tables .*; write \[\[claim\]\]"),
         (CLAIM.replace("[[claim]]", "[[clam]]"), "'clam' is no list of tables that it may have; did you mean claim"),

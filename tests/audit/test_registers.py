@@ -131,7 +131,8 @@ def test_its_files_are_those_of_its_paper_and_are_there(results: ResultsFile, tm
         ({"report": ""}, "CC-CFG-011"),
         ({"certificate": ""}, "CC-CFG-025"),
         ({"orcids": {}}, "CC-CFG-020"),
-        ({"doi": "", "venue": "", "year": None}, "CC-CFG-021"),
+        ({"doi": "", "venue": "", "year": 1908}, "CC-CFG-021"),
+        ({"doi": "", "venue": "Biometrika"}, "CC-CFG-027"),
         ({"title": "TITLE"}, "CC-CFG-023"),
     ],
 )

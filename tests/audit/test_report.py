@@ -30,6 +30,7 @@ from replication.audit.judge.printed import parse
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.model import Evidence, How, Kind, OverInputs, Policy, Verdict
 from replication.audit.parts import Table
+from replication.audit.people import Reply
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import anchor, targets, views
 from replication.audit.report.page import build_report, render
@@ -576,6 +577,16 @@ def test_what_does_not_fit_is_still_shown(tmp_path: Path) -> None:
     page = render(replace(made, claims=(first, odd, *made.claims[2:])), tmp_path)
     assert "(1, 2)" in page
     assert "about two" in page
+
+
+def test_powers_in_what_a_person_wrote_are_set_and_no_numbers_of_ours(tmp_path: Path) -> None:
+    made = results(tmp_path)
+    text = "3.84(5) × 10^7 of 10^{-6} m^2, 2^12"
+    first = altered(made.claims[0], statement=f"There are {text}.", unit="10^3 cells/ml", remark=text)
+    reply = Reply(claim=first.id, text=f"We meant {text}.", by="A. Doe", date="2025-01-01")
+    papers = tuple(replace(paper, summary=f"Of {text}.", replies=(reply,)) for paper in made.papers)
+    page = render(replace(made, claims=(first, *made.claims[1:]), papers=papers), tmp_path)
+    assert re.search("10<sup>7</sup> of 10<sup>[-−]6</sup> m<sup>2</sup>, 2<sup>12</sup>", page)
 
 
 def test_intervals_that_are_none_are_not_shown(made: ResultsFile) -> None:

@@ -190,7 +190,7 @@ def test_without_the_results_that_it_was_made_of_this_is_said(ran: Inside, tmp_p
 
 
 SOURCE: dict[str, Any] = {
-    "places": ["Table 1, column (2,3)", "2024-02-29T12:00:00Z", "version 1.17.1"],
+    "places": ["Table 1, column (2,3)", "2024-02-29T12:00:00Z", "version 1.17.1", "3.84(9) × 10^{-4} of 2^12"],
     "numbers": (0.63204, -1.7771, 3.7e-10, 73, 12345.6),
 }
 
@@ -234,6 +234,8 @@ def shows(text: str) -> bool:
         "<p>N₁, H2 and x_17 are names</p>",
         "<code>9f8e 123456</code><pre>4711</pre><svg><text>4711</text></svg><script>4711</script><style>4711</style>",
         "<p>a&nbsp;&lt;&nbsp;0.632</p>",
+        "<p>3.84(9) × 10<sup>−4</sup> of 2<sup>12</sup></p>",
+        "<p>3.84(9) × 10^-4 of 2¹²</p>",
         """<meta http-equiv="Content-Security-Policy" content="script-src 'sha256-4711/4711='">""",
     ],
 )
@@ -252,6 +254,10 @@ def test_numbers_of_the_results_may_stand_on_the_page(text: str) -> None:
         "<p>about 4711 of them</p>",
         "<p>3.8×10⁻¹⁰</p>",
         "<p>below 10⁻⁹</p>",
+        "<p>10<sup>−5</sup></p>",
+        "<p>10<sup>6</sup></p>",
+        "<p>3<sup>12</sup></p>",
+        "<p>212</p>",
         "<p>1.79s</p>",
         "<p>Table 5</p>",
         '<p><span class="agreed">1.77</span><span class="off">8</span></p>',

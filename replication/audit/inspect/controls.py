@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
@@ -9,11 +10,12 @@ from decimal import Decimal
 from msgspec.structs import replace
 
 from replication.audit.inspect.headline import Basis, basis
-from replication.audit.judge.agreement import Target
+from replication.audit.judge.agreement import Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import AGREES, CORRECTED, Kind, Policy, Verdict
+from replication.audit.model import AGREES, CORRECTED, Evidence, Kind, Policy, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
+from replication.errors import AuditError
 
 EXPECTED = {
     "a printed number moved by a unit of its last place": "no agreement",
@@ -44,7 +46,7 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
     tried: dict[str, list[ClaimRecord | None]] = {altered: [] for altered in EXPECTED}
     for claim in results.claims:
         target, readings = targets.get(claim.id), results.readings.get(claim.paper, ())
-        for altered, record, known in _alterations(claim, errata, target.printed if target else None):
+        for altered, record, known in _alterations(claim, errata, target):
             # A print that was left alone is not read again.
             judged = rejudge(record, known, target if record.claim is claim.claim else None, readings=readings)
             agrees = judged.verdict in AGREES and Policy.SOLVER not in judged.policies
@@ -63,23 +65,29 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
 
 
 def _alterations(
-    record: ClaimRecord, errata: Errata, printed: Printed | None
+    record: ClaimRecord, errata: Errata, target: Target | None
 ) -> Iterator[tuple[str, ClaimRecord, Errata]]:
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
+    printed = target.printed if target else None
     if record.verdict in AGREES:
         # Agreement under one reading of several, over rounded inputs, within a printed uncertainty, or within what a
-        # solver leaves open is wider than the rounding of the print.
+        # solver leaves open is wider than the rounding of the print, and half-way between two prints agrees with both.
         spread = printed is not None and any(entry.spread for entry in printed.entries)
         wide = evidence.outcomes or evidence.over_inputs or spread or Policy.SOLVER in record.judgement.policies
-        if not wide and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+        if (
+            target is not None
+            and not (wide or target.printed.relation)
+            and basis(record) is Basis.DIGITS
+            and not _tied(target, evidence)
+        ):
             if claim.meant and record.verdict in CORRECTED:
                 # What is meant was compared; the print was found wrong and would be so with another digit.
                 for text in moved(Target.of(replace(claim, printed=claim.meant)).printed):
                     yield _MOVED, replace(record, claim=replace(claim, meant=text)), errata
             else:
-                for text in moved(printed):
-                    yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
+                for text in moved(target.printed):
+                    yield _MOVED, replace(record, claim=replace(claim, printed=text, uncertainty="")), errata
         if evidence.holds is not None and evidence.margin is not None:
             against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)
             denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1, outcomes=against)
@@ -93,6 +101,12 @@ def _alterations(
         (entry,) = printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
         yield _MENDED, replace(record, claim=replace(claim, printed=f"{evidence.value:.{places}f}")), errata
+
+
+def _tied(target: Target, evidence: Evidence) -> bool:
+    with contextlib.suppress(AuditError):  # of a record that does not fit, the verdict says so
+        return any(number.tied for number in measure(target, evidence))
+    return False
 
 
 def moved(printed: Printed) -> Iterator[str]:

@@ -26,7 +26,7 @@ from replication.files import read_text, write_atomically
 FILES = ("printed.draft.toml", "coverage.draft.toml")
 _NUMBER = r"(?:[0-9]+(?:,[0-9]{3})*(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+)"
 _SIGNED = rf"(?:(?<![\w)\]}}])[-−+])?{_NUMBER}"
-_POWER = r"(?:[eE][+-]?[0-9]{1,2}|\s*(?:×|\\times|\\cdot)\s*10\s*\^\s*\{?\s*[-−+]?[0-9]{1,2}\s*\}?)"
+_POWER = r"(?:[eE][+-]?[0-9]{1,2}|\s*(?:×|\\times|\\cdot)\s*10\s*\^\s*\{?\s*[-−+]?[0-9]{1,2}(?:\s*\})?)"
 _TAIL = (
     rf"(?:\([0-9]{{1,3}}\)|\s*(?:±|\\pm|\+/-)\s*{_NUMBER}"
     rf"|\s*\^\s*\{{\s*\+{_NUMBER}\s*\}}\s*_\s*\{{\s*[-−]{_NUMBER}\s*\}}"
@@ -35,7 +35,11 @@ _TAIL = (
 )
 _PRINTS = tuple(
     re.compile(rf"(?<![0-9.]){form}(?![0-9]|\.[0-9])")
-    for form in (rf"(?:[<>≤≥]\s*)?{_SIGNED}{_POWER}?{_TAIL}?(?:\s*\\?%)?(?:\*{{1,3}})?", _SIGNED)
+    for form in (
+        rf"\({_SIGNED}{_TAIL}\){_POWER}",
+        rf"(?:[<>≤≥]\s*)?{_SIGNED}{_POWER}?{_TAIL}?{_POWER}?(?:\s*\\?%)?(?:\*{{1,3}})?",
+        _SIGNED,
+    )
 )
 """A number with all that may belong to it; the number alone, where the whole cannot be read."""
 _FACT = re.compile(r"[.,%±<>≤≥]|\\pm|[eE][-+]|\^")
@@ -54,7 +58,8 @@ _BEFORE = (
 _CITED = re.compile(r"(?<![0-9.])\[[0-9]+(?:\s*[,–-]\s*[0-9]+)*\]|\((?:19|20)[0-9]{2}[a-z]?\)")
 """[12], [3, 5-7] and (1998); a pair of whole numbers in brackets may be an interval, which a reader will see."""
 _HEADING = re.compile(r"\s*(?:([0-9]+(?:\.[0-9]+)*)\.?|([IVX]+)\.)\s+[A-Z][^.]{2,70}$")
-_CAPTION = re.compile(r"\s*(Table|TABLE|Fig(?:ure)?\.?|FIG(?:URE)?\.?)\s+([0-9]+)\b")
+_CAPTION = re.compile(r"\s*(Table|TABLE|Fig(?:ure)?\.?|FIG(?:URE)?\.?)\s+([0-9]+)\b(?!,|\s+[a-z])")
+"""With its number and its title; what goes on in small letters is a sentence on the table."""
 _BIBLIOGRAPHY = re.compile(
     r"\s*(?:references|bibliography|literature cited)\s*$|\\begin\{thebibliography\}|\\bibitem", re.I
 )

@@ -16,6 +16,7 @@ from replication.audit.inspect.coverage import faults
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import flat, has_uncertainty
 from replication.audit.judge.typed import numbers_in
+from replication.audit.judge.uncertainty import BY_DIGITS
 from replication.audit.model import DISAGREES, NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.publish.rebuild import plain_templates
@@ -41,7 +42,8 @@ def basis(claim: ClaimRecord) -> Basis:
 
 def has_spread(claim: ClaimRecord) -> bool:
     """Whether it is judged by digits, and the text prints their uncertainty."""
-    return basis(claim) is Basis.DIGITS and has_uncertainty(claim.claim.printed)
+    stated = claim.claim
+    return basis(claim) is Basis.DIGITS and stated.uncertainty not in BY_DIGITS and has_uncertainty(stated.printed)
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:

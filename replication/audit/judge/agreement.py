@@ -9,12 +9,20 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
 
+import msgspec
+
 from replication.audit.judge import numerals
 from replication.audit.judge.forms import level_of
-from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.judge.uncertainty import PROBABLE, reach, weighed
+from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, parse
+from replication.audit.judge.uncertainty import BY_DIGITS, PROBABLE, reach, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
+
+ACCURACY = Fraction(1, 2**50)
+"""Relative accuracy of a float that a few dozen additions made; so near to an end of an interval it is that end.
+
+A number half-way between two prints agrees with both: rules for such ties differ, and so do programs in the last bit.
+"""
 
 
 class Position(Enum):
@@ -71,13 +79,16 @@ class Target:
     intervals: tuple[Interval, ...]
 
     @classmethod
-    def of(cls, claim: StatedClaim) -> Target:
+    def of(cls, claim: StatedClaim, several: bool = False) -> Target:
         """Each printed number ± half a unit of its last place, what its uncertainty allows, or the claim's tolerance.
 
+        several: whether more than one number was computed, so that a print by digits is that of its uncertainty too.
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
         tolerance = None if claim.tolerance is None else _positive(claim.tolerance)
         printed = parse(claim.printed)
+        if claim.uncertainty in BY_DIGITS and printed.entries[0].beside:
+            claim, printed = msgspec.structs.replace(claim, uncertainty=""), by_digits(printed, several)
         spread = any(entry.spread for entry in printed.entries)
         if tolerance is not None and spread:
             raise AuditError(f"the print {claim.printed!r} states its own uncertainty; leave the tolerance out")
@@ -95,6 +106,8 @@ class Target:
         Raises AuditError if the print cannot be read, or the intervals are not those of its numbers.
         """
         printed, intervals = parse(claim.printed), stored_intervals(claim, judgement)
+        if claim.uncertainty in BY_DIGITS:
+            printed = by_digits(printed, len(intervals) > 1)
         if len(intervals) != (0 if printed.relation else len(printed.entries)):
             raise AuditError(f"{claim.id} has {len(intervals)} intervals for the printed {claim.printed!r}")
         return cls(printed, intervals)
@@ -144,6 +157,23 @@ class Measured:
     def whole(self) -> bool:
         """Whether it is a known whole number."""
         return self.bracket.low == self.bracket.high and self.value.denominator == 1
+
+    @property
+    def tied(self) -> bool:
+        """Whether it stands at an end of what its print stands for, half-way to another print."""
+        return self.interval is not None and self.value in self.interval.ends
+
+    def settled(self, accuracy: Fraction) -> Measured:
+        """The same with ends of the interval, or the limit of a relation, for floats that are no others."""
+        ends = (self.entry.value,) if self.interval is None else self.interval.ends
+
+        def near(number: Fraction) -> Fraction:
+            found = (end for end in ends if number == float(end) or abs(number - end) <= accuracy * abs(end))
+            printed = self.interval is not None and number == float(self.entry.value)
+            return number if printed else next(found, number)
+
+        low, high = (None if end is None else near(end) for end in (self.bracket.low, self.bracket.high))
+        return replace(self, value=near(self.value), bracket=Interval(low, high))
 
     def describe(self, *ends: Fraction | None) -> str:
         """The number or its bracket in digits, enough of them to tell it from `ends`."""
@@ -251,7 +281,8 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
             raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
         if entry.absolute:
             number = replace(number, value=abs(value), bracket=bracket.size())
-        measured.append(number)
+        # What is printed as less than 0.3 is so to the last bit, and 0.3 itself is not.
+        measured.append(number.settled(Fraction(0) if printed.relation in ("<", ">") else ACCURACY))
     return tuple(measured)
 
 
@@ -275,12 +306,12 @@ def position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
     if number.bracket.low == number.bracket.high == number.entry.value:
         return f"{number.prefix}{number.entry.text}, as printed"
-    if number.whole and number.entry.value.denominator == 1:
+    if number.whole and number.entry.value.denominator == 1 and not ends[0] <= number.value <= ends[1]:
         return f"{number.prefix}{numerals.exact(number.value)}, not {number.entry.text}"
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
     deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
-    interval = f"[{numerals.exact(ends[0])}, {numerals.exact(ends[1])}]"
+    interval = f"[{', '.join(numerals.end(one, number.value) for one in ends)}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, the range of the printed {number.entry.text}"
         f" (deviation in units of its last place: {deviation})"

@@ -35,7 +35,7 @@ _PLAINER = tuple(
         (r"^\s*[^\W\d][\w^{}\\]*\s*(?:\([^()]*\))?\s*(?:=\s*|(?=[<>≤≥]))", ""),
         # Marks behind a number: stars of significance, signs and letters of notes.
         (r"(?<=[0-9)\]}%])\s*(?:\^\s*\{?\s*(?:\*+|\\(?:ast|dagger)\b|[†‡a-d])\s*\}?|\*{1,4}|[†‡§¶]+)\s*$", ""),
-        (r"\s*(?:%|per ?cent)(?=\s*(?:±|\+/-|\[|\())", ""),
+        (r"(?:\s*(?:%|per ?cent)|(?<=[0-9])\*{1,4}(?=\s))(?=\s*(?:±|\+/-|\[|\())", ""),
     )
 )
 _LAST = re.compile(r"([+-]?[0-9]+(?:\.[0-9]*)?|[+-]?\.[0-9]+)\(([0-9]{1,3})\)((?:[eE][+-]?[0-9]{1,2})?)")
@@ -53,10 +53,18 @@ _APART = tuple(
 _LEVEL = r"(?:([0-9.]+)\s*%\s*)?(?:(?:CI|CrI|HDI|confidence interval)\b)?\s*[:,]?\s*"
 _LIMITS = re.compile(rf"({REAL})\s*[\[(]\s*{_LEVEL}({REAL})\s*(?:,|;|–|—|-|\bto\b)\s*({REAL})\s*[\])]")
 
-_COMMA, _THOUSANDS = re.compile(r"(?<=[0-9]),(?=[0-9])"), re.compile(r"[1-9][0-9]{0,2},[0-9]{3}(?![0-9])")
+_COMMA, _THOUSANDS = (
+    re.compile(r"(?<=[0-9]),(?=[0-9])"),
+    re.compile(r"(?<![0-9,])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9,])"),
+)
 
+_UNCERTAIN = (
+    "an uncertainty: write 1.23(4), 1.23 ± 0.04 or 1.23 (95 % CI 1.15 to 1.31), nothing more, and as uncertainty what "
+    'it is, such as "1 sigma" or "sd"'
+)
 _TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
 ADVICE = (
+    (r"[\t\b\f\r]", r"LaTeX in double quotes, where \t is a tab: write it in single quotes, '$1.2\times10^3$'"),
     (r"^[^0-9]+$", "no number: make a statement of it, a claim of kind order"),
     (r"[,;]\s*[^\W\d]\w*\s*[=<>≤≥]", "several prints: make a claim of each"),
     (r"[0-9]:[0-9]", "a time or a ratio: write it as one number, 12.5 for 12:30, and the unit as unit"),
@@ -64,7 +72,8 @@ ADVICE = (
         r"[0-9.]+,[0-9]+",
         "a decimal comma, or thousands? write 1.33 for 1,33; thousands have three digits after a comma",
     ),
-    (r"\([0-9]+\)|±|\+/-", f"an uncertainty: {_TOLERANCE}"),
+    (r"\([0-9]+\)|±|\+/-|\b(?:CI|CrI|HDI|S\.?D|S\.?E|SEM)\b|confidence", _UNCERTAIN),
+    (r";", "a list: write commas between its entries, (0.27, 1.07)"),
     (r"[%‰]|per ?cent", "a percentage: write the number alone, compute it in per cent, and give the unit as unit"),
     (r"[0-9](\.\.|…|–|—|-)|\bto\b", "an interval: make a claim of each end, with the relations ≥ and ≤"),
     (r"\b10(\^|[⁻⁰-⁹¹²³])", "a power of ten without digits: write 1e-3 for 10^-3 if its one digit is meant"),
@@ -83,26 +92,33 @@ def simplified(text: str) -> str:
     return plain.strip()
 
 
-def with_spread(body: str) -> tuple[str, Decimal, Decimal] | None:
-    """The number of a simplified print, and how far its uncertainty reaches down and up; None where there is none."""
+def with_spread(body: str) -> tuple[str, Decimal, Decimal, tuple[str, ...]] | None:
+    """The number of a simplified print, and how far its uncertainty reaches down and up; None where there is none.
+
+    Last the numbers that are printed for the uncertainty: one, two sides, or two limits.
+    """
     scaled = _TIMES.fullmatch(body)
     if scaled is not None and (inner := with_spread(scaled[1])) is not None:
         times = Decimal(f"1{scaled[2]}")
-        return f"{inner[0]}{scaled[2]}", inner[1] * times, inner[2] * times
+        texts = tuple(f"{number}{scaled[2]}" for number in (inner[0], *inner[3]))
+        return texts[0], inner[1] * times, inner[2] * times, texts[1:]
     if (last := _LAST.fullmatch(body)) is not None:
         number = last[1] + last[3]
         both = int(last[2]) * Decimal(1).scaleb(int(Decimal(number).as_tuple().exponent))
-        return number, both, both
+        return number, both, both, (str(both),)
     if (beside := _SPREAD.fullmatch(body) or _ERROR.fullmatch(body)) is not None:
-        return beside[1], Decimal(beside[2]), Decimal(beside[2])
+        return beside[1], Decimal(beside[2]), Decimal(beside[2]), (beside[2],)
     for form in _APART:
         if (apart := form.fullmatch(body)) is not None:
-            return apart[1], Decimal(apart["below"]), Decimal(apart["above"])
+            sides = apart["below"], apart["above"]
+            return apart[1], Decimal(sides[0]), Decimal(sides[1]), sides
     if (limits := _LIMITS.fullmatch(body)) is not None:
-        return limits[1], Decimal(limits[1]) - Decimal(limits[3]), Decimal(limits[4]) - Decimal(limits[1])
-    if "." not in body and _COMMA.search(body) and not _THOUSANDS.search(body):
-        return with_spread(_COMMA.sub(".", body))
-    return None
+        below, above = Decimal(limits[1]) - Decimal(limits[3]), Decimal(limits[4]) - Decimal(limits[1])
+        return limits[1], below, above, (limits[3], limits[4])
+    plain = _THOUSANDS.sub(lambda found: found[0].replace(",", ""), body)
+    if plain == body and "." not in body:
+        plain = _COMMA.sub(".", body)
+    return None if plain == body or _COMMA.search(plain) else with_spread(plain)
 
 
 def level_of(text: str) -> str:

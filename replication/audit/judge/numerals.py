@@ -125,6 +125,11 @@ def exact(number: Fraction) -> str:
     return decimal(_rounded(number, MOST_DIGITS))
 
 
+def end(number: Fraction, *others: Fraction) -> str:
+    """An end of an interval in all its digits if these end, else in enough to tell it from `others`."""
+    return digits(number, *others) if 10**MOST_DIGITS % number.denominator else exact(number)
+
+
 def decimal(number: Decimal) -> str:
     """`number` in all its digits, with a power of ten only where it is very large or small."""
     plain = number.normalize()

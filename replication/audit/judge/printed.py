@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeVar
@@ -51,7 +51,7 @@ class Entry:
     """One printed real number: its text, exact value and unit of the last place.
 
     absolute: it is the imaginary part of a conjugate pair, so only its size is compared.
-    spread: the uncertainty that is printed with it, below and above.
+    spread: the uncertainty that is printed with it, below and above. beside: the numbers that are printed for it.
     """
 
     text: str
@@ -59,6 +59,7 @@ class Entry:
     unit: Fraction
     absolute: bool = False
     spread: tuple[Fraction, Fraction] | None = None
+    beside: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -186,6 +187,13 @@ def number(printed: Any) -> Any:
     return found.arranged([float(entry.value) for entry in found.entries])
 
 
+def by_digits(printed: Printed, several: bool) -> Printed:
+    """A number that is printed with its uncertainty without that, or as the list of both, if there are `several`."""
+    entry = printed.entries[0]
+    plain = f"({', '.join((entry.text, *entry.beside))})" if several and entry.beside else entry.text
+    return replace(parse(plain), text=printed.text) if entry.beside else printed
+
+
 def has_uncertainty(text: str) -> bool:
     """Whether an uncertainty is printed with the number."""
     return not _REAL.fullmatch(text) and with_spread(_POWER.sub(_exponent, simplified(text))) is not None
@@ -241,10 +249,15 @@ def _with_spread(text: str, body: str) -> Entry | None:
     if found is None:
         return None
     entry, *ends = _entry(text, found[0]), Fraction(found[1]), Fraction(found[2])
+    if _POWER.search(simplified(text)) and not re.search("[eE]", entry.text):
+        raise AuditError(
+            f"printed value {text!r}: the power of ten may be that of both numbers or of the last one; write it behind "
+            "both in parentheses, (3.84 ± 0.05) × 10^4, or behind each"
+        )
     if min(ends) <= 0:
         what = "limits that do not hold it; look again" if min(ends) < 0 else "an uncertainty of zero; leave it out"
         raise AuditError(f"printed value {text!r} states {what}")
-    return Entry(entry.text, entry.value, entry.unit, spread=(ends[0], ends[1]))
+    return Entry(entry.text, entry.value, entry.unit, spread=(ends[0], ends[1]), beside=found[3])
 
 
 def _without_commas(body: str) -> str:

@@ -3,6 +3,7 @@
 A claim says what its uncertainty is (`uncertainty="95 %"`). A number that agrees in its printed digits is reproduced,
 whatever is printed beside them. Any other is compared in standard deviations of a normal error, and is compatible if
 one as far off has at least the probability `SMALLEST_PROBABILITY`. A bound is a bound: inside reproduced, outside not.
+Where it says nothing of the number (`BY_DIGITS`), the digits decide, also those of the uncertainty if it was computed.
 """
 
 from __future__ import annotations
@@ -21,9 +22,13 @@ from replication.errors import AuditError
 SMALLEST_PROBABILITY = 0.01
 """A printed draw is compatible if a draw at least as extreme is at least this probable."""
 BOUND, PROBABLE = "bound", "probable"
+BY_DIGITS = {
+    "sd": "What is printed beside it is a standard deviation of the data, and no uncertainty of it.",
+    "none": "It was computed from the same data, and so has no uncertainty.",
+}
 _NORMAL = NormalDist()
 _FORM = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(sigma|σ|SD|SE|%)")
-KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND)
+KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND, *BY_DIGITS)
 """Examples of what a claim may say; any number of sigma or per cent will do."""
 
 
@@ -79,6 +84,7 @@ def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgemen
     else:
         verdict = Verdict.COMPATIBLE if inside else Verdict.UNDETERMINED
         words = "What its uncertainty is goes unsaid; it agrees with each that is usual."
+        words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
         if not inside:
             words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
     return msgspec.structs.replace(judgement, verdict=verdict, reason=f"{judgement.reason} {words}")

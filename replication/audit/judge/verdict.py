@@ -21,6 +21,7 @@ from replication.audit.judge.policies import (
     with_own,
 )
 from replication.audit.judge.proofs import Standing, with_proofs
+from replication.audit.judge.uncertainty import BY_DIGITS
 from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
     AGREES,
@@ -91,7 +92,7 @@ def judge(
     those of the paper.
     """
     known = {reading.name: reading for reading in readings}
-    case = Case(claim, evidence, erratum, known, target or _target(claim))
+    case = Case(claim, evidence, erratum, known, target or _target(claim, evidence))
     try:
         judgement = with_own(claim, case.rested, _judge(case))
     except AuditError as error:
@@ -101,10 +102,11 @@ def judge(
     return judgement
 
 
-def _target(claim: StatedClaim) -> Target | AuditError | None:
+def _target(claim: StatedClaim, evidence: Evidence) -> Target | AuditError | None:
     """What the claim prints; nothing, or something that is no number, is an error only where numbers are compared."""
     try:
-        return Target.of(claim) if claim.printed else None
+        values = (evidence.value, *(outcome.value for outcome in evidence.outcomes))
+        return Target.of(claim, any(isinstance(value, tuple) for value in values)) if claim.printed else None
     except AuditError as error:
         return error
 
@@ -176,7 +178,7 @@ def _is_slip(proof: ErratumRecord | None) -> bool:
 def _corrected(case: Case) -> Case:
     """The case with what must be meant in the place of a misprinted result."""
     claim = msgspec.structs.replace(case.claim, printed=case.claim.meant)
-    return replace(case, claim=claim, target=_target(claim))
+    return replace(case, claim=claim, target=_target(claim, case.evidence))
 
 
 def _compares_numbers(claim: StatedClaim) -> bool:
@@ -272,6 +274,8 @@ def _compare(case: Case) -> Judgement:
         judgement = judge_uncertain(case.target, case.evidence, claim.uncertainty)
     else:
         judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
+    if claim.uncertainty in BY_DIGITS:
+        judgement = msgspec.structs.replace(judgement, reason=f"{judgement.reason} {BY_DIGITS[claim.uncertainty]}")
     if claim.tolerance is not None:
         reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
         judgement = msgspec.structs.replace(judgement, reason=reason)

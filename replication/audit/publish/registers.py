@@ -44,7 +44,7 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
     """What has to be rebuilt for this paper, and what came out; files are relative to the root of the project."""
     check = results.project.codecheck
     claims = [claim for claim in results.claims if claim.paper == paper.key]
-    published = " ".join(text for text in (paper.venue, str(paper.year or "")) if text)
+    published = " ".join(text for text in (paper.venue, str(paper.year or "")) if text) if paper.venue else ""
     figures = [record for record in results.figures if record.paper == paper.key and not record.error]
     given = {"results": results, "software": software, "check": check, "claims": claims, "published": published}
     return filled("codecheck", paper=paper, figures=figures, **given)
@@ -67,6 +67,8 @@ def unmet(content: Json) -> Iterator[str]:
             )
     if "reference" not in content["paper"]:
         yield "CC-CFG-021: no reference to the article; write doi, or venue and year, in paper.toml"
+    elif not content["paper"]["reference"].startswith("https://"):
+        yield "CC-CFG-027: the reference is no address, which the register asks for where there is one; write doi"
     for words in (content["paper"]["title"], *(person["name"] for person in content["paper"]["authors"])):
         if PLACEHOLDER.search(words):
             yield f"CC-CFG-023: {words!r} is of the template; write what it stands for in paper.toml"

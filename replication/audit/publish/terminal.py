@@ -117,5 +117,5 @@ def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: I
         },
         "replies": [msgspec.to_builtins(reply) for reply in replies],
     }
-    told = {name: value for name, value in told.items() if name == "holds" or (value is not False and value != {})}
+    told = {name: value for name, value in told.items() if name == "holds" or value not in (False, {}, [0, 0])}
     return msgspec.yaml.encode(without_empty(told), order=None).decode()

@@ -35,7 +35,7 @@ MEANING = {
     Consequence.THEOREM: ("Theorems and guarantees", "what the paper proves or promises"),
     Consequence.HEADLINE: ("Headline results", "what its text leads with"),
     Consequence.TABLE: ("Table and figure entries", "single printed values"),
-    Consequence.DIGIT: ("Other printed numbers", "sizes, gains, parameters"),
+    Consequence.DIGIT: ("Other printed numbers", "counts, sizes, parameters"),
     Consequence.REMARK: ("Steps and remarks", "formulas, asides, citations"),
 }
 

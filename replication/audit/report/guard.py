@@ -36,10 +36,12 @@ OF_A_BOUND = numerals.SHOWN
 """A number with so many digits may be a bound, which is rounded outwards, by up to a unit of its last place."""
 
 _POWERS = str.maketrans("⁻−⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
+_RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_CARET = re.compile(r"(?<=[0-9])\^\{?\+?([-−]?[0-9]+)\}?")
 _NUMBER = re.compile(
     r"(?<![\w.])([0-9]++(?:\.[0-9]++)?+|\.[0-9]++)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|e([-+−]?[0-9]+))?(?![⁻⁰¹²³⁴⁵⁶⁷⁸⁹])"
 )
-_POWER = re.compile(r"(?<![\w.×])10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
+_POWER = re.compile(r"(?<![\w.×])([0-9]++)([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
 _RATIONAL = re.compile(r"-?[0-9]+/[0-9]+")
 """A text that is one exact number, such as the end of an interval, is none in whose words a number may stand."""
 _AROUND = 60
@@ -70,7 +72,12 @@ def _read(html: str) -> list[str]:
     reader = _Reader()
     reader.feed(html)
     reader.close()
-    return reader.texts
+    return list(map(_raised, reader.texts))
+
+
+def _raised(text: str) -> str:
+    """A text in which a power of a number is part of it, as set: 10⁴ for 10^4."""
+    return _CARET.sub(lambda found: found[1].translate(_RAISED), text)
 
 
 def numbers_of(source: Any) -> set[float | Fraction]:
@@ -95,7 +102,7 @@ def _texts(source: Any) -> Iterator[str]:
         for part in () if isinstance(source, Brief) else _parts(source):
             yield from _texts(part)
     elif not _RATIONAL.fullmatch(source):
-        yield source
+        yield _raised(source)
 
 
 def _parts(source: Any) -> Iterable[Any]:
@@ -117,7 +124,9 @@ def _numbers(text: str) -> Iterator[re.Match[str]]:
 
 def _is_one_of(match: re.Match[str], known: list[Fraction]) -> bool:
     """Whether one of `known` (sorted, without signs) is written so to the digits shown."""
-    mantissa, power = (match[1], match[2] or match[3]) if match.re is _NUMBER else ("1", match[1])
+    mantissa, power = (match[1], match[2] or match[3]) if match.re is _NUMBER else ("1", match[2])
+    if match.re is _POWER and match[1] != "10":
+        return False
     shown = Decimal(mantissa).scaleb(int(power.translate(_POWERS)) if power else 0)
     exponent = shown.as_tuple().exponent
     assert isinstance(exponent, int)  # the pattern matches finite numbers only
@@ -137,7 +146,7 @@ class _Reader(HTMLParser):
         super().__init__(convert_charrefs=True)
         self.texts: list[str] = []
         self._closed_by: list[str] = []
-        self._joins = False
+        self._joins = self._raises = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         # What a browser may load is told to it, not to a reader.
@@ -145,7 +154,7 @@ class _Reader(HTMLParser):
             self.texts.extend(value for name, value in attrs if name in READ_ATTRIBUTES and value)
         if tag in NOT_READ:
             self._closed_by.append(tag)
-        self._joins = self._joins and tag in WITHIN
+        self._joins, self._raises = self._joins and tag in WITHIN, tag == "sup"
 
     def handle_endtag(self, tag: str) -> None:
         if self._closed_by and tag == self._closed_by[-1]:
@@ -156,7 +165,7 @@ class _Reader(HTMLParser):
         if self._closed_by:
             return
         if self._joins:
-            self.texts[-1] += data
+            self.texts[-1] += f"^{data}" if self._raises and self.texts[-1][-1:].isdigit() else data
         else:
             self.texts.append(data)
-        self._joins = True
+        self._joins, self._raises = True, False

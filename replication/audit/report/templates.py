@@ -30,7 +30,7 @@ _GREEK = {
 }  # fmt: skip
 _LETTER = rf"(?:{'|'.join(_GREEK)}|[^\W\d_])[\u0300-\u036f]*"
 _INDEX = rf"\{{[^{{}}]*\}}|(?:{'|'.join(_GREEK)}|[A-Za-z]{{1,4}}\d*(?:,[A-Z]−\d)?)(?![A-Za-z_])|\d+[ijkn]*|[α-ω]"
-_POWER = r"\{[^{}]*\}|\((?:[^()]|\([^()]*\))*\)|-?\w"
+_POWER = r"\{[^{}]*\}|\((?:[^()]|\([^()]*\))*\)|[-−]?(?:\d+|\w)"
 _SET = re.compile(
     rf"`(?P<code>[^`]+)`|(?<![A-Za-z_])(?P<of>(?:d|[A-Z]{{1,2}})?{_LETTER})_(?P<index>{_INDEX})|(?<=[\w)|}}\]])\^(?P<power>{_POWER})|"
     r"(?<!\w)(?P<name>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)+)(?!\w)"

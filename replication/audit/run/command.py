@@ -226,12 +226,19 @@ def _json(text: str | bytes, where: str) -> Any:
 
 def _csv(text: str, where: str) -> dict[str, list[float | str]]:
     """The columns by name; what reads as a finite number is one."""
-    head, *rows = [row for row in csv.reader(io.StringIO(text), skipinitialspace=True) if row] or [[]]
+    reader = csv.reader(io.StringIO(text), skipinitialspace=True)
+    (_, head), *rows = [(reader.line_num, row) for row in reader if row] or [(1, [""])]
     if len(head) == 1 and (mark := next((mark for mark in ";\t" if mark in head[0]), "")):
         raise AuditError(f"{where} is parted by {mark!r}; write a table with commas between its cells")
-    if not rows or len(set(head)) != len(head) or any(len(row) != len(head) for row in rows):
-        raise AuditError(f"{where} is no table with a line of names, each once, and as many cells in every line")
-    return {name: [_number(row[i]) for row in rows] for i, name in enumerate(head)}
+    again = next((name for name in head if head.count(name) > 1), None)
+    uneven = next(((line, len(row)) for line, row in rows if len(row) != len(head)), None)
+    if again is not None or uneven or not rows:
+        wrong = f"line {uneven[0]} has {uneven[1]} of {len(head)} cells" if uneven else "no line is below its names"
+        wrong = wrong if again is None else f"two columns are called {again!r}"
+        raise AuditError(
+            f"{where} is no table: {wrong}; write a line of names, each once, and as many cells in every line"
+        )
+    return {name: [_number(row[i]) for _, row in rows] for i, name in enumerate(head)}
 
 
 def _number(cell: str) -> float | str:
