@@ -117,6 +117,6 @@ def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: I
         },
         "replies": [msgspec.to_builtins(reply) for reply in replies],
     }
-    left_out = ({}, [0, 0])
+    left_out: tuple[object, ...] = ({}, [0, 0])
     told = {name: v for name, v in told.items() if name == "holds" or (v is not False and v not in left_out)}
     return msgspec.yaml.encode(without_empty(told), order=None).decode()
