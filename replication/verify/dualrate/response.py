@@ -15,7 +15,7 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
-from replication.verify.algebra.linear import above, below, identity, largest, solved, zeros
+from replication.verify.algebra.linear import above, below, identity, largest, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
@@ -44,21 +44,13 @@ class Feedforward(StrEnum):
     PRINTED = "printed"
     CORRECTED = "corrected"
 
-    @property
-    def words(self) -> str:
-        """The command with it, in a sentence on the manuscript."""
-        return {Feedforward.PRINTED: "as printed", Feedforward.CORRECTED: "with ȳ_d that inverts the motor"}[self]
-
-    @property
-    def formula(self) -> str:
-        """b ȳ_d."""
-        return {
-            Feedforward.PRINTED: "y_d'' + a₂ y_d' + a₃ y_d",
-            Feedforward.CORRECTED: "y_d''' + a₃ y_d'' + a₂ y_d'",
-        }[self]
-
 
 PRINTED = Feedforward.PRINTED
+COMMANDS = {
+    PRINTED: {"command": "as printed", "input": "y_d'' + a₂ y_d' + a₃ y_d"},
+    Feedforward.CORRECTED: {"command": "with ȳ_d that inverts the motor", "input": "y_d''' + a₃ y_d'' + a₂ y_d'"},
+}
+"""The command in a sentence on the manuscript, and b ȳ_d."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,24 +107,24 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
+def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: acb_mat) -> Passage:
+    """Amplitudes over a slow period with the command, from those of (x, ζ)."""
+    n, amplitude, rows = loop.order, command_amplitude(loop, s, form), start.tolist()
+    return pass_period(loop, observer, acb_mat(rows[:n]), acb_mat(rows[n:]), lambda k: amplitude * turn(s, k * loop.T))
+
+
 def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> acb_mat:
     """X: amplitude of (x, ζ) at the slow instants, shape (2n, 1); refused if e^{sMT} may be an eigenvalue of Φ."""
-    n, amplitude = loop.order, command_amplitude(loop, s, form)
-    nothing = acb_mat(zeros(n, 1))
-    end = pass_period(loop, observer, nothing, nothing, lambda k: amplitude * turn(s, k * loop.T))
+    end = driven(loop, observer, s, form, acb_mat(2 * loop.order, 1))
     added = acb_mat(end.state.tolist() + end.estimate.tolist())
-    shifted = acb_mat(identity(2 * n)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
+    shifted = acb_mat(identity(2 * loop.order)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
     X: acb_mat = solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
     return X
 
 
 def steady_passage(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> Passage:
     """Amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
-    n, amplitude = loop.order, command_amplitude(loop, s, form)
-    start = steady_start(loop, observer, s, form).tolist()
-    return pass_period(
-        loop, observer, acb_mat(start[:n]), acb_mat(start[n:]), lambda k: amplitude * turn(s, k * loop.T)
-    )
+    return driven(loop, observer, s, form, steady_start(loop, observer, s, form))
 
 
 def steady_motion(
@@ -322,15 +314,8 @@ def tracking_errors(
         f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
         for frequency, error in zip(frequencies, errors, strict=True)
     )
-    return Found(
-        words={
-            "command": feedforward.words,
-            "hold": held_over(observer),
-            "input": feedforward.formula,
-            "where": INSTANTS[instants],
-            "sizes": ", ".join(sizes),
-        }
-    )
+    where = {"hold": held_over(observer), "where": INSTANTS[instants]}
+    return Found(words={**COMMANDS[feedforward], **where, "sizes": ", ".join(sizes)})
 
 
 @on_loop(

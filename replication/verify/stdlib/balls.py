@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cache
 from math import frexp, isqrt, log
 from operator import add, mul
-from typing import Any
+from typing import Any, Self
 
 from replication.verify.theorem import Refused
 
@@ -34,23 +34,23 @@ class Ring:
 
     __slots__ = ()
 
-    def __radd__(self: Any, other: Any) -> Any:
-        return self + other
+    def __radd__(self, other: Any) -> Self:
+        return self + other  # type: ignore[no-any-return]
 
-    def __rmul__(self: Any, other: Any) -> Any:
-        return self * other
+    def __rmul__(self, other: Any) -> Self:
+        return self * other  # type: ignore[no-any-return]
 
-    def __sub__(self: Any, other: Any) -> Any:
-        return self + -other
+    def __sub__(self, other: Any) -> Self:
+        return self + -other  # type: ignore[no-any-return]
 
-    def __rsub__(self: Any, other: Any) -> Any:
-        return -self + other
+    def __rsub__(self, other: Any) -> Self:
+        return -self + other  # type: ignore[operator, no-any-return]
 
-    def __pow__(self: Any, power: int) -> Any:
-        made = self * 0 + 1
+    def __pow__(self, power: int) -> Self:
+        made: Any = self * 0 + 1  # type: ignore[operator]
         for _ in range(power):
             made = made * self
-        return made
+        return made  # type: ignore[no-any-return]
 
     __hash__ = None  # type: ignore[assignment]
 
