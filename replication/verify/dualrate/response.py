@@ -132,7 +132,7 @@ def steady_motion(
 ) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
+    decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
     rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
@@ -354,6 +354,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
+    decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
     passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
     return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

@@ -5,14 +5,14 @@ A time is a pair (a, b) of rationals and stands for a + b pi seconds, since one 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import beside, block, characteristic_polynomial, generator, hold
+from replication.verify.algebra.linear import beside, block, generator, hold
 from replication.verify.kernel import Hurwitz, Within, decide
 from replication.verify.reading import (
     Reader,
@@ -26,7 +26,7 @@ from replication.verify.reading import (
     sized,
     states,
 )
-from replication.verify.statement import statement
+from replication.verify.statement import Table, statement
 from replication.verify.theorem import Refused, require
 
 PRECISION = 128
@@ -185,14 +185,14 @@ def ends_between(plant: Plant, first: str, last: str) -> Ends:
 
 WEIGHT = sized(one_of, ("samples", "duration"))
 """The reader of how the samples are weighted: all alike, or by their periods."""
-SCOPE: Mapping[str, Reader] = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
+SCOPE: Table = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
 
 
 def read_case(value: Any, path: str, plant: Plant, **more: Reader) -> Case:
     """Range, weight and what is asked for beside: the filter stands with the plant if it is printed, else here."""
     filter_ = {} if plant.filter else {"filter": sized(read_filter, plant)}
     given = {"level": fmpq(0), "filter": plant.filter, **record(value, path, {**SCOPE, **more, **filter_})}
-    return Case(ends=ends_between(plant, given.pop("from"), given.pop("to")), **given)
+    return Case(ends=ends_between(plant, given.pop("from_"), given.pop("to")), **given)
 
 
 def seconds(time: Time) -> arb:
@@ -231,4 +231,4 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
     A-bar(h) is block triangular; a product of the Phi(h_k) is e^{A t} with t the sum of the h_k >= h_l > 0, and decays.
     """
     decide(Hurwitz(plant.A, "the plant"))
-    decide(Within(characteristic_polynomial(filter_.A), "the poles of the filter"))
+    decide(Within(filter_.A, "the poles of the filter"))
