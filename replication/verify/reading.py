@@ -9,10 +9,7 @@ import json
 import re
 import stat
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
-from keyword import iskeyword
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from replication.verify.algebra.work import limit_denominator
@@ -96,30 +93,10 @@ def known_fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     return tuple(value[name] for name in names)
 
 
-@dataclass(frozen=True)
-class Depends:
-    """A reader, or a table of readers, made from what was read before it, which are the attributes of its argument."""
-
-    make: Callable[[Any], Any]
-
-
-Table = Mapping[str, Reader | Depends]
-
-
-def made(reader: Any, known: SimpleNamespace) -> Any:
-    """A reader, or a table of readers, in view of what was read before."""
-    return reader.make(known) if isinstance(reader, Depends) else reader
-
-
-def record(value: Any, path: str, table: Table, known: SimpleNamespace | None = None) -> dict[str, Any]:
-    """The values of exactly the fields of a table, each read by its reader; that of a keyword of Python ends in an
-    underscore. known: what was read before, to which they are added.
-    """
-    known = SimpleNamespace() if known is None else known
-    for name, part in zip(table, fields(value, path, *table), strict=True):
-        read = made(table[name], known)(part, f"{path}.{name}")
-        setattr(known, f"{name}_" if iskeyword(name) else name, read)
-    return vars(known)
+def record(value: Any, path: str, readers: Mapping[str, Reader]) -> dict[str, Any]:
+    """The values of exactly the fields of a table, each read by its reader."""
+    found = zip(readers.items(), fields(value, path, *readers), strict=True)
+    return {name: reader(part, f"{path}.{name}") for (name, reader), part in found}
 
 
 def sized(reader: Callable[..., T], *sizes: Any) -> Callable[[Any, str], T]:

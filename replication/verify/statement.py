@@ -22,6 +22,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from keyword import iskeyword
 from string import Formatter
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -31,11 +32,18 @@ from flint import arb, ctx, fmpq
 from replication.verify.algebra.linear import above, below
 from replication.verify.algebra.work import budget
 from replication.verify.predicate import Says, as_data
-from replication.verify.reading import Depends as Depends
-from replication.verify.reading import Reader, made, positive, record
-from replication.verify.reading import Table as Table
+from replication.verify.reading import Reader, fields, positive
 from replication.verify.theorem import Found, Theorem, require
 
+
+@dataclass(frozen=True)
+class Depends:
+    """A reader, or a table of readers, made from what was read before it, which are the attributes of its argument."""
+
+    make: Callable[[Any], Any]
+
+
+Table = Mapping[str, Reader | Depends]
 Group = Table | Reader | Depends | None
 LOWER: Mapping[str, Reader] = {"lower": positive}
 UPPER: Mapping[str, Reader] = {"upper": positive}
@@ -89,15 +97,21 @@ class Statement:
         return WORDINGS.sub(lambda words: words[2 if own else 1], self.sentence)
 
     def read(self, certificate: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all declared fields, by name, as `record` gives them."""
+        """The values of all declared fields, by name; that of a keyword of Python ends in an underscore."""
         given = SimpleNamespace()
         for name, group in self.groups.items():
-            group = made(group, given)
+            group = _made(group, given)
             if isinstance(group, Mapping):
-                record(certificate[name], name, group, given)
+                for key, value in zip(group, fields(certificate[name], name, *group), strict=True):
+                    read = _made(group[key], given)(value, f"{name}.{key}")
+                    setattr(given, f"{key}_" if iskeyword(key) else key, read)
             elif group is not None:
                 setattr(given, name, group(certificate[name], name))
         return vars(given)
+
+
+def _made(reader: Any, given: SimpleNamespace) -> Any:
+    return reader.make(given) if isinstance(reader, Depends) else reader
 
 
 def statement(

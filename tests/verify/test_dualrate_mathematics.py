@@ -391,7 +391,7 @@ def test_identities_that_are_checked() -> None:
         "the rate of y in (12)",
         "the rate of K ζ in (14)",
         "1 − φ = (1 − E)(1 − c)",
-        *["the first row of Case 2", "the second row of Case 2"],
+        *["the first row of (9) = (10)", "the second row of (9) = (10)"],
         "(16) = (17)",
     ]
 

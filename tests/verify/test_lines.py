@@ -9,7 +9,7 @@ from unittest.mock import patch
 import pytest
 
 from benchmarks import sceptic
-from replication.verify import run
+from replication.verify import run, subjects
 from replication.verify.algebra import linear, work
 
 ROOT = Path(__file__).parents[2]
@@ -56,9 +56,9 @@ def test_what_can_only_refuse_is_not_counted_and_changes_no_sentence() -> None:
     said = run.verify(path).line()
     with (
         patch.object(work, "spend"),
-        patch.object(run, "require_form"),
-        patch.object(run, "require_file"),
-        patch.object(run, "wanted_at", return_value=None),
+        patch.object(subjects, "require_form"),
+        patch.object(subjects, "require_file"),
+        patch.object(subjects, "wanted_at", return_value=None),
         patch("replication.verify.statement.as_data", return_value=()),
     ):
         assert run.verify(path).line() == said

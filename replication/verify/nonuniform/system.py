@@ -14,19 +14,8 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import beside, block, generator, hold
 from replication.verify.kernel import Hurwitz, Within, decide
-from replication.verify.reading import (
-    Reader,
-    fields,
-    known_fields,
-    matrix,
-    one_of,
-    rational,
-    record,
-    sequence,
-    sized,
-    states,
-)
-from replication.verify.statement import Table, statement
+from replication.verify.reading import fields, known_fields, matrix, one_of, rational, record, sequence, sized, states
+from replication.verify.statement import statement
 from replication.verify.theorem import Refused, require
 
 PRECISION = 128
@@ -185,14 +174,14 @@ def ends_between(plant: Plant, first: str, last: str) -> Ends:
 
 WEIGHT = sized(one_of, ("samples", "duration"))
 """The reader of how the samples are weighted: all alike, or by their periods."""
-SCOPE: Table = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
+SCOPE = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
 
 
-def read_case(value: Any, path: str, plant: Plant, **more: Reader) -> Case:
+def read_case(value: Any, path: str, plant: Plant, **more: Any) -> Case:
     """Range, weight and what is asked for beside: the filter stands with the plant if it is printed, else here."""
     filter_ = {} if plant.filter else {"filter": sized(read_filter, plant)}
     given = {"level": fmpq(0), "filter": plant.filter, **record(value, path, {**SCOPE, **more, **filter_})}
-    return Case(ends=ends_between(plant, given.pop("from_"), given.pop("to")), **given)
+    return Case(ends=ends_between(plant, given.pop("from"), given.pop("to")), **given)
 
 
 def seconds(time: Time) -> arb:
