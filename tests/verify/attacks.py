@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from bombs import BOMBS
+from tampered import refused
 
 from replication.verify.run import STATEMENTS
 from replication.verify.statement import WORDINGS
@@ -269,38 +270,14 @@ def _same_number(upper: str, others: Mapping[str, Certificate]) -> bool:
     return lower is not None and all(others[upper]["parameters"].get(k) == v for k, v in lower["parameters"].items())
 
 
-FALSE: list[tuple[str, dict[str, Any]]] = [
-    ("mustafa/printed-filter-level", {"level": "1/100"}),
-    ("mustafa/range-2-lower", {"level": "3"}),
-    ("mustafa/range-1-no-filter", {"level": "1/7"}),
-    ("mustafa/range-1-no-filter", {"period": "middle"}),
-    ("mustafa/same-level-1", {"cells": 1000}),
-    ("okajima2023/gains-33", {"periods": [3, 2]}),
-    ("okajima2023/gains-33", {"relative": "1/100000000"}),
-    ("okajima2023/optimum-1-1", {"sensors": [1, 0]}),
-    ("okajima2023/section-4c-poles", {"diagonal": ["1", "1", "1"]}),
-    ("peet2019/ex1-near-optimal", {"factor": "1"}),
-    ("peet2019/ex1-near-optimal", {"degree": 2}),
-    ("peet2019/ex1-pade-upper", {"order": 1}),
-    ("peet2019/ex4-not-unstable", {"eigenvalues": ["2"]}),
-    ("shao/errors-apo", {"observer": "model_interpolation"}),
-    ("shao/counterexample", {"longest": "1"}),
-    ("shao/estimate-bound", {"weights": {"KÂ": "7/5", "KBK": "2", "KLC": "1"}}),
-    ("shao/output-bounds", {"weights": {"CA": "1", "CBK": "7/5"}}),
-    ("shao/prediction-bound", {"longest": "1"}),
-    ("shao/stable-apo", {"observer": "single_rate"}),
-    ("shao/radius-motor-apo", {"observer": "fast_sensor"}),
-    ("shao/radius-motor-src", {"observer": "fast_sensor"}),
-]
+FALSE = refused("false")
 """Theorems made false by other parameters."""
 
 
 def false_wish(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
     """A false theorem that the list of a paper wants, too."""
-    name, parameters = FALSE[rng.integers(len(FALSE))]
-    altered = copy.deepcopy(others[name])
-    altered["parameters"] |= parameters
-    return encoded(altered)
+    row = FALSE[rng.integers(len(FALSE))]
+    return encoded(row.applied(copy.deepcopy(others[row.name])))
 
 
 def work_bomb(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:

@@ -95,15 +95,19 @@ class Altered:
     def __str__(self) -> str:
         return f"{self.name}: {', '.join(change['path'] for change in self.changes)}"
 
-    def check(self, certificate: Certificate | None = None) -> None:
-        """That it is; of the committed certificate by this name, as `own`, unless another one is given."""
-        given = own(self.name) if certificate is None else certificate
+    def applied(self, certificate: Certificate) -> Certificate:
+        """A certificate with these changes."""
         for change in self.changes:
-            inner, key = at(given, *way(change["path"]))
+            inner, key = at(certificate, *way(change["path"]))
             if "gone" in change:
                 del inner[key]
             else:
                 inner[key] = changed(inner.get(key) if isinstance(inner, dict) else inner[key], change)
+        return certificate
+
+    def check(self, certificate: Certificate | None = None) -> None:
+        """That it is refused; the committed certificate by this name, as `own`, unless another one is given."""
+        given = self.applied(own(self.name) if certificate is None else certificate)
         assert self.reason in refusal(given, check_stated)
 
 
