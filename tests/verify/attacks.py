@@ -202,35 +202,14 @@ def own_for_claims(rng: np.random.Generator, certificate: Certificate, others: M
     return encoded({**own(certificate), "claims": claims[: 1 + rng.integers(len(claims))]})
 
 
-READINGS: Mapping[str, Sequence[Any]] = {
-    "observer": ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
-    "than": ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
-    "weight": ("samples", "duration"),
-    "from": ("h_l", "middle", "h_u"),
-    "to": ("h_l", "middle", "h_u"),
-    "period": ("h_l", "middle", "h_u"),
-    "degree": (1, 2, 3, 4),
-    "order": (1, 2, 9, 10, 11),
-    "eigenvalues": (["0"], ["1/2"], ["0", "1"], ["2"]),
-    "part": ("theorem-4", "lemma-5"),
-    "matrix": ("feedback", "observer"),
-    "quantity": ("output", "feedback"),
-    "orders": ([2, 1, 0], [3, 2, 1], [3, 1, 2]),
-    "offsets": ([0, 0], [0, 1], [1, 0], [0, 2]),
-    "sensors": ([0], [1], [1, 0], [0, 1]),
-    "frequency": ("1/2", "1", "3/2", "2"),
-}
-"""Values of the parameters that say which reading of a text a theorem is about."""
-
-
 def other_reading(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
-    """A theorem of a paper under another reading than the wanted one."""
-    read = [other for other in others.values() if READINGS.keys() & other["parameters"].keys()]
-    altered = copy.deepcopy(read[rng.integers(len(read))])
-    names = sorted(READINGS.keys() & altered["parameters"].keys())
-    name = names[rng.integers(len(names))]
-    choices = [value for value in READINGS[name] if value != altered["parameters"][name]]
-    altered["parameters"][name] = choices[rng.integers(len(choices))]
+    """A theorem of a paper under another reading than the wanted one: with a parameter of another theorem."""
+    known = [(other, name) for other in others.values() for name in other["parameters"]]
+    given, name = known[rng.integers(len(known))]
+    values = [other["parameters"][name] for other, key in known if key == name]
+    choices = [value for value in values if value != given["parameters"][name]] or ["another"]
+    altered = copy.deepcopy(given)
+    altered["parameters"][name] = copy.deepcopy(choices[rng.integers(len(choices))])
     return encoded(altered)
 
 

@@ -59,15 +59,6 @@ def test_a_bound_moved_by_a_hundred_thousandth_is_refused(name: str) -> None:
             check(own(name, **{f"bound__{side}": str(moved)}))
 
 
-@pytest.mark.parametrize("name", WANTED)
-def test_a_certificate_of_another_subject_is_refused(name: str) -> None:
-    for field in ("claims", "plant", "parameters", "statement"):
-        certificate = committed(name)
-        certificate[field] = {"claims": ["shao.other"], "plant": {"name": "x"}, "parameters": {"x": 1}}.get(field, "x")
-        with pytest.raises(Refused, match=f"{field} is not that of the wanted theorem"):
-            check(certificate)
-
-
 @pytest.mark.parametrize("row", refused("dualrate"), ids=str)
 def test_an_altered_certificate_is_refused(row: Altered) -> None:
     row.check()
@@ -119,10 +110,7 @@ def test_growth_that_the_error_does_not_show_is_no_proof() -> None:
 
 @pytest.mark.parametrize(
     ("name", "module", "step"),
-    [
-        ("output-bounds", identities, "require_rates"),
-        ("lyapunov", lyapunov, "require_solution"),
-    ],
+    [("output-bounds", identities, "require_rates"), ("lyapunov", lyapunov, "require_solution")],
 )
 def test_a_theorem_needs_its_step(name: str, module: ModuleType, step: str) -> None:
     def refuse(*arguments: Any) -> None:

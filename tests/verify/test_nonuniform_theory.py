@@ -205,29 +205,6 @@ def test_modal_coordinates_have_the_same_eigenvalues() -> None:
     assert grid.modal(slow) == slow
 
 
-WITHOUT_WITNESS = (
-    "lemma-2", "lemma-3-1", "map-1", "congruence", "recovery", "sizes", "upper-end-1", "lower-end-1",
-    "filter-first-column",
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("name", WITHOUT_WITNESS)
-@pytest.mark.parametrize("field", ["bound", "witness"])
-def test_what_needs_no_witness_takes_none(name: str, field: str) -> None:
-    certificate = load(name)
-    certificate[field] = {"upper": "1"}
-    with pytest.raises(Refused, match=f"{field} has the unknown field upper"):
-        check(certificate)
-
-
-@pytest.mark.parametrize("name", ["one-interval-2", "grid-2", "stall-2"])
-def test_algorithm_1_takes_no_parameters(name: str) -> None:
-    certificate = load(name)
-    certificate["parameters"] = {"limit": 1}
-    with pytest.raises(Refused, match="parameters has the unknown field limit"):
-        check(certificate)
-
-
 def test_a_cell_that_does_not_force_the_level_is_refused() -> None:
     certificate = load("same-level-1")
     system, periods = certificates._problem(certificate)
