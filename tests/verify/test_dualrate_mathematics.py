@@ -396,6 +396,13 @@ def test_identities_that_are_checked() -> None:
     ]
 
 
+def test_the_errors_are_compared_in_both_cases() -> None:
+    with patch.object(dualrate_identities, "require_errors") as required:
+        dualrate_identities.error_equations.prove()
+        dualrate_identities.second_case.prove()
+    assert [call.kwargs["case_2"] for call in required.call_args_list] == [False, True, True]
+
+
 def test_the_estimate_is_the_state_less_its_error() -> None:
     x, xi = 5, 3
     signals = {name: a * x + b * xi for name, (a, b) in dualrate_identities.SIGNALS.items()}
