@@ -145,7 +145,8 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
 
 
 on_loop = partial(statement, plant=read_loop, bits=BITS)
-"""A statement on such a loop."""
+on_paper = partial(on_loop, source="shao")
+"""A statement on such a loop, and one in words of the paper."""
 
 
 def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:

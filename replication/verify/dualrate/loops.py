@@ -17,6 +17,7 @@ from replication.verify.dualrate.loop import (
     held_over,
     monodromy,
     on_loop,
+    on_paper,
     read_loop,
 )
 from replication.verify.dualrate.response import require_position_form, steady_start
@@ -86,9 +87,8 @@ def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
     return found
 
 
-@on_loop(
+@on_paper(
     "dualrate.no-bounded-error",
-    source="shao",
     plant=sized(read_loop, "start"),
     parameters={
         "observer": OBSERVER,

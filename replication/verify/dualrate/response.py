@@ -25,7 +25,7 @@ from replication.verify.dualrate.loop import (
     Passage,
     held_over,
     monodromy,
-    on_loop,
+    on_paper,
     pass_period,
 )
 from replication.verify.kernel import Below, Within, decide, holds
@@ -261,9 +261,8 @@ def _bounds(i: int, known: Mapping[str, Any]) -> Found:
     return Found(lower=error.lower, upper=error.upper)
 
 
-@on_loop(
+@on_paper(
     "dualrate.tracking-errors",
-    source="shao",
     parameters={
         "observer": OBSERVER,
         "feedforward": sized(one_of, Feedforward),
@@ -318,9 +317,8 @@ def tracking_errors(
     return Found(words={**COMMANDS[feedforward], **where, "sizes": ", ".join(sizes)})
 
 
-@on_loop(
+@on_paper(
     "dualrate.estimates-ordered",
-    source="shao",
     parameters={"observer": OBSERVER, "than": OBSERVER, "frequency": positive},
     holds=True,
     says=(

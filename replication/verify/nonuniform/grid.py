@@ -184,7 +184,7 @@ def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) ->
 PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.order))))}
 
 
-@on_plant("nonuniform.upper-end", source="mustafa", holds=True, says="sharp upper end (9)")
+@on_plant("nonuniform.upper-end", holds=True, says="sharp upper end (9)")
 def upper_end(plant: Plant) -> Found:
     """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9), and not before;
     {printed}.
@@ -210,7 +210,7 @@ def upper_end(plant: Plant) -> Found:
     return Found(words={"printed": "as printed the upper end lies below the centre of the interval"})
 
 
-@on_plant("nonuniform.lower-end", source="mustafa", holds=True, says="sharp lower end (9)")
+@on_plant("nonuniform.lower-end", holds=True, says="sharp lower end (9)")
 def lower_end(plant: Plant) -> None:
     """At the lower end of (9), case L3, and not before, alpha times the bound of Lemma 3 for -A is one."""
     require_sharp_ends()
@@ -219,7 +219,6 @@ def lower_end(plant: Plant) -> None:
 
 @on_plant(
     "nonuniform.grid-size",
-    source="mustafa",
     bound=BOTH,
     witness=PASSES,
     says=(
@@ -236,7 +235,7 @@ def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]])
     return Found(words={"number": len(passes)})
 
 
-@on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True, says="conservative element")
+@on_plant("nonuniform.one-interval", witness=PASSES, holds=True, says="conservative element")
 def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
     """With U3 corrected, the interval (9) around the middle of the range leaves out part of it, although the error
     system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
@@ -249,7 +248,6 @@ def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
 
 @on_plant(
     "nonuniform.stalls",
-    source="mustafa",
     witness=Depends(lambda given: sized(read_alpha, given.plant.order)),
     holds=False,
     says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
@@ -277,7 +275,6 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
 
 @on_plant(
     "nonuniform.same-level",
-    source="mustafa",
     parameters={"cells": sized(integer, 1)},
     witness={
         "cell": integer,
@@ -318,7 +315,6 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
 
 @on_plant(
     "nonuniform.grid-solution-fails",
-    source="mustafa",
     witness={
         **PASSES,
         "level": positive,

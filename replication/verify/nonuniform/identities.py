@@ -37,7 +37,7 @@ def logarithmic_norm(A: fmpq_mat) -> arb:
     return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
 
 
-@on_plant("nonuniform.lemma-3", source="mustafa", holds=True, says=Says(quantity="Lemma 3", universal=True))
+@on_plant("nonuniform.lemma-3", holds=True, says=Says(quantity="Lemma 3", universal=True))
 def lemma_3(plant: Plant) -> Found:
     """|e^(At)| <= e^(mu t) for all t >= 0 and every A; here mu(A) lies in {mu:ball 10}.
 
@@ -57,7 +57,7 @@ def lemma_3(plant: Plant) -> Found:
     return Found(words={"mu": logarithmic_norm(plant.A)})
 
 
-@on_plant("nonuniform.map", source="mustafa", holds=True, says="map of the error system")
+@on_plant("nonuniform.map", holds=True, says="map of the error system")
 def loop_map(plant: Plant) -> Found:
     """For signals of any size w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 Sigma_12.
     As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21

@@ -163,7 +163,6 @@ def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> 
 
 @on_plant(
     "nonuniform.optimum-upper",
-    source="mustafa",
     parameters=SCOPE,
     bound=UPPER,
     witness={
@@ -185,7 +184,6 @@ def optimum_upper(
 
 @on_plant(
     "nonuniform.optimum-lower",
-    source="mustafa",
     parameters={"period": PERIOD},
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
@@ -202,7 +200,6 @@ def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> 
 
 @on_plant(
     "nonuniform.no-filter-keeps-level",
-    source="mustafa",
     parameters={"period": PERIOD, "level": positive},
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
@@ -276,6 +273,7 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
 
 @on_plant(
     "nonuniform.stamped-gain",
+    source="",
     bound=BOTH,
     witness={
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),

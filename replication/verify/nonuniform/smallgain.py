@@ -60,7 +60,7 @@ def modal(a: acb, h_0: arb, h: arb) -> arb:
     return abs((a * acb(h)).exp() - start) / (1 - abs(start))
 
 
-@on_plant("nonuniform.breaks-condition-8", source="mustafa", parameters={"period": PERIOD}, holds=False, says=CONDITION)
+@on_plant("nonuniform.breaks-condition-8", parameters={"period": PERIOD}, holds=False, says=CONDITION)
 def breaks_condition(plant: Plant, period: str) -> Found:
     """With the middle of the range for its one element (8) does not hold over the range in any coordinates: at the
     period {period} s the norm is at least {least:down 6}.
@@ -79,7 +79,6 @@ def breaks_condition(plant: Plant, period: str) -> Found:
 
 @on_plant(
     "nonuniform.meets-condition-8",
-    source="mustafa",
     witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order)))},
     holds=True,
     says=CONDITION,

@@ -161,9 +161,9 @@ def in_words(time: Time) -> str:
     return " + ".join([str(rational_)] * (rational_ != 0) + [f"{pi} pi"] * (pi != 0))
 
 
-on_plant = partial(statement, plant=read_plant, bits=PRECISION)
+on_plant = partial(statement, source="mustafa", plant=read_plant, bits=PRECISION)
 on_filtered = partial(statement, plant=read_filtered, bits=PRECISION)
-"""Statements on a plant, and on one with the filter that is printed with it."""
+"""Statements on a plant, with the words of the paper, and on one with the filter that is printed with it."""
 
 
 def ends_between(plant: Plant, first: str, last: str) -> Ends:
