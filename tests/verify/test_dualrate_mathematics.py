@@ -415,6 +415,18 @@ def test_the_data_of_a_loop_are_written_out_for_one_state_only() -> None:
     assert loop_of(random_design(1, 5)).data == "2 states, M = 5"
 
 
+def test_for_how_long_a_command_is_held() -> None:
+    single, other = (Observer.SRC, Observer.SRC_SINGLE), (Observer.PMI, Observer.APO)
+    assert [dualrate_loop.held_over(*observers) for observers in (single, other)] == ["M T", "T"]
+    assert dualrate_loop.held_over(Observer.SRC, Observer.PMI) == "T, over M T in the single-rate loop"
+
+
+def test_a_loop_without_a_start_has_none() -> None:
+    one = {"name": "own", **{name: [["1"]] for name in "ABCKL"}, "T": "1", "M": "2"}
+    start = dualrate_loop.read_loop(one).start
+    assert (start.nrows(), start.ncols()) == (0, 1)
+
+
 def test_where_the_observer_starts() -> None:
     loop = replace(loop_of(random_design(2, 3)), C=fmpq_mat([[2, 5]]), start=fmpq_mat([[7], [11]]))
     found = dualrate.read_starts(["zero", "output", "true"], "p", loop)

@@ -230,7 +230,8 @@ def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]])
     """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
     {number} passes.
     """
-    size = len(run_algorithm(plant, passes)[0])
+    elements, _ = run_algorithm(plant, passes)
+    size = len(elements)
     require(lower == size == upper, f"the grid has {size} elements, not {lower} to {upper}")
     return Found(words={"number": len(passes)})
 
