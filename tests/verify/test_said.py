@@ -39,9 +39,14 @@ def test_what_is_proved_is_as_pinned(name: str) -> None:
     assert said(name) == pins()[name]
 
 
+ONE_OF_EACH = {json.loads(path.read_bytes())["statement"]: path for path in PATHS.values()}
+"""By statement, one of its certificates."""
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("field", ["claims", "plant", "parameters", "statement"])
 def test_no_certificate_is_of_another_subject(field: str) -> None:
-    for path in PATHS.values():
+    for path in ONE_OF_EACH.values():
         certificate = json.loads(path.read_bytes())
         other: Any = "x" if field == "statement" else ["x"] if field == "claims" else {**certificate[field], "x": 1}
         with pytest.raises(Refused, match=f"^{field} is not that of the wanted theorem {path.stem}$"):

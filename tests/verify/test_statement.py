@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 from flint import arb, ctx, fmpq, fmpq_mat
 from tampered import committed
-from test_said import PATHS
+from test_said import ONE_OF_EACH
 
 from replication.verify.multirate.levels import UNDER
 from replication.verify.predicate import (
@@ -182,13 +183,11 @@ def test_no_sentence_on_a_plant_of_ones_own_names_a_plant(name: str) -> None:
     assert ".name}" not in sentence
 
 
-ONE_OF_EACH = {one["statement"]: one for one in map(committed, sorted(PATHS))}
-
-
 @pytest.mark.parametrize("name", ONE_OF_EACH)
 def test_a_field_that_is_not_declared_is_refused(name: str) -> None:
     for group in ("plant", "parameters", "bound", "witness"):
-        given = {**ONE_OF_EACH[name], group: {**ONE_OF_EACH[name][group], "another": "1"}}
+        one = json.loads(ONE_OF_EACH[name].read_bytes())
+        given = {**one, group: {**one[group], "another": "1"}}
         if isinstance(STATEMENTS[name].groups[group], Mapping):
             with pytest.raises(Refused, match=f"{group} has the unknown field another"):
                 STATEMENTS[name](given)
