@@ -151,9 +151,12 @@ def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
 
 @dataclass(frozen=True)
 class Within:
-    """All roots of a polynomial lie inside the circle of this radius about zero; one in balls is monic."""
+    """All roots of a polynomial, or eigenvalues of a matrix, lie inside the circle of this radius about zero.
 
-    polynomial: fmpq_poly | arb_poly
+    A polynomial in balls is monic.
+    """
+
+    of: fmpq_poly | arb_poly | fmpq_mat | arb_mat
     what: str
     radius: fmpq = ONE
 
@@ -164,11 +167,12 @@ class Within:
         |leading coefficient| and those of (leading p - p(0) p*) / z are. The zero polynomial has no set of roots.
         """
         radius: Any = self.radius
-        if isinstance(self.polynomial, fmpq_poly):
-            spend_on_roots(self.polynomial)
+        polynomial: Any = characteristic_polynomial(self.of) if isinstance(self.of, fmpq_mat | arb_mat) else self.of
+        if isinstance(polynomial, fmpq_poly):
+            spend_on_roots(polynomial)
         else:
             radius = arb(radius)
-        rest = [c * radius**k for k, c in enumerate(self.polynomial.coeffs())]
+        rest = [c * radius**k for k, c in enumerate(polynomial.coeffs())]
         while rest and abs(rest[0]) < abs(rest[-1]):
             # With the ratio, not with both factors, or the digits of the coefficients would double each time.
             ratio = rest[0] / rest[-1]

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar
 
 from replication.verify.theorem import NO_READING as NO_READING
@@ -45,93 +47,8 @@ def term(quantity: str, /, plant: str = "", estimators: str = "", **setting: Any
 
 
 QUANTITIES: Mapping[str, tuple[str, str]] = {
-    # Measurements at several rates.
-    "smallest gain": ("1", "the smallest worst-case gain"),
-    "gain": ("1", "the worst-case gain of given gains"),
-    "stable error system": (YES_NO, "the stability of the error system"),
-    "excess of Theorem 1": ("1", "the relative excess of the level of Theorem 1 over the gain"),
-    "excess of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over the smallest gain"),
-    "excess over gains of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over what its gains reach"),
-    "level of Theorem 1": ("1", "the level of Theorem 1"),
-    "level of Theorem 1 with one P": ("1", "the level of Theorem 1 with one P for all instants"),
-    "shorter periods are better": (YES_NO, "the rule that a shorter period gives a smaller optimum"),
-    "measured sensors": ("1", "which sensors are measured at each instant"),
-    "common period": ("instants", "the period of the schedule"),
-    "longest time unmeasured": ("instants", "the longest time without a measurement"),
-    "dual-rate schedule": (YES_NO, "all sensors at the first instant of the period and none at any other"),
-    "unknowns of Theorem 2": ("1", "the number of unknowns of Theorem 2"),
-    "rows of Theorem 2": ("1", "the number of rows of each inequality of Theorem 2"),
-    "rows of the cyclic inequality": ("1", "the number of rows of the inequality of the cyclic reformulation"),
-    "unmeasured columns are zero": (YES_NO, "zero gains of the sensors that are not measured"),
-    "observability": (YES_NO, "the observability of (C, A)"),
-    "same poles from the next instant": (YES_NO, "the poles of A_e over a period that starts an instant later"),
-    "error system (16)": (YES_NO, "the error system (16)"),
-    "identity (23)": (YES_NO, "the identity (23)"),
-    "Theorem 1": (YES_NO, "that the condition of Theorem 1 suffices"),
-    "Theorem 2": (YES_NO, "that the condition of Theorem 2 suffices"),
-    "Schur complement (32)": (YES_NO, "the Schur complement of (30)"),
-    "poles": ("1", "the poles of A"),
-    "unstable plant": (YES_NO, "a pole of A outside the unit circle"),
-    "error poles": ("1", "the poles of A_e"),
-    "design by Theorem 2": (YES_NO, "an observer by Theorem 2"),
-    # Dual-rate output feedback.
-    "spectral radius over a slow period": ("1", "the spectral radius of the loop over a slow period"),
-    "largest tracking error": ("percent", "the largest tracking error in the steady state"),
-    "no bounded tracking error": (YES_NO, "that no tracking error is bounded"),
-    "better estimate": (YES_NO, "a smaller error of the estimate"),
-    "equivalent observers": (YES_NO, "that (7) gives the estimates of (3)"),
-    "equations (9) and (10)": (YES_NO, "that (9) is (10)"),
-    "Case 2": (YES_NO, "that Case 2 is Case 1 without prediction error"),
-    "Lyapunov equation": (YES_NO, "a positive definite solution of the Lyapunov equation"),
-    "bounds (12) and (13)": (YES_NO, "the bounds (12) and (13)"),
-    "bound (14)": (YES_NO, "the bound (14)"),
-    "bound (15)": (YES_NO, "the bound (15)"),
-    "constant (17)": (YES_NO, "that the constant of (17) bounds the terms of (16)"),
-    "condition (18)": (YES_NO, "condition (18)"),
-    "contraction (22)": (YES_NO, "a factor (22) below one"),
-    "stability result": (YES_NO, "the stability result of Sec. IV"),
-    "torque constant": ("N m/A", "the torque constant"),
-    "slow period": ("s", "the period of the sensor"),
-    "coordinates of the motor": (YES_NO, "the motor in position, speed and acceleration"),
-    "Hurwitz": (YES_NO, "that a matrix is Hurwitz"),
-    "feedforward inverts the motor": (YES_NO, "that the feedforward inverts the motor"),
-    # Nonuniform sampling.
-    "gain over sequences": ("1", "the gain over the sampling sequences of a range"),
-    "least gain over sequences": ("1", "the least gain over the sampling sequences of a range"),
-    "least level of (6)": ("1", "the least level with which (6) can hold at all periods of the range"),
-    "grid solutions of (6) are valid": (YES_NO, "that what solves (6) on the grid solves it on the range"),
-    "stable for every sequence": (YES_NO, "stability for every sampling sequence"),
-    "Lemma 1": (YES_NO, "Lemma 1"),
-    "stability of Theorems 1 to 3": (YES_NO, "the stability that Theorems 1 to 3 conclude"),
-    "level of Theorem 3": (YES_NO, "the level that Theorem 3 concludes"),
-    "Lemma 2": (YES_NO, "Lemma 2"),
-    "Lemma 3": (YES_NO, "Lemma 3"),
-    "map of the error system": (YES_NO, "the map from w to e"),
-    "congruence (10)": (YES_NO, "the congruence of (6) and (10)"),
-    "recovery (11)": (YES_NO, "the recovery (11)"),
-    "size of F": (YES_NO, "the size of F"),
-    "sharp upper end (9)": (YES_NO, "the upper end of (9)"),
-    "sharp lower end (9)": (YES_NO, "the lower end of (9)"),
-    "conservative element": (YES_NO, "that one element covers less than several"),
-    "elements of the grid": ("1", "the number of elements of the grid"),
-    "Algorithm 1 ends": (YES_NO, "that Algorithm 1 finds a grid"),
-    "condition (8)": (YES_NO, "condition (8) over the whole range"),
-    "conservative level": (YES_NO, "that one level for both channels is conservative"),
-    "column of the observer": ("1", "a column of Phi - B_f C"),
-    "output matrix": ("1", "the output matrix of a filter that keeps the level"),
-    # Delays.
-    "least level of Theorem 3": ("1", "the least level of Theorem 3"),
-    "gain of the error": ("1", "the gain from the disturbance to the error"),
-    "gain over the least": ("1", "the gain over the least of any observer"),
-    "Theorem 3 met": (YES_NO, "that the conditions of Theorem 3 are met with some eps > 0"),
-    "least level of LMI (3)": ("1", "the least level of LMI (3) on the Pade approximation"),
-    "unstable": (YES_NO, "an unstable plant"),
-    "Example 4 unstable": (YES_NO, "that Example 4 is unstable"),
-    "dissipation identity": (YES_NO, "the dissipation as the quadratic form of Theorem 3"),
-    "operator identity": (YES_NO, "the inverse of Theorem 4, or the gains of Lemma 5"),
-    "correction of the present state only": (YES_NO, "that only the present state is corrected"),
-    "bound (7)": (YES_NO, "the bound (7)"),
-    "error vanishes with w": (YES_NO, "that the error tends to zero with the disturbance"),
+    name: (unit, words)
+    for name, (unit, words) in tomllib.loads(Path(__file__).with_name("quantities.toml").read_text("utf-8")).items()
 }
 """Unit and words of each quantity that can be spoken of."""
 OWN = re.compile(r"[^\[\]]+ \[([^\[\]]+)\]")

@@ -10,20 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from replication.verify import delay, dualrate, multirate, nonuniform
+from replication.verify import delay, dualrate, multirate, nonuniform, subjects
 from replication.verify.reading import content, fields, parse, rational, text
 from replication.verify.statement import Statement, collected
-from replication.verify.subjects import (
-    ROOT,
-    folder_of,
-    loaded,
-    papers,
-    require_file,
-    require_form,
-    subject,
-    theorems,
-    wanted_at,
-)
+from replication.verify.subjects import ROOT, folder_of, papers
 from replication.verify.theorem import Refused, Theorem, require, same
 from replication.verify.workers import in_order
 
@@ -58,8 +48,8 @@ def verify(path: Path, root: Path = ROOT) -> Outcome:
     """Read and check one certificate file; never raises on account of what it holds."""
     try:
         certificate = parse(content(path))
-        theorem = check(certificate, root, wanted_at(path, root))
-        require_file(certificate, path)
+        theorem = check(certificate, root, subjects.wanted_at(path, root))
+        subjects.require_file(certificate, path)
     except Exception as failure:  # noqa: BLE001 - whatever ends a check, nothing is proved then, and the reason is told
         return Outcome(path=path, theorem=None, reason=_told(failure))
     return Outcome(path=path, theorem=theorem, about=certificate["paper"] or "own plant")
@@ -78,10 +68,10 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     one's own has `paper` null and supports no claims. place: the paper and the name that it must have, if any.
     """
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
-    require_form(values, place)
+    subjects.require_form(values, place)
     stated = {side: rational(number, f"bound.{side}") for side, number in values["bound"].items()}
     if values["paper"] is not None:
-        for field, wanted in subject(values["paper"], values["name"], root).items():
+        for field, wanted in subjects.subject(values["paper"], values["name"], root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
     name = text(values["statement"], "statement")
     statement = STATEMENTS[name] if name in STATEMENTS else own_statement(name, values["paper"], root)
@@ -90,7 +80,7 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
 
 def own_statement(name: str, paper: str | None, root: Path) -> Statement:
     """A statement of a paper's statements.py, which begins with its key, and stands with its certificates alone."""
-    module = None if paper is None else loaded(folder_of(root) / paper / "statements.py")
+    module = None if paper is None else subjects.loaded(folder_of(root) / paper / "statements.py")
     declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
     for one in declared:
         require(
@@ -104,7 +94,9 @@ def own_statement(name: str, paper: str | None, root: Path) -> Statement:
 
 def committed(root: Path = ROOT) -> list[Path]:
     """The file that each wanted theorem of each paper must have, and any other certificate there is."""
-    wanted = [root / "certificates" / key / f"{name}.json" for key in papers(root) for name in theorems(key, root)[0]]
+    wanted = [
+        root / "certificates" / key / f"{name}.json" for key in papers(root) for name in subjects.theorems(key, root)[0]
+    ]
     others = sorted(set((root / "certificates").rglob("*.json")) - set(wanted))
     return [*wanted, *others]
 

@@ -14,18 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from replication.verify.reading import (
-    Reader,
-    as_written,
-    fields,
-    name_of,
-    no_number,
-    parse,
-    record,
-    sequence,
-    text,
-    written,
-)
+from replication.verify.reading import Reader, fields, name_of, no_number, parse, record, sequence, text, written
 from replication.verify.theorem import Refused, require, same
 
 FORMAT = "replication-certificate/1"
@@ -89,7 +78,7 @@ def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Un
     wanted: dict[str, Wanted] = {}
     unproved = []
     listed = path.relative_to(root).as_posix()
-    entries = sequence(parse(path.read_bytes()), listed, as_written) if path.is_file() else []
+    entries = sequence(parse(path.read_bytes()), listed, lambda entry, _: entry) if path.is_file() else []
     for i, entry in enumerate(entries):
         where = f"{listed}[{i}]"
         if isinstance(entry, dict) and "reason" in entry:
@@ -109,11 +98,10 @@ def papers(root: Path = ROOT) -> tuple[str, ...]:
 def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
     require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
-    path = folder_of(root) / paper / "theorems.json"
-    listed = path.relative_to(root).as_posix()
-    found = [entry for entry in parse(path.read_bytes()) if entry.get("name") == name]
-    require(len(found) == 1, f"{listed} wants no theorem named {name}, or more than one")
-    entry = dict(zip(WANTED, fields(found[0], f"{listed}: {name}", *WANTED), strict=True))
+    listed = parse((folder_of(root) / paper / "theorems.json").read_bytes())
+    found = [entry for entry in listed if entry.get("name") == name]
+    require(len(found) == 1, f"the paper {paper} wants no theorem named {name}, or more than one")
+    entry = dict(zip(WANTED, fields(found[0], name, *WANTED), strict=True))
     return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, entry["plant"], root)}
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from bombs import BOMBS
+from tampered import refused
 
 from replication.verify.run import STATEMENTS
 from replication.verify.statement import WORDINGS
@@ -201,35 +202,14 @@ def own_for_claims(rng: np.random.Generator, certificate: Certificate, others: M
     return encoded({**own(certificate), "claims": claims[: 1 + rng.integers(len(claims))]})
 
 
-READINGS: Mapping[str, Sequence[Any]] = {
-    "observer": ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
-    "than": ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
-    "weight": ("samples", "duration"),
-    "from": ("h_l", "middle", "h_u"),
-    "to": ("h_l", "middle", "h_u"),
-    "period": ("h_l", "middle", "h_u"),
-    "degree": (1, 2, 3, 4),
-    "order": (1, 2, 9, 10, 11),
-    "eigenvalues": (["0"], ["1/2"], ["0", "1"], ["2"]),
-    "part": ("theorem-4", "lemma-5"),
-    "matrix": ("feedback", "observer"),
-    "quantity": ("output", "feedback"),
-    "orders": ([2, 1, 0], [3, 2, 1], [3, 1, 2]),
-    "offsets": ([0, 0], [0, 1], [1, 0], [0, 2]),
-    "sensors": ([0], [1], [1, 0], [0, 1]),
-    "frequency": ("1/2", "1", "3/2", "2"),
-}
-"""Values of the parameters that say which reading of a text a theorem is about."""
-
-
 def other_reading(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
-    """A theorem of a paper under another reading than the wanted one."""
-    read = [other for other in others.values() if READINGS.keys() & other["parameters"].keys()]
-    altered = copy.deepcopy(read[rng.integers(len(read))])
-    names = sorted(READINGS.keys() & altered["parameters"].keys())
-    name = names[rng.integers(len(names))]
-    choices = [value for value in READINGS[name] if value != altered["parameters"][name]]
-    altered["parameters"][name] = choices[rng.integers(len(choices))]
+    """A theorem of a paper under another reading than the wanted one: with a parameter of another theorem."""
+    known = [(other, name) for other in others.values() for name in other["parameters"]]
+    given, name = known[rng.integers(len(known))]
+    values = [other["parameters"][name] for other, key in known if key == name]
+    choices = [value for value in values if value != given["parameters"][name]] or ["another"]
+    altered = copy.deepcopy(given)
+    altered["parameters"][name] = copy.deepcopy(choices[rng.integers(len(choices))])
     return encoded(altered)
 
 
@@ -269,38 +249,14 @@ def _same_number(upper: str, others: Mapping[str, Certificate]) -> bool:
     return lower is not None and all(others[upper]["parameters"].get(k) == v for k, v in lower["parameters"].items())
 
 
-FALSE: list[tuple[str, dict[str, Any]]] = [
-    ("mustafa/printed-filter-level", {"level": "1/100"}),
-    ("mustafa/range-2-lower", {"level": "3"}),
-    ("mustafa/range-1-no-filter", {"level": "1/7"}),
-    ("mustafa/range-1-no-filter", {"period": "middle"}),
-    ("mustafa/same-level-1", {"cells": 1000}),
-    ("okajima2023/gains-33", {"periods": [3, 2]}),
-    ("okajima2023/gains-33", {"relative": "1/100000000"}),
-    ("okajima2023/optimum-1-1", {"sensors": [1, 0]}),
-    ("okajima2023/section-4c-poles", {"diagonal": ["1", "1", "1"]}),
-    ("peet2019/ex1-near-optimal", {"factor": "1"}),
-    ("peet2019/ex1-near-optimal", {"degree": 2}),
-    ("peet2019/ex1-pade-upper", {"order": 1}),
-    ("peet2019/ex4-not-unstable", {"eigenvalues": ["2"]}),
-    ("shao/errors-apo", {"observer": "model_interpolation"}),
-    ("shao/counterexample", {"longest": "1"}),
-    ("shao/estimate-bound", {"weights": {"KÂ": "7/5", "KBK": "2", "KLC": "1"}}),
-    ("shao/output-bounds", {"weights": {"CA": "1", "CBK": "7/5"}}),
-    ("shao/prediction-bound", {"longest": "1"}),
-    ("shao/stable-apo", {"observer": "single_rate"}),
-    ("shao/radius-motor-apo", {"observer": "fast_sensor"}),
-    ("shao/radius-motor-src", {"observer": "fast_sensor"}),
-]
+FALSE = refused("false")
 """Theorems made false by other parameters."""
 
 
 def false_wish(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
     """A false theorem that the list of a paper wants, too."""
-    name, parameters = FALSE[rng.integers(len(FALSE))]
-    altered = copy.deepcopy(others[name])
-    altered["parameters"] |= parameters
-    return encoded(altered)
+    row = FALSE[rng.integers(len(FALSE))]
+    return encoded(row.applied(copy.deepcopy(others[row.name])))
 
 
 def work_bomb(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from tampered import refused
+
 Certificate = dict[str, Any]
 
 
@@ -125,82 +127,19 @@ def certificates() -> dict[str, Certificate]:
     return {f"own/{name}": {**one, "name": name} for name, one in made.items()}
 
 
-def _lossy(change: Mapping[str, Any]) -> Certificate:
-    certificate = lossy(LEVEL, STORED)
-    for group in ("parameters", "bound", "witness"):
-        certificate[group] |= {key: value for key, value in change.items() if key in certificate[group]}
-    return certificate
-
-
 def _word(*word: int) -> Mapping[str, Any]:
     return {"word": list(word), "v": [[["1"], ["0"]]] * len(word)}
 
 
-LOSSY: Mapping[str, Mapping[str, Any]] = {
-    "both lost": _word(1, 1),
-    "twice after a loss": _word(2, 2),
-    "no way back": _word(0, 1),
-    "once too often": _word(1, 2, 1),
-    "beyond the cases": _word(3),
-    "one beyond the cases": _word(0, 3),
-    "no pattern": _word(),
-    "disturbance missing": {"word": [1, 2], "v": [[["1"], ["0"]]]},
-    "no disturbance": {"v": [[["0"], ["0"]]] * 2},
-    "above the pattern": {"lower": "3/5"},
-    "below the gain": {"upper": "53/100"},
-    "no loss followed": {"to": [[0], [0]]},
-    "no loss told": {"to": [[0, 0], [0]]},
-    "after no loss": {"to": [[0, 1], []]},
-    "still lost": {"to": [[0, 1], [1]]},
-    "one state": {"to": [[0, 1]], "at": [0], "P": [[["3"]]]},
-    "begins after a loss": {"to": [[0]], "at": [1], "P": [[["3"]]]},
-    "start exchanged": {"at": [1, 0], "to": [[1], [1, 0]], "P": [[["3/2"]], [["3"]]]},
-    "no such state": {"at": [0, 2], "to": [[0, 1], []]},
-    "a gain too few": {"L": [[["3/4"]]] * 2},
-    "a gain too many": {"L": [[["3/4"]]] * 4},
-    "a column too many": {"L": [[["3/4", "0"]]] * 3},
-    "one column too many": {"L": [[["3/4"]], [["3/4"]], [["3/4", "0"]]]},
-    "negative": {"P": [[["-1000"]]] * 2, "L": [[["0"]]] * 3},
-    "two packets": {"together": 2},
-    "true packets": {"together": True},
-    "one more lost": {"misses": [2]},
-    "twice the sensor": {"sensors": [0, 0]},
-}
-"""What is no longer so in the certificate of losses: each breaks one requirement, and most that alone."""
-CUTS = {
-    "filter": (["0", "1"], ["0", "1/3", "1"]),
-    "storage": (["0", "1"], ["0", "3/4", "1"]),
-    "both": (["0", "1/2"], ["1/2", "1"], ["0", "1/2", "9/10"], ["0", "1", "1"], ["0", "1", "1/2", "1"]),
-}
-"""Cells that leave out periods, or are those of the storage and not of the filter."""
-STAMPED: Mapping[str, Mapping[str, Any]] = {
-    "above the pattern": {"lower": "2501/1000"},
-    "below the gain": {"upper": "249/100"},
-    "no pattern": {"pattern": [], "w": []},
-    "outside the range": {"pattern": [["11/10", 1]]},
-    "no sample": {"pattern": [["1", 0]], "w": []},
-    "disturbance missing": {"pattern": [["1", 2]]},
-    "no disturbance": {"w": [[["0", "0"]]]},
-    "negative": {"P": [[["-3/2"]], [["3/2"]]]},
-    "flat": {"T": [["0"]]},
-}
+def attacked(kind: str) -> Certificate:
+    """The true certificate of a kind that is altered."""
+    return lossy(LEVEL, STORED) if kind == "lossy" else stamped("27/10", WIDE)
 
 
-def _stamped(change: Mapping[str, Any]) -> Certificate:
-    certificate = stamped("27/10", WIDE)
-    for group in (certificate["bound"], certificate["witness"], certificate["witness"]["storage"]):
-        group |= {key: value for key, value in change.items() if key in group}
-    return certificate
+ATTACKS = refused("byhand")
+"""Each breaks one requirement, and most that alone."""
 
 
 def attacks() -> dict[str, Certificate]:
     """None of them is true; each has a name of its own."""
-    found = {f"lossy {what}": _lossy(change) for what, change in LOSSY.items()}
-    found |= {f"stamped {what}": _stamped(change) for what, change in STAMPED.items()}
-    for part, listed in CUTS.items():
-        for cells in listed:
-            certificate = stamped("27/10", WIDE)
-            for one in ("filter", "storage") if part == "both" else (part,):
-                certificate["witness"][one]["cells"] = cells
-            found[f"cells of {part} {cells}"] = certificate
-    return {what: {**one, "name": f"by-hand-{i}"} for i, (what, one) in enumerate(found.items())}
+    return {str(row): {**row.applied(attacked(row.name)), "name": f"by-hand-{i}"} for i, row in enumerate(ATTACKS)}

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +28,7 @@ from attacks import (
     work_bomb,
 )
 from bombs import BOMBS
+from tampered import Altered
 
 from replication.verify.run import verify
 from replication.verify.subjects import papers
@@ -165,19 +165,15 @@ def test_the_attacks_are_of_many_kinds() -> None:
     assert not WHOLE or CASES * (len(ATTACKS) - 1) >= 3000
 
 
-@pytest.mark.parametrize(("name", "parameters"), FALSE)
-def test_a_false_theorem_is_refused_even_if_it_is_listed(name: str, parameters: dict[str, Any], tmp_path: Path) -> None:
-    root, (paper, theorem) = project(tmp_path), name.split("/")
-    path, listed = root / "certificates" / f"{name}.json", root / "papers" / paper / "theorems.json"
-    certificate, wanted = copy.deepcopy(true()[name]), json.loads(listed.read_bytes())
-    path.write_text(json.dumps(certificate), encoding="utf-8")
-    (entry,) = (entry for entry in wanted if entry.get("name") == theorem)
-    entry["parameters"] |= parameters
-    listed.write_text(json.dumps(wanted), encoding="utf-8")
-    assert refused(path, root) == f"parameters is not that of the wanted theorem {theorem}"
-    certificate["parameters"] |= parameters
-    path.write_text(json.dumps(certificate), encoding="utf-8")
-    assert "wanted theorem" not in refused(path, root)
+@pytest.mark.parametrize("row", FALSE, ids=str)
+def test_a_false_theorem_is_refused_even_if_it_is_listed(row: Altered, tmp_path: Path) -> None:
+    root, name = project(tmp_path), row.name.partition("/")[2]
+    path, false = root / "certificates" / f"{row.name}.json", row.applied(copy.deepcopy(true()[row.name]))
+    with wanted_as(root, false):
+        path.write_text(json.dumps(true()[row.name]), encoding="utf-8")
+        assert refused(path, root) == f"parameters is not that of the wanted theorem {name}"
+        path.write_text(json.dumps(false), encoding="utf-8")
+        assert row.reason in refused(path, root)
 
 
 def test_a_certificate_is_for_the_list_and_the_data_as_they_are(tmp_path: Path) -> None:

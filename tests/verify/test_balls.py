@@ -23,7 +23,7 @@ from replication.verify.stdlib.balls import ONE, ball
 from replication.verify.theorem import Refused
 
 Ends = tuple[Fraction, Fraction]
-SEEDS = range(8)
+SEEDS = range(4)
 FINE = 700
 """Bits of python-flint where it says what is right."""
 

@@ -391,9 +391,16 @@ def test_identities_that_are_checked() -> None:
         "the rate of y in (12)",
         "the rate of K ζ in (14)",
         "1 − φ = (1 − E)(1 − c)",
-        *["the first row of Case 2", "the second row of Case 2"],
+        *["the first row of (9) = (10)", "the second row of (9) = (10)"],
         "(16) = (17)",
     ]
+
+
+def test_the_errors_are_compared_in_both_cases() -> None:
+    with patch.object(dualrate_identities, "require_errors") as required:
+        dualrate_identities.error_equations.prove()
+        dualrate_identities.second_case.prove()
+    assert [call.kwargs["case_2"] for call in required.call_args_list] == [False, True, True]
 
 
 def test_the_estimate_is_the_state_less_its_error() -> None:
@@ -406,6 +413,18 @@ def test_the_data_of_a_loop_are_written_out_for_one_state_only() -> None:
     one = Loop(**{name: fmpq_mat([[k]]) for k, name in enumerate("ABCKL", start=1)}, T=fmpq(1), M=3)
     assert one.data == "A = 1, B = 2, C = 3, K = 4, L = 5, M = 3"
     assert loop_of(random_design(1, 5)).data == "2 states, M = 5"
+
+
+def test_for_how_long_a_command_is_held() -> None:
+    single, other = (Observer.SRC, Observer.SRC_SINGLE), (Observer.PMI, Observer.APO)
+    assert [dualrate_loop.held_over(*observers) for observers in (single, other)] == ["M T", "T"]
+    assert dualrate_loop.held_over(Observer.SRC, Observer.PMI) == "T, over M T in the single-rate loop"
+
+
+def test_a_loop_without_a_start_has_none() -> None:
+    one = {"name": "own", **{name: [["1"]] for name in "ABCKL"}, "T": "1", "M": "2"}
+    start = dualrate_loop.read_loop(one).start
+    assert (start.nrows(), start.ncols()) == (0, 1)
 
 
 def test_where_the_observer_starts() -> None:

@@ -9,23 +9,17 @@ from unittest.mock import patch
 import pytest
 
 from benchmarks import sceptic
-from replication.verify import run
+from replication.verify import run, subjects
 from replication.verify.algebra import linear, work
 
 ROOT = Path(__file__).parents[2]
 CERTIFICATES = ROOT / "certificates"
-QUICK = ("okajima2023/dual-rate", "okajima2023/rows", "mustafa/lemma-2", "shao/coordinates", "peet2019/present-only")
+QUICK = ("okajima2023/dual-rate", "okajima2023/rows")
 
 
 def shown(page: str) -> dict[str, str]:
     """The lines of the table by statement."""
     return {line.split("`")[1]: line for line in page.splitlines() if line.startswith("| `")}
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_the_page_shows_what_is_counted(name: str) -> None:
-    row = sceptic.row(CERTIFICATES / f"{name}.json")
-    assert shown(sceptic.PAGE.read_text(encoding="utf-8"))[row.statement] == sceptic._line(row).rstrip()
 
 
 @pytest.mark.slow
@@ -56,9 +50,9 @@ def test_what_can_only_refuse_is_not_counted_and_changes_no_sentence() -> None:
     said = run.verify(path).line()
     with (
         patch.object(work, "spend"),
-        patch.object(run, "require_form"),
-        patch.object(run, "require_file"),
-        patch.object(run, "wanted_at", return_value=None),
+        patch.object(subjects, "require_form"),
+        patch.object(subjects, "require_file"),
+        patch.object(subjects, "wanted_at", return_value=None),
         patch("replication.verify.statement.as_data", return_value=()),
     ):
         assert run.verify(path).line() == said
@@ -74,7 +68,7 @@ def is_own(value: object) -> bool:
 
 
 def test_a_stale_page_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    quick = [CERTIFICATES / f"{name}.json" for name in QUICK[:2]]
+    quick = [CERTIFICATES / f"{name}.json" for name in QUICK]
     with patch.object(sceptic, "committed", lambda: quick):
         assert sceptic.main(["--check"]) == 1
     assert "stale" in capsys.readouterr().out

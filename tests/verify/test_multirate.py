@@ -7,7 +7,7 @@ from unittest.mock import patch
 import pytest
 from byhand import own as theorem_of
 from flint import fmpq, fmpq_mat
-from tampered import CERTIFICATES, Certificate, Tamper, committed, put, remove, scaled
+from tampered import Altered, Certificate, Tamper, committed, refused
 from tampered import check_stated as check
 from tampered import own as own_of
 
@@ -21,7 +21,6 @@ from replication.verify.multirate.sensing import (
     attained,
     monodromy,
     recurrent,
-    require_stable,
     require_theorem_1,
     require_turn,
     schedule,
@@ -40,22 +39,6 @@ def own(name: str, *tampers: Tamper) -> Certificate:
     return own_of(f"okajima2023/{name}", *tampers)
 
 
-def both(factor: str) -> Tamper:
-    def tamper(certificate: Certificate) -> None:
-        for side in ("lower", "upper"):
-            scaled(factor, "bound", side)(certificate)
-
-    return tamper
-
-
-def every_entry(name: str, entry: str) -> Tamper:
-    def tamper(certificate: Certificate) -> None:
-        table = certificate["witness"][name]
-        certificate["witness"][name] = [[[entry for _ in row] for row in matrix] for matrix in table]
-
-    return tamper
-
-
 def third_sensor(certificate: Certificate) -> None:
     """One without a gain, and shorter periods of which two pairs of three have no common factor."""
     certificate["parameters"] = {"sensors": [0, 1, 2], "shorter": [2, 3, 4], "longer": [6, 6, 6]}
@@ -66,122 +49,22 @@ def third_sensor(certificate: Certificate) -> None:
             row.append("0")
 
 
-LESS, MORE = "99999/100000", "100001/100000"
-COUNTED = {"common-period", "cyclic-rows", "idle-instants", "idle-instants-case-2", "rows", "variables"} | {
-    f"selection-{name}" for name in ("case-1", "case-2", "case-3", "eqs-7-8", "eqs-11-12", "sec-4a")
-}
-ONE_MATRIX = {f"gains-{equation}-one-matrix" for equation in ("33", "38", "39", "40")}
-FALSE = ("section-4c-same-setting", "section-4c-second-setting", "shorter-periods")
-NAMES = sorted(path.stem for path in (CERTIFICATES / "okajima2023").glob("*.json"))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_certificate_proves_its_theorem(name: str) -> None:
-    theorem = check(load(name))
-    for side, bound in load(name)["bound"].items():
-        assert str(getattr(theorem, side)) == bound
-    assert theorem.sentence.endswith(".")
-    assert theorem.holds is (None if name in COUNTED | ONE_MATRIX else name not in FALSE)
-
-
 HIDDEN = "does not reach the lower bound"
-REFUSED = [
-    ("gains-33", both(LESS), "the matrix of Theorem 1 at phase 0 is not positive definite"),
-    ("gains-33", both(MORE), HIDDEN),
-    ("gains-33", scaled(MORE, "bound", "upper"), "not within the relative width 1/1000000"),
-    ("gains-33", scaled("2", "bound", "lower"), "not within the relative width"),
-    ("gains-33", scaled("-1", "bound", "lower"), "bound.lower must be positive"),
-    ("gains-33", put("4", "witness", "P", 2, 1, 1), "the matrix of Theorem 1 at phase"),
-    ("gains-33", put("1/2", "witness", "P", 2, 1, 0), r"witness.P\[2\] must be symmetric"),
-    ("gains-33", every_entry("P", "0"), "P_0 is not positive definite"),
-    ("gains-33", remove("witness", "P", 5), "witness.P must have 6 entries, got 5"),
-    ("gains-33", put("1", "witness", "v", 0, 0, 0), HIDDEN),
-    ("gains-33", every_entry("v", "0"), "the disturbance is zero"),
-    ("gains-33", put([["9/10"]], "witness", "turn"), "witness.turn is not orthogonal"),
-    ("gains-33", put([["1", "0"]], "witness", "turn"), "witness.turn must be square, got 1 x 2"),
-    ("gains-33", put([3, 2], "parameters", "periods"), "the matrix of Theorem 1 at phase"),
-    ("gains-33", put([0, 1], "parameters", "offsets"), "the matrix of Theorem 1 at phase"),
-    ("gains-33", put("1/2", "plant", "A", 0, 0), "the matrix of Theorem 1 at phase"),
-    ("gains-33", put("1/2", "plant", "L", 0, 0, 0), "the matrix of Theorem 1 at phase"),
-    ("gains-33", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
-    ("gains-33", put([0, 7], "parameters", "sensors"), "names a sensor that is not there"),
-    ("gains-33", put([0], "parameters", "sensors"), "parameters.periods must have 1 entries, got 2"),
-    ("gains-33", put([0, 1, 1], "parameters", "sensors"), "parameters.periods must have 3 entries, got 2"),
-    ("gains-33", put([0, 2], "parameters", "sensors"), "names a sensor that is not there"),
-    ("gains-33", put([1, 1], "parameters", "sensors"), r"names a sensor twice: \[1, 1\]"),
-    ("gains-33", put([997, 991], "parameters", "periods"), "repeats after more than 1000 instants"),
-    ("gains-33", put([0, 3], "parameters", "periods"), "must be at least 1, got 0"),
-    ("optimum-2-3", both(LESS), "the matrix .30. of Theorem 2 at phase 0 is not positive definite"),
-    ("optimum-2-3", both(MORE), HIDDEN),
-    ("optimum-2-3", put("1", "witness", "d", 0, 0, 0), HIDDEN),
-    ("optimum-2-3", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
-    ("optimum-case-a", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
-    ("optimum-2-3", put([["9/10"]], "witness", "turn"), "witness.turn is not orthogonal"),
-    ("optimum-2-3", put("1/3", "witness", "Y", 0, 0, 0), "the matrix .30. of Theorem 2 at phase 0"),
-    ("optimum-2-3", put("9", "witness", "P", 0, 0, 0), "the matrix .30. of Theorem 2"),
-    ("optimum-2-3", remove("witness", "Y", 5), "witness.Y must have 6 entries, got 5"),
-    ("optimum-2-3", remove("witness", "d", 5), "witness.d must have 6 entries, got 5"),
-    ("optimum-2-3", every_entry("P", "0"), "the matrix .30. of Theorem 2"),
-    ("optimum-2-3", put("3/2", "plant", "A", 0, 0), "the matrix .30. of Theorem 2"),
-    ("optimum-2-3", put([3, 2], "parameters", "periods"), "the matrix .30. of Theorem 2"),
-    ("optimum-2-3", put([["0"], ["0"], ["0"]], "plant", "B_d"), HIDDEN),
-    ("optimum-case-a", both(LESS), "the matrix .30. of Theorem 2"),
-    ("optimum-case-a", both(MORE), HIDDEN),
-    ("optimum-case-a", put(1, "witness", "start"), HIDDEN),
-    ("optimum-case-a", put("1", "witness", "d", 0, 0, 0), HIDDEN),
-    ("optimum-case-a", put([1], "parameters", "sensors"), "the matrix .30. of Theorem 2"),
-    ("shorter-periods", scaled(LESS, "witness", "level"), "the matrix .30. of Theorem 2"),
-    ("shorter-periods", scaled("1001/1000", "witness", "level"), HIDDEN),
-    ("shorter-periods", put([5, 7], "parameters", "shorter"), r"\[5, 7\] are not shorter than \[6, 6\]"),
-    ("shorter-periods", put([6, 6], "parameters", "shorter"), "are not shorter"),
-    ("shorter-periods", put([4, 6], "parameters", "shorter"), r"\[4, 6\] have a common factor"),
-    ("shorter-periods", put([1, 6], "parameters", "shorter"), HIDDEN),
-    ("shorter-periods", third_sensor, r"\[2, 3, 4\] have a common factor"),
-    ("shorter-periods", put("1", "witness", "d", 0, 0, 0), HIDDEN),
-    ("gains-38-one-matrix", scaled(MORE, "bound", "lower"), HIDDEN),
-    ("gains-38-one-matrix", put("-1", "witness", "Z", 1, 0, 0), "Z_1 is not positive definite"),
-    (
-        "gains-38-one-matrix",
-        put("9", "witness", "Z", 0, 0, 0),
-        "what the states gain in a step by all Z_k is not positive",
-    ),
-    ("gains-38-one-matrix", put("9", "witness", "Z", 0, 5, 5), HIDDEN),
-    ("gains-38-one-matrix", remove("witness", "Z", 2), "witness.Z must have 3 entries, got 2"),
-    ("section-4c-poles", put("1", "parameters", "diagonal", 0), "A has not the stated pole"),
-    ("section-4c-poles", put("1/100000", "plant", "half_unit"), "A has not the stated pole"),
-    ("section-4c-poles", remove("plant", "poles", 0), "1 poles are stated, A has 2"),
-    ("section-4c-design", put("9", "parameters", "B_d", 0, 0), "the matrix .30. of Theorem 2"),
-    ("section-4c-design", remove("witness", "Y", 5), "witness.Y must have 6 entries, got 5"),
-    ("section-4c-design", remove("witness", "P", 5), "witness.P must have 6 entries, got 5"),
-    ("section-4c-design", scaled(LESS, "bound", "upper"), "the matrix .30. of Theorem 2"),
-]
 
 
-@pytest.mark.parametrize(("name", "tamper", "reason"), REFUSED)
-def test_a_tampered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
-    with pytest.raises(Refused, match=reason):
-        check(own(name, tamper))
+@pytest.mark.parametrize("row", refused("multirate"), ids=str)
+def test_an_altered_certificate_is_refused(row: Altered) -> None:
+    row.check()
+
+
+def test_of_three_periods_each_two_are_compared() -> None:
+    with pytest.raises(Refused, match=r"\[2, 3, 4\] have a common factor"):
+        check(own("shorter-periods", third_sensor))
 
 
 @pytest.mark.parametrize("name", ["gains-33", "optimum-2-3", "optimum-case-a", "section-4c-design"])
 def test_a_certificate_of_ones_own_is_proved_too(name: str) -> None:
     assert check(own(name)).upper is not None
-
-
-@pytest.mark.parametrize(
-    ("tamper", "field"),
-    [
-        (put([3, 2], "parameters", "periods"), "parameters"),
-        (put("1/2", "plant", "A", 0, 0), "plant"),
-        (put(["okajima2023.table1.n11"], "claims"), "claims"),
-        (put("multirate.optimum-noncausal", "statement"), "statement"),
-    ],
-)
-def test_a_certificate_of_the_paper_must_be_about_the_paper(tamper: Tamper, field: str) -> None:
-    tampered = load("gains-33")
-    tamper(tampered)
-    with pytest.raises(Refused, match=f"{field} is not that of the wanted theorem gains-33"):
-        check(tampered)
 
 
 def q(number: Any) -> fmpq:
@@ -237,8 +120,6 @@ def test_resonance_and_instability_have_no_ratio() -> None:
     with pytest.raises(Refused, match="of order 1 or 2"):
         require_turn(identity(3))
     require_turn(identity(2))
-    with pytest.raises(Refused, match="the poles of it are not proved to lie inside"):
-        require_stable(column(2), "it")
 
 
 def test_the_transition_runs_with_the_time() -> None:
@@ -512,34 +393,6 @@ def test_both_rows_of_a_schur_complement_are_compared() -> None:
     ]
 
 
-def test_levels_say_for_which_schedule_they_are() -> None:
-    for name, plant in {"gains-33": "gains-33", "optimum-2-3": "stable"}.items():
-        words = f"For the plant {plant} and the periods [2, 3], offsets [0, 0] of the sensors [0, 1] (counted from 0), "
-        assert check(load(name)).sentence.startswith(words)
-    assert check(load("optimum-case-a")).sentence.startswith("For the plant stable and the periods ")
-
-
-@pytest.mark.parametrize("entry", ["A", "B_d", "D"])
-def test_the_recovered_plant_is_that_of_the_list_of_theorems(entry: str) -> None:
-    tampered = load("section-4c-design")
-    scale = [[str(Fraction(number) / 10**6) for number in row] for row in tampered["parameters"]["B_d"]]
-    tampered["parameters"][entry] = scale
-    with pytest.raises(Refused, match="parameters is not that of the wanted theorem section-4c-design"):
-        check(tampered)
-
-
-def test_what_is_recovered_is_said_in_the_sentence() -> None:
-    design, given = load("section-4c-design"), load("section-4c-error-poles")["parameters"]
-    assert ", ".join(given["diagonal"]) in check(load("section-4c-error-poles")).sentence
-    shown = {**design["parameters"], "C": design["plant"]["C"]}
-    for name in ("A", "C", "B_d", "D"):
-        assert f"{name} = [{'; '.join(' '.join(row) for row in shown[name])}]" in check(design).sentence
-    with pytest.raises(Refused, match="parameters lacks the field C"):
-        check({**own("section-4c-error-poles"), "parameters": {**times(2, 3), "diagonal": given["diagonal"]}})
-    with pytest.raises(Refused, match="witness has the unknown field P"):
-        check({**own("section-4c-error-poles"), "witness": {"P": []}})
-
-
 @pytest.mark.parametrize("statement", ["rows", "variables", "observable"])
 def test_what_is_counted_of_a_plant_needs_one_that_fits(statement: str) -> None:
     plant = {"name": "", "A": [["0", "1"], ["0", "0"]], "B_d": [["1"]] * 2, "D": [["1"]], "C": [["1", "0"]]}
@@ -557,25 +410,5 @@ def test_what_is_counted_of_a_plant_needs_one_that_fits(statement: str) -> None:
             computed(statement, times(2), {**plant, name: value})
 
 
-@pytest.mark.parametrize(("name", "field"), [("rows", "witness"), ("observable", "witness"), ("observable", "bound")])
-def test_what_is_counted_takes_no_witness(name: str, field: str) -> None:
-    certificate = load(name)
-    certificate[field] = {"upper": "9"}
-    with pytest.raises(Refused, match=f"{field} has the unknown field upper"):
-        check(certificate)
-
-
-def test_what_is_said_of_gains_and_recovered_plants_as_data() -> None:
-    made = load("gains-33")
-    lower, upper = (Fraction(made["bound"][side]) for side in ("lower", "upper"))
-    said = {one.of.quantity: one for one in check(made).says}
-    assert said["stable error system"].holds is True
-    assert said["excess of Theorem 1"].items == (("0", str(upper / lower - 1)),)
-    assert said["level of Theorem 1"].items == said["gain"].items == ((made["bound"]["lower"], made["bound"]["upper"]),)
-    classes = {one.of.estimators for one in check(load("optimum-2-3")).says if one.of.quantity == "smallest gain"}
-    assert classes == {"periodic one-step observers", "one-step predictors", "all estimators"}
-    causal = {one.of.estimators for one in check(load("optimum-case-a")).says if one.of.quantity == "smallest gain"}
-    assert causal == {"periodic one-step observers", "one-step predictors"}
-    for name, reading in (("same", "diagonal in steps"), ("second", "the other real diagonal")):
-        assert check(load(f"section-4c-{name}-setting")).says[0].readings == (reading,)
+def test_one_longer_entry_makes_it_the_other_diagonal() -> None:
     assert reading_of({"diagonal": ["6/5", "1/3", "1"]}) == ("the other real diagonal",)

@@ -204,7 +204,7 @@ def test_error_system_by_blocks() -> None:
 
 def test_times_are_exact() -> None:
     plant = system.read_plant(load("floor-1")["plant"])
-    assert plant.period("middle", "p") == (fmpq(1, 200), fmpq(1, 50))
+    assert plant.period("middle") == (fmpq(1, 200), fmpq(1, 50))
     assert system.seconds((ONE, TWO)).contains(1 + 2 * arb.pi())
     assert system.along((ONE, TWO), (fmpq(3), fmpq(6)), fmpq(1, 4)) == (fmpq(3, 2), fmpq(3))
 

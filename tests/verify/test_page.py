@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import subprocess
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -350,41 +351,9 @@ ROWS: dict[str, tuple[Certificate, str]] = {
 }  # fmt: skip
 """By what is wrong: the certificate, and words of its refusal."""
 
-GRAM = ("positive(M, `the Gram matrix of ${Z.length} rows`);", "")
-REACHED = ("demand(!below(made, times(times(level, level), spent))", "demand(true")
-FAULTS: dict[str, tuple[tuple[str, str], ...]] = {
-    "unstable plant": (('settles(plant.A, "the plant");', ""),),
-    "hiding noise": (("squares(inputs[k]), hidden(k, x)]", "squares(inputs[k])]"),),
-    "hiding noise of a predictor": (
-        (", costOfHiding(plant, plant.schedule[(start + k) % plant.schedule.length], x)]", "]"),
-    ),
-    "energy not positive": (("positive(after, `the energy matrix P at instant ${k}`)", "0"),),
-    "energy does not fall": (("positive(minus(room, product(transpose(step), P[k], step))", "positive(identity(1)"),),
-    "not symmetric": (
-        ("kept(read, same(read, transpose(read)),", "kept(read, true,"),
-        ("demand(same(M, transpose(M)),", "demand(true,"),
-    ),
-    "no disturbance": (("demand(below(number(0), spent)", "demand(true"),),
-    "too small a disturbance": (REACHED,),
-    "turn that grows": (("demand(same(times(R, transpose(R)), identity(r))", "demand(true"),),
-    "weight not positive": (("positive(M, `the weight Z at instant ${k}`);", ""),),
-    "states gain nothing": (('positive(gained, "what the states gain by all weights");', ""),),
-    "P of an unstable loop": (('positive(P, "P");', ""),),
-    "P of another loop": (("demand(same(plus(times(transpose(J), P), times(P, J))", "demand(true || same(P"),),
-    "unstable feedback": (("positive(X, `the Lyapunov matrix of ${what}`);", ""),),
-    "condition open": (("demand(met || below(number(1), least)", "demand(true"),),
-    "eigenvalue below low": (("positive(minus(P, scaled(identity(n), low))", "positive(identity(n)"),),
-    "eigenvalue above high": (("positive(minus(scaled(identity(n), high), P)", "positive(identity(n)"),),
-    "periods that (18) allows": (("demand(below(number(1), times(under, longest))", "demand(true"),),
-    "another loop": (("demand([plant.A, plant.B, plant.C].every(", "demand(true || [plant.A].every("),),
-    "seen by y": (("demand(same(times(plant.C2, x)", "demand(true || same(times(plant.C2, x)"),),
-    "nothing moves": (("demand(below(number(0), made)", "demand(true"),),
-    "level not reached": (("demand(!below(made, product(g, g, spent))", "demand(true"),),
-    "a delay twice": (("below(delays[k - 1], tau)", "true"),),
-    "Gram not positive": (GRAM,),
-    "V couples two delays": (GRAM, ("demand(delay(i) === delay(j) ||", "demand(true ||")),
-    "balance broken": (GRAM, ("demand(cancelled,", "demand(true,")),
-}
+FAULTS: dict[str, list[tuple[str, str]]] = tomllib.loads(
+    Path(__file__).with_name("faults.toml").read_text(encoding="utf-8")
+)
 """By the row that tells it: the changes of the script. Without the last one the row is still refused."""
 
 

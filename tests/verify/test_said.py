@@ -1,45 +1,58 @@
-"""What each committed theorem exports is pinned, with its truth, and the readings and classes that it stands for.
+"""What each committed certificate proves is pinned: sentence, bounds, truth, and all that it exports as data.
 
 `python tests/verify/test_said.py` writes the pins anew; a change of one is a change of what is proved.
 """
 
 import json
-from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from replication.verify.predicate import exported
-from replication.verify.run import STATEMENTS
-from replication.verify.theorem import Found
+from replication import twice
+from replication.verify.run import check
+from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2]
 PINS = Path(__file__).with_name("said.json")
-PAPERS = ("mustafa", "okajima2023", "peet2019", "shao")
+PATHS = {f"{path.parent.name}/{path.stem}": path for path in sorted((ROOT / "certificates").rglob("*.json"))}
 
 
-def exports(paper: str) -> dict[str, list[Any]]:
-    """By theorem: whether it holds, if declared; quantity, plant, setting, class, readings of each term; no proof."""
-    return {path.stem: said(json.loads(path.read_bytes())) for path in (ROOT / "certificates" / paper).glob("*.json")}
+def said(name: str) -> dict[str, Any]:
+    (found,) = twice.said([PATHS[name]], ROOT, 1)
+    assert found["proved"], found["line"]
+    return {key: value for key, value in json.loads(json.dumps(found)).items() if key not in ("line", "proved")}
 
 
-def said(certificate: dict[str, Any]) -> list[Any]:
-    of_all = STATEMENTS[certificate["statement"]]
-    nothing, terms = Found(lower=None, upper=None), []
-    for says in of_all.says:
-        for one in exported(replace(says, found=None), certificate, {}, nothing):
-            of = one.of
-            terms.append([of.quantity, of.plant, dict(of.setting), of.estimators, list(one.readings)])
-    return json.loads(json.dumps([of_all.holds, *terms]))  # type: ignore[no-any-return]
+@cache
+def pins() -> dict[str, dict[str, Any]]:
+    return json.loads(PINS.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
 
 
-@pytest.mark.parametrize("paper", PAPERS)
-def test_the_exports_are_the_pinned_ones(paper: str) -> None:
-    assert exports(paper) == json.loads(PINS.read_text(encoding="utf-8"))[paper]
+def test_every_certificate_is_pinned() -> None:
+    assert pins().keys() == PATHS.keys()
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_what_is_proved_is_as_pinned(name: str) -> None:
+    assert said(name) == pins()[name]
+
+
+ONE_OF_EACH = {json.loads(path.read_bytes())["statement"]: path for path in PATHS.values()}
+"""By statement, one of its certificates."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("field", ["claims", "plant", "parameters", "statement"])
+def test_no_certificate_is_of_another_subject(field: str) -> None:
+    for path in ONE_OF_EACH.values():
+        certificate = json.loads(path.read_bytes())
+        other: Any = "x" if field == "statement" else ["x"] if field == "claims" else {**certificate[field], "x": 1}
+        with pytest.raises(Refused, match=f"^{field} is not that of the wanted theorem {path.stem}$"):
+            check({**certificate, field: other})
 
 
 if __name__ == "__main__":
-    PINS.write_text(
-        json.dumps({paper: exports(paper) for paper in PAPERS}, indent=1, sort_keys=True) + "\n", encoding="utf-8"
-    )
+    lines = (f"{json.dumps(name)}: {json.dumps(said(name), ensure_ascii=False, sort_keys=True)}" for name in PATHS)
+    PINS.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")

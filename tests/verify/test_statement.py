@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 from flint import arb, ctx, fmpq, fmpq_mat
+from tampered import committed
+from test_said import ONE_OF_EACH
 
 from replication.verify.multirate.levels import UNDER
 from replication.verify.predicate import (
@@ -34,7 +37,7 @@ from replication.verify.theorem import Found, Refused
 # A declared statement reads its certificate in the order of its tables, and says what was proved, rounded safely.
 
 
-CERTIFICATES = Path(__file__).parents[2] / "certificates"
+ROOT = Path(__file__).parents[2]
 
 
 def certificate(**fields: Any) -> dict[str, Any]:
@@ -180,10 +183,20 @@ def test_no_sentence_on_a_plant_of_ones_own_names_a_plant(name: str) -> None:
     assert ".name}" not in sentence
 
 
+@pytest.mark.parametrize("name", ONE_OF_EACH)
+def test_a_field_that_is_not_declared_is_refused(name: str) -> None:
+    for group in ("plant", "parameters", "bound", "witness"):
+        one = json.loads(ONE_OF_EACH[name].read_bytes())
+        given = {**one, group: {**one[group], "another": "1"}}
+        if isinstance(STATEMENTS[name].groups[group], Mapping):
+            with pytest.raises(Refused, match=f"{group} has the unknown field another"):
+                STATEMENTS[name](given)
+
+
 def test_a_plant_of_ones_own_that_is_called_as_that_of_a_paper() -> None:
     """Of all statements on such loops; another gain makes it another plant."""
     for name in ("stable-apo", "hurwitz-feedback", "radius-motor-src"):
-        given = json.loads((CERTIFICATES / "shao" / f"{name}.json").read_text(encoding="utf-8"))
+        given = committed(f"shao/{name}")
         own = {**given, "paper": None, "claims": []}
         assert "motor" in check(given).sentence and "motor" not in check(own).sentence
 
@@ -191,12 +204,7 @@ def test_a_plant_of_ones_own_that_is_called_as_that_of_a_paper() -> None:
 # What theorems export: known quantities and classes of estimators, of the plant that they are about and no other.
 
 
-ROOT = Path(__file__).parents[2]
 SAID = [(name, says) for name, one in STATEMENTS.items() for says in one.says]
-
-
-def committed(name: str) -> dict[str, Any]:
-    return dict(json.loads((ROOT / "certificates" / f"{name}.json").read_bytes()))
 
 
 def test_every_theorem_that_supports_a_claim_says_something_as_data() -> None:

@@ -179,19 +179,19 @@ def _predicates(paper: Paper) -> Iterator[str]:
 
 
 def _terms(predicate: Predicate) -> Iterator[str]:
-    where = "replication/verify/predicate.py"
     for term in predicate.terms:
         unit = unit_of(term.quantity)
         if not unit:
             yield (
                 f"speaks of {term.quantity!r}, which is no known quantity; give one of the paper's own statements its "
-                f"unit in brackets, such as 'final size [1]', or add it to {where}"
+                "unit in brackets, such as 'final size [1]', or add it to replication/verify/quantities.toml"
             )
         elif not predicate.unit:
             yield f"says something of {term.quantity!r} without a unit; it has the unit {unit!r}"
         elif predicate.unit != unit:
             yield f"says something of {term.quantity!r} in the unit {predicate.unit!r}; it has the unit {unit!r}"
         if term.estimators not in ESTIMATORS and term.estimators:
+            where = "replication/verify/predicate.py"
             yield f"speaks of the estimators {term.estimators!r}, which are no known class; add it to {where}"
 
 

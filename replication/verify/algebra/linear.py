@@ -55,9 +55,10 @@ def product(A: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
     return result
 
 
-def characteristic_polynomial(M: fmpq_mat) -> Any:
-    """det(z I − M), its work estimated."""
-    spend_characteristic(M)
+def characteristic_polynomial(M: fmpq_mat | arb_mat) -> Any:
+    """det(z I − M), in rationals its work estimated."""
+    if isinstance(M, fmpq_mat):
+        spend_characteristic(M)
     return M.charpoly()
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from flint import fmpq
 
+from replication.verify.stdlib.balls import Ring
+
 # Sums of words in letters that do not commute: an identity between them holds for matrices of all sizes that fit.
 #
 # A letter stands for a matrix, or an operator; a central letter stands for a number, which commutes with all.
@@ -20,7 +22,7 @@ NOTHING: Factors = ((), ())
 
 
 @dataclass(frozen=True)
-class Words:
+class Words(Ring):
     """A sum of words with their coefficients, none of which is zero. symmetric: letters that are their transposes."""
 
     terms: Mapping[Factors, fmpq]
@@ -34,19 +36,9 @@ class Words:
             total[word] = total.get(word, fmpq(0)) + coefficient
         return self._of(total, other)
 
-    __radd__ = __add__
-
     def __neg__(self) -> Words:
         """The negative."""
         return self * -1
-
-    def __sub__(self, other: Words | fmpq | int) -> Words:
-        """The difference."""
-        return self + other * -1
-
-    def __rsub__(self, other: fmpq | int) -> Words:
-        """The difference from a number."""
-        return -self + other
 
     def __truediv__(self, divisor: int) -> Words:
         """A part of it."""
@@ -62,10 +54,6 @@ class Words:
                 word = tuple(sorted(numbers + more)), first + second
                 total[word] = total.get(word, fmpq(0)) + a * b
         return self._of(total, other)
-
-    def __rmul__(self, factor: fmpq | int) -> Words:
-        """The multiple by a number."""
-        return self * factor
 
     def derivative(self, name: str) -> Words:
         """The derivative in a central letter."""
@@ -146,7 +134,7 @@ def number(name: str) -> Words:
 
 
 @dataclass(frozen=True)
-class Symbolic:
+class Symbolic(Ring):
     """A matrix of sums of words, by rows."""
 
     rows: tuple[tuple[Words, ...], ...]
@@ -160,10 +148,6 @@ class Symbolic:
         """The sum."""
         pairs = zip(self.rows, other.rows, strict=True)
         return Symbolic(tuple(tuple(a + b for a, b in zip(*pair, strict=True)) for pair in pairs))
-
-    def __sub__(self, other: Symbolic) -> Symbolic:
-        """The difference."""
-        return self + -other
 
     def __neg__(self) -> Symbolic:
         """The negative."""

@@ -16,22 +16,10 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import below, block, zeros
 from replication.verify.algebra.work import bits, multiplying, spend
+from replication.verify.delay import sos
 from replication.verify.delay.levels import DEGREE, DEGREES, LEAST, ONE_VARIABLE, TENSOR, narrow
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
-from replication.verify.delay.sos import (
-    BUMP,
-    UNIFORM,
-    Form,
-    Powers,
-    Squared,
-    bases,
-    basis_size,
-    kernels,
-    moment,
-    motion,
-    require_zero,
-    supplied,
-)
+from replication.verify.delay.sos import BUMP, UNIFORM, Form, Powers, Squared, basis_size, moment
 from replication.verify.kernel import AtMost, Below, Nonnegative, decide
 from replication.verify.predicate import Says
 from replication.verify.reading import fields, matrices, matrix, sequence, sized, symmetric
@@ -50,7 +38,7 @@ class Functional:
 
         Of an S that couples two delays, which is not allowed, any value serves.
         """
-        at, W, (n, width) = motion(plant), self.weights, (plant.states, plant.late.ncols())
+        at, W, (n, width) = sos.motion(plant), self.weights, (plant.states, plant.late.ncols())
         spend(len(W.R) * plant.points * width**2 * 2 * multiplying(_length(W), 60), "the functional on rates")
         drift, error, both = at.drift.transpose(), at.error.transpose(), W.P + W.P.transpose()
 
@@ -86,7 +74,7 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
 
     The tensor rule: powers of s and of t up to the degree each, with the weight 1; one less with -s(s + 1).
     """
-    _require_functional(plant, bases(degree, "each"), lower, change, functional)
+    _require_functional(plant, sos.bases(degree, "each"), lower, change, functional)
 
 
 @on_plant(
@@ -106,7 +94,7 @@ def narrow_lower(
     less, with the weight 1 and with -s(s + 1), and powers of the {rule} variable alone in Z_2 is infeasible below
     {lower:down}; other degree rules may allow less.
     """
-    powers = kernels(degree, rule)
+    powers = sos.kernels(degree, rule)
     squares = [(weight, degree, powers) for weight in (UNIFORM, BUMP)]
     _require_functional(plant, squares, lower, change, functional)
 
@@ -116,8 +104,8 @@ def _require_functional(
 ) -> None:
     """Refuse unless the functional is non-negative on all squares of these kinds and gives the level."""
     plant = measured_last(plant, change)
-    require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
-    supply, without = (_inner(functional.weights.P, supplied(plant, fmpq(gamma))) for gamma in (0, 1))
+    sos.require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
+    supply, without = (_inner(functional.weights.P, sos.supplied(plant, fmpq(gamma))) for gamma in (0, 1))
     level = supply - without
     decide(Below(0, level, "the functional is not positive on |w|^2 + |v|^2"))
     decide(AtMost(lower * level, supply, f"the functional gives {below(supply / level)} only"))

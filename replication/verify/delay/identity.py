@@ -312,10 +312,7 @@ PARTS = {
         "and R_ij = Z' Gamma_ij Z",
         inverse_residuals,
     ),
-    "lemma-5": (
-        "Lemma 5 in (9) gives the inverse of Theorem 4 applied to (10), both as corrected",
-        gain_residuals,
-    ),
+    "lemma-5": ("Lemma 5 in (9) gives the inverse of Theorem 4 applied to (10), both as corrected", gain_residuals),
 }
 
 

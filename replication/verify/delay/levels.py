@@ -12,7 +12,7 @@ from flint import acb, fmpq
 from replication.verify.delay.plant import DelayPlant, Hidden, characteristic, on_plant, read_hidden, require_hidden
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.kernel import Below, decide
-from replication.verify.predicate import Says
+from replication.verify.predicate import Chosen, Says
 from replication.verify.reading import integer, one_of, positive, rational, several, sized
 from replication.verify.statement import LOWER, UPPER, Depends, statement
 from replication.verify.theorem import Found, require
@@ -30,11 +30,13 @@ NARROW = {"outer": "z2-outer", "inner": "z2-inner"}
 all of that total degree at least, and those with one variable only, by their rule in `forms`."""
 ONE_VARIABLE = sized(one_of, NARROW)
 """The reader of the variable of which alone the kernels hold powers."""
+ALL = (*BY_EACH, *BY_TOTAL, *NARROW.values())
+"""Readings under which no observer is better than a lower bound."""
 UNDER = ("none", TENSOR, "sinc")
 """Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
 
 
-def at(degree: int, readings: Callable[[Mapping[str, Any]], tuple[str, ...]]) -> Says:
+def at(degree: int, readings: Chosen[tuple[str, ...]]) -> Says:
     """The least level at a degree, under readings by the parameters."""
     return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
 
@@ -55,11 +57,6 @@ def above(degree: int, *, total: bool = False) -> Says:
 def narrow(degree: int, within: Callable[[int, int], bool] = le) -> Says:
     """What squares of a degree, or less (of the lower bounds: or more), in one variable are under their own rule."""
     return at(degree, lambda given: (NARROW[given["rule"]],) if within(given["degree"], degree) else ())
-
-
-def below(degree: int) -> Says:
-    """No observer is better, whatever the degree and the rule."""
-    return at(degree, lambda given: (*BY_EACH, *BY_TOTAL, *NARROW.values()))
 
 
 def ratio(degree: int) -> Says:
@@ -117,7 +114,7 @@ def narrow_upper(plant: DelayPlant, degree: int, rule: str, upper: fmpq, witness
     require_level(plant, upper, degree, witness, rule)
 
 
-@on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN, says=tuple(map(below, DEGREES)))
+@on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN, says=tuple(at(degree, ALL) for degree in DEGREES))
 def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
     """The plant< {plant.name}|>: no observer, causal or not, has an L2 gain from w to the error of z below
     {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.

@@ -87,19 +87,16 @@ def kernels(degree: int, rule: str = "each") -> Powers:
     return [(a, b) for a, b in product(powers, powers) if RULES[rule](a, b, degree)]
 
 
-def basis_size(points: int, functions: int, degree: int, powers: Powers | None = None) -> int:
+def basis_size(points: int, functions: int, degree: int, powers: Powers) -> int:
     """Number of entries of zeta in `square`."""
-    return points + functions * (degree + 1 + len(kernels(degree) if powers is None else powers))
+    return points + functions * (degree + 1 + len(powers))
 
 
-def square(
-    M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, degree: int, powers: Powers | None = None
-) -> Form:
+def square(M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, degree: int, powers: Powers) -> Form:
     """int g(s) zeta(s)'M zeta(s) ds, which is non-negative for M >= 0 and g >= 0.
 
-    zeta(s) = [u; s^a f(s), a = 0..degree; s^a int t^b f(t) dt, (a, b) in `powers`, up to the degree each if None].
+    zeta(s) = [u; s^a f(s), a = 0..degree; s^a int t^b f(t) dt, (a, b) in `powers`].
     """
-    powers = kernels(degree) if powers is None else powers
     u = range(points)
     starts = range(points, basis_size(points, functions, degree, powers), functions)
     columns = [range(start, start + functions) for start in starts]

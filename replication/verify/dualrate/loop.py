@@ -66,11 +66,7 @@ def held_over(*observers: Observer) -> str:
 
 SINGLE_RATE = (Observer.SRC, Observer.SRC_SINGLE)
 """Those whose controller, too, acts at the slow instants only."""
-INTERPOLATED = {
-    Observer.HELD: "pmi-held",
-    Observer.SINGLE: "pmi-one-correction",
-    Observer.SLOW_INPUT: "pmi-slow-input",
-}
+INTERPOLATED = {Observer.HELD: "pmi-held", Observer.SINGLE: "pmi-one-correction", Observer.SLOW_INPUT: "pmi-slow-input"}
 """Readings of the manuscript under which an observer is that of DRC-PMI; it is PMI under the others."""
 ALTERNATIVES = {Observer.SRC_SINGLE: "src-one-correction", **INTERPOLATED}
 """The same of SRC and DRC-PMI; the observer of SRC is SRC under the others."""
@@ -149,7 +145,8 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
 
 
 on_loop = partial(statement, plant=read_loop, bits=BITS)
-"""A statement on such a loop."""
+on_paper = partial(on_loop, source="shao")
+"""A statement on such a loop, and one in words of the paper."""
 
 
 def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:

@@ -17,23 +17,13 @@ from replication.verify.dualrate.loop import (
     held_over,
     monodromy,
     on_loop,
+    on_paper,
     read_loop,
 )
 from replication.verify.dualrate.response import require_position_form, steady_start
 from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import (
-    fields,
-    integer,
-    matrix,
-    one_of,
-    positive,
-    rational,
-    sequence,
-    several,
-    sized,
-    text,
-)
+from replication.verify.reading import fields, integer, matrix, one_of, positive, rational, sequence, several, sized
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -72,7 +62,7 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     """
     found = abs(eigenvalue_near(plant, observer, root))
     decide(Below(lower, found, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
-    decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", upper))
+    decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", upper))
 
 
 @on_loop(
@@ -87,21 +77,19 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     spectral radius over one slow period is below {radius:up}.
     """
     decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
-    decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", radius))
+    decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", radius))
 
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
     """ζ(0) by the names of `STARTS`, each once."""
-    names = several(value, path, text)
-    known = set(names) <= STARTS.keys() and len(set(names)) == len(names)
-    require(known, f"{path} must be some of {', '.join(STARTS)}, each once")
-    return {name: STARTS[name](loop) for name in names}
+    found = {name: STARTS[name](loop) for name in several(value, path, sized(one_of, STARTS))}
+    require(len(found) == len(value), f"{path} must name each once")
+    return found
 
 
-@on_loop(
+@on_paper(
     "dualrate.no-bounded-error",
-    source="shao",
-    plant=lambda value, path: read_loop(value, path, "start"),
+    plant=sized(read_loop, "start"),
     parameters={
         "observer": OBSERVER,
         "frequency": positive,

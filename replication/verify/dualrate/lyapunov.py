@@ -13,7 +13,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import between, block, hold, identity, zeros
 from replication.verify.algebra.work import estimate_length, spend_on_products
-from replication.verify.dualrate.loop import Loop, on_loop
+from replication.verify.dualrate.loop import Loop, on_paper
 from replication.verify.kernel import Below, Equal, Positive, decide, holds
 from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, positive, rational, several, sized, symmetric
@@ -148,9 +148,8 @@ def energy(lyapunov: Lyapunov, moment: Moment) -> arb:
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
 
-@on_loop(
+@on_paper(
     "dualrate.lyapunov",
-    source="shao",
     witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
     holds=True,
     says="Lyapunov equation",
@@ -164,9 +163,8 @@ def lyapunov(plant: Loop, P: fmpq_mat) -> None:
     require_solution(plant, P)
 
 
-@on_loop(
+@on_paper(
     "dualrate.prediction-bound",
-    source="shao",
     parameters={"longest": positive},
     witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
     holds=False,
@@ -182,7 +180,7 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
     return Found(words={"gap": gap, "side": side})
 
 
-@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION}, says="condition (18)")
+@on_paper("dualrate.condition", witness={"lyapunov": SOLUTION}, says="condition (18)")
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
     """The loop< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) <{verb} (18), whose left side is|has α₄
     λ_max(P) T, which must be below one, at> {side:down} to {side:up}.
@@ -246,9 +244,8 @@ LARGEST_RATIO = 100
 """Of a ratio for which det(I − Φ) is expanded for all periods at once."""
 
 
-@on_loop(
+@on_paper(
     "dualrate.counterexample",
-    source="shao",
     parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
     witness={"lyapunov": SOLUTION},
     holds=False,

@@ -15,7 +15,7 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
-from replication.verify.algebra.linear import above, below, identity, largest, solved, zeros
+from replication.verify.algebra.linear import above, below, identity, largest, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
@@ -25,7 +25,7 @@ from replication.verify.dualrate.loop import (
     Passage,
     held_over,
     monodromy,
-    on_loop,
+    on_paper,
     pass_period,
 )
 from replication.verify.kernel import Below, Within, decide, holds
@@ -44,21 +44,13 @@ class Feedforward(StrEnum):
     PRINTED = "printed"
     CORRECTED = "corrected"
 
-    @property
-    def words(self) -> str:
-        """The command with it, in a sentence on the manuscript."""
-        return {Feedforward.PRINTED: "as printed", Feedforward.CORRECTED: "with ȳ_d that inverts the motor"}[self]
-
-    @property
-    def formula(self) -> str:
-        """b ȳ_d."""
-        return {
-            Feedforward.PRINTED: "y_d'' + a₂ y_d' + a₃ y_d",
-            Feedforward.CORRECTED: "y_d''' + a₃ y_d'' + a₂ y_d'",
-        }[self]
-
 
 PRINTED = Feedforward.PRINTED
+COMMANDS = {
+    PRINTED: {"command": "as printed", "input": "y_d'' + a₂ y_d' + a₃ y_d"},
+    Feedforward.CORRECTED: {"command": "with ȳ_d that inverts the motor", "input": "y_d''' + a₃ y_d'' + a₂ y_d'"},
+}
+"""The command in a sentence on the manuscript, and b ȳ_d."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,24 +107,24 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
+def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: acb_mat) -> Passage:
+    """Amplitudes over a slow period with the command, from those of (x, ζ)."""
+    n, amplitude, rows = loop.order, command_amplitude(loop, s, form), start.tolist()
+    return pass_period(loop, observer, acb_mat(rows[:n]), acb_mat(rows[n:]), lambda k: amplitude * turn(s, k * loop.T))
+
+
 def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> acb_mat:
     """X: amplitude of (x, ζ) at the slow instants, shape (2n, 1); refused if e^{sMT} may be an eigenvalue of Φ."""
-    n, amplitude = loop.order, command_amplitude(loop, s, form)
-    nothing = acb_mat(zeros(n, 1))
-    end = pass_period(loop, observer, nothing, nothing, lambda k: amplitude * turn(s, k * loop.T))
+    end = driven(loop, observer, s, form, acb_mat(2 * loop.order, 1))
     added = acb_mat(end.state.tolist() + end.estimate.tolist())
-    shifted = acb_mat(identity(2 * n)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
+    shifted = acb_mat(identity(2 * loop.order)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
     X: acb_mat = solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
     return X
 
 
 def steady_passage(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> Passage:
     """Amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
-    n, amplitude = loop.order, command_amplitude(loop, s, form)
-    start = steady_start(loop, observer, s, form).tolist()
-    return pass_period(
-        loop, observer, acb_mat(start[:n]), acb_mat(start[n:]), lambda k: amplitude * turn(s, k * loop.T)
-    )
+    return driven(loop, observer, s, form, steady_start(loop, observer, s, form))
 
 
 def steady_motion(
@@ -140,7 +132,7 @@ def steady_motion(
 ) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
+    decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
     rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
@@ -269,9 +261,8 @@ def _bounds(i: int, known: Mapping[str, Any]) -> Found:
     return Found(lower=error.lower, upper=error.upper)
 
 
-@on_loop(
+@on_paper(
     "dualrate.tracking-errors",
-    source="shao",
     parameters={
         "observer": OBSERVER,
         "feedforward": sized(one_of, Feedforward),
@@ -322,20 +313,12 @@ def tracking_errors(
         f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
         for frequency, error in zip(frequencies, errors, strict=True)
     )
-    return Found(
-        words={
-            "command": feedforward.words,
-            "hold": held_over(observer),
-            "input": feedforward.formula,
-            "where": INSTANTS[instants],
-            "sizes": ", ".join(sizes),
-        }
-    )
+    where = {"hold": held_over(observer), "where": INSTANTS[instants]}
+    return Found(words={**COMMANDS[feedforward], **where, "sizes": ", ".join(sizes)})
 
 
-@on_loop(
+@on_paper(
     "dualrate.estimates-ordered",
-    source="shao",
     parameters={"observer": OBSERVER, "than": OBSERVER, "frequency": positive},
     holds=True,
     says=(
@@ -369,6 +352,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
+    decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
     passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
     return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

@@ -23,14 +23,8 @@ def error_equations() -> None:
 
     With y_p (case 1) and with y (case 2) at t_k.
     """
-    A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
-    zeta = x - xi
-    for used in (predicted, y):
-        joint = A @ x + B @ K @ x - B @ K @ xi
-        decide(Identity(A @ x + B @ K @ held, joint + B @ K @ (held - zeta), "the first row of (9) = (10)"))
-        second = A @ xi - L @ (used - C @ zeta)
-        rest = (A - L @ C) @ xi - L @ (y - C @ x) - L @ (used - y)
-        decide(Identity(second, rest, "the second row of (9) = (10)"))
+    require_errors(case_2=False)
+    require_errors(case_2=True)
 
 
 @statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
@@ -39,12 +33,18 @@ def second_case() -> None:
 
     In Case 2 ȳ(t_k) = y(t_k).
     """
-    A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
+    require_errors(case_2=True)
+
+
+def require_errors(*, case_2: bool) -> None:
+    """Refuse unless both rows of (9) are those of (10), in Case 2 without its last term."""
+    A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
     zeta = x - xi
     first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
-    decide(Identity(A @ x + B @ K @ held, first, "the first row of Case 2"))
+    decide(Identity(A @ x + B @ K @ held, first, "the first row of (9) = (10)"))
     second = (A - L @ C) @ xi - L @ (y - C @ x)
-    decide(Identity(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2"))
+    used, whole = (y, second) if case_2 else (predicted, second - L @ (predicted - y))
+    decide(Identity(A @ xi - L @ (used - C @ zeta), whole, "the second row of (9) = (10)"))
 
 
 @statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
@@ -106,6 +106,10 @@ STEPS: Mapping[str, Mapping[str, str]] = {
     "feedback": {"KÂ": "zeta", "KBK": "zeta", "KLC": "x"},
 }
 """Terms of (12) and (14) by what their matrix multiplies: the state, or the estimate."""
+BOUNDS = {
+    "output": ("bounds (12) and (13)", "(12) and (13) hold"),
+    "feedback": ("bound (14)", "(14) holds with |e_p(t_k)| (t − t_k) where e_p(t_k) is printed"),
+}
 
 
 @statement(
@@ -116,12 +120,7 @@ STEPS: Mapping[str, Mapping[str, str]] = {
         "weights": Depends(lambda given: sized(record, dict.fromkeys(STEPS[given.quantity], positive))),
     },
     holds=True,
-    says=Says(
-        quantity=lambda parameters: {"output": "bounds (12) and (13)", "feedback": "bound (14)"}[
-            parameters["quantity"]
-        ],
-        setting={},
-    ),
+    says=Says(quantity=lambda parameters: BOUNDS[parameters["quantity"]][0], setting={}),
 )
 def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     """For every loop, all states and every period {equations}, with the factors {factors}.
@@ -137,12 +136,8 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
         signal = STEPS[quantity][term]
         m = fmpq_mat([list(SIGNALS[signal])])
         decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
-    equations = {
-        "output": "(12) and (13) hold",
-        "feedback": "(14) holds with |e_p(t_k)| (t − t_k) where e_p(t_k) is printed",
-    }
     factors = ", ".join(f"{weight} of ‖{term}‖" for term, weight in weights.items())
-    return Found(words={"equations": equations[quantity], "factors": factors})
+    return Found(words={"equations": BOUNDS[quantity][1], "factors": factors})
 
 
 @statement("dualrate.contraction", source="shao", holds=True, says="contraction (22)")

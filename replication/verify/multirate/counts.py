@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import count
 from typing import Any
 
@@ -18,11 +19,14 @@ from replication.verify.theorem import Found, require
 
 Plant = Mapping[str, Any]
 """A plant as it stands in the certificate, of which each statement reads what it counts."""
+scheduled = partial(statement, parameters=TIMES)
+counted = partial(scheduled, plant=as_written)
+"""Statements on a schedule, and on a plant with one."""
 CYCLIC = ("one full P", "P in blocks")
 """Readings of the paper: how the P of its earlier design is made up, which changes no rows."""
 
 
-@statement("multirate.selection", parameters=TIMES, says="measured sensors")
+@scheduled("multirate.selection", says="measured sensors")
 def selection(periods: list[int], offsets: list[int]) -> Found:
     """With the periods {periods} and offsets {offsets} the sensors (counted from 0) measured at each instant are
     {measured}, and again from instant {period} on.
@@ -35,14 +39,14 @@ def selection(periods: list[int], offsets: list[int]) -> Found:
     return Found(words=words, items=tuple((entry, entry) for entry in entries))
 
 
-@statement("multirate.common-period", parameters=TIMES, says="common period")
+@scheduled("multirate.common-period", says="common period")
 def common_period(periods: list[int], offsets: list[int]) -> Found:
     """The schedule of the periods {periods} and offsets {offsets} first repeats after {number} {instants}."""
     measured = schedule(periods, offsets)
     return _instants(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
 
 
-@statement("multirate.idle-instants", parameters=TIMES, says="longest time unmeasured")
+@scheduled("multirate.idle-instants", says="longest time unmeasured")
 def idle_instants(periods: list[int], offsets: list[int]) -> Found:
     """With the periods {periods}, offsets {offsets} the longest time without a measurement is {number} {instants}."""
     measured = schedule(periods, offsets)
@@ -53,7 +57,7 @@ def idle_instants(periods: list[int], offsets: list[int]) -> Found:
     return _instants(max(runs))
 
 
-@statement("multirate.dual-rate", parameters=TIMES, says="dual-rate schedule")
+@scheduled("multirate.dual-rate", says="dual-rate schedule")
 def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     """{all_} sensors measure at instant 0 of {period}, and none at any other, with the periods {periods} and offsets
     {offsets}.
@@ -63,9 +67,7 @@ def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-@statement(
-    "multirate.variables", source="okajima2023", plant=as_written, parameters=TIMES, says="unknowns of Theorem 2"
-)
+@counted("multirate.variables", source="okajima2023", says="unknowns of Theorem 2")
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """For {subject} with the periods {periods} and offsets {offsets} Theorem 2 has {number} unknown numbers.
 
@@ -93,12 +95,8 @@ def rows(plant: Plant, parameters: Any) -> Found:
     return _count(_rows(plant))
 
 
-@statement(
-    "multirate.cyclic-rows",
-    source="okajima2023",
-    plant=as_written,
-    parameters=TIMES,
-    says=Says(quantity="rows of the cyclic inequality", readings=CYCLIC),
+@counted(
+    "multirate.cyclic-rows", source="okajima2023", says=Says(quantity="rows of the cyclic inequality", readings=CYCLIC)
 )
 def cyclic_rows(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """For {subject} with the periods {periods} and offsets {offsets} the matrix of Theorem 2 for the cyclic
@@ -110,7 +108,7 @@ def cyclic_rows(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return _count(instants * _rows(plant), instants=instants)
 
 
-@statement("multirate.unmeasured", plant=as_written, parameters=TIMES, says="unmeasured columns are zero")
+@counted("multirate.unmeasured", says="unmeasured columns are zero")
 def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """The gains of {subject} are {zero} {others} columns of sensors that are not measured at that phase, with the
     periods {periods} and offsets {offsets}.
@@ -139,7 +137,7 @@ def observable(plant: Plant, parameters: Any) -> Found:
     return Found(words={"rank": rank, "n": n}, holds=rank == n)
 
 
-@statement("multirate.product", plant=as_written, parameters=TIMES, says="same poles from the next instant")
+@counted("multirate.product", says="same poles from the next instant")
 def order_of_factors(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """With the gains of {subject}, periods {periods} and offsets {offsets}, A_e as a product over one period, later
     factors to the left, has {shifted} characteristic polynomial from instant 1 as from instant 0; with the factors in

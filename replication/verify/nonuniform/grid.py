@@ -14,17 +14,10 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import beside, between, circle_point, energy, hold, identity, solved
 from replication.verify.kernel import Below, Hurwitz, Positive, decide
-from replication.verify.nonuniform.gain import (
-    ATTAINED,
-    complex_vector,
-    read_storage,
-    require_at,
-    require_attained,
-    require_level,
-    require_ratio,
-)
+from replication.verify.nonuniform import gain
+from replication.verify.nonuniform.gain import ATTAINED, complex_vector, require_ratio
 from replication.verify.nonuniform.identities import logarithmic_norm, require_sharp_ends
-from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_plant, read_filter, seconds
+from replication.verify.nonuniform.system import Case, Filter, Plant, on_plant, read_filter, seconds
 from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, positive, rational, sequence, sized, symmetric
 from replication.verify.statement import BOTH, Depends
@@ -56,15 +49,6 @@ class Interval:
 
     lower: arb
     upper: arb
-
-
-@dataclass(frozen=True)
-class Covering:
-    """How Algorithm 1 ended: the elements, and the interval (9) of the first one."""
-
-    elements: list[arb]
-    passes: int
-    first: Interval
 
 
 def modal(A: fmpq_mat) -> fmpq_mat:
@@ -131,8 +115,8 @@ def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval
     return Interval(h - (1 + below / gain).log() / below, h + argument.log() / above)
 
 
-def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> Covering:
-    """Algorithm 1 with alpha in both steps, U3 with mu(A), and a set-minus in step 4, until it ends.
+def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> tuple[list[arb], list[Interval]]:
+    """The elements and intervals (9) of Algorithm 1 with alpha in both steps, U3 with mu(A), and a set-minus in step 4.
 
     Every decision is made in balls, or refused. `passes` lists for each pass the witnesses of alpha of the new
     elements, in increasing order.
@@ -144,13 +128,12 @@ def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> Covering:
         given = len(witnesses)
         require(given == len(new), f"witness.passes[{count}] must have {len(new)} elements, got {given}")
         for h, alpha in zip(new, witnesses, strict=True):
-            gain = small_gain(plant.A, state_transition(plant, h), alpha)
-            intervals.append(covered(h, below, above, above, gain))
+            intervals.append(covered(h, below, above, above, small_gain(plant.A, state_transition(plant, h), alpha)))
         elements += new
         new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
         if not new:
             require(count + 1 == len(passes), "witness.passes goes on after the range is covered")
-            return Covering(elements, len(passes), intervals[0])
+            return elements, intervals
     raise Refused(f"after {len(passes)} passes the range is not covered: {len(new)} gaps are left")
 
 
@@ -201,7 +184,7 @@ def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) ->
 PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.order))))}
 
 
-@on_plant("nonuniform.upper-end", source="mustafa", holds=True, says="sharp upper end (9)")
+@on_plant("nonuniform.upper-end", holds=True, says="sharp upper end (9)")
 def upper_end(plant: Plant) -> Found:
     """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9), and not before;
     {printed}.
@@ -227,7 +210,7 @@ def upper_end(plant: Plant) -> Found:
     return Found(words={"printed": "as printed the upper end lies below the centre of the interval"})
 
 
-@on_plant("nonuniform.lower-end", source="mustafa", holds=True, says="sharp lower end (9)")
+@on_plant("nonuniform.lower-end", holds=True, says="sharp lower end (9)")
 def lower_end(plant: Plant) -> None:
     """At the lower end of (9), case L3, and not before, alpha times the bound of Lemma 3 for -A is one."""
     require_sharp_ends()
@@ -236,7 +219,6 @@ def lower_end(plant: Plant) -> None:
 
 @on_plant(
     "nonuniform.grid-size",
-    source="mustafa",
     bound=BOTH,
     witness=PASSES,
     says=(
@@ -248,26 +230,25 @@ def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]])
     """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
     {number} passes.
     """
-    covering = run_algorithm(plant, passes)
-    size = len(covering.elements)
+    elements, _ = run_algorithm(plant, passes)
+    size = len(elements)
     require(lower == size == upper, f"the grid has {size} elements, not {lower} to {upper}")
-    return Found(words={"number": covering.passes})
+    return Found(words={"number": len(passes)})
 
 
-@on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True, says="conservative element")
+@on_plant("nonuniform.one-interval", witness=PASSES, holds=True, says="conservative element")
 def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
     """With U3 corrected, the interval (9) around the middle of the range leaves out part of it, although the error
     system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
     """
-    covering = run_algorithm(plant, passes)
+    elements, intervals = run_algorithm(plant, passes)
     decide(Hurwitz(plant.A, "the plant"))
-    require(not covers(covering.first, seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
-    return Found(words={"size": len(covering.elements)})
+    require(not covers(intervals[0], seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
+    return Found(words={"size": len(elements)})
 
 
 @on_plant(
     "nonuniform.stalls",
-    source="mustafa",
     witness=Depends(lambda given: sized(read_alpha, given.plant.order)),
     holds=False,
     says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
@@ -283,8 +264,8 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
     start, stop = seconds(plant.h_l), seconds(plant.h_u)
     h = (start + stop) / 2
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    gain = small_gain(plant.A, state_transition(plant, h), witness)
-    tested, marked = (covered(h, below, above, below, used) for used in (gain, gain.sqrt()))
+    size = small_gain(plant.A, state_transition(plant, h), witness)
+    tested, marked = (covered(h, below, above, below, used) for used in (size, size.sqrt()))
     require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
     how = "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
     if not before(marked.upper, marked.lower):
@@ -295,7 +276,6 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
 
 @on_plant(
     "nonuniform.same-level",
-    source="mustafa",
     parameters={"cells": sized(integer, 1)},
     witness={
         "cell": integer,
@@ -305,7 +285,7 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
         "direction": Depends(lambda given: sized(matrix, given.plant.order, 1)),
         "filter": Depends(lambda given: sized(read_filter, given.plant)),
         "level": positive,
-        "storage": Depends(lambda given: sized(read_storage, given.plant.order + given.filter.A.nrows())),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.filter.A.nrows())),
     },
     holds=True,
     says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
@@ -319,13 +299,13 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     and the norm of Delta.
     """
     require(cell < cells, "witness.cell is not one of the cells")
-    h = seconds(along(plant.h_l, plant.h_u, fmpq(2 * cell + 1, 2 * cells)))
+    h = seconds(plant.along(fmpq(2 * cell + 1, 2 * cells)))
     moved = replace(plant, A=modal(plant.A))
     require_response(moved.A, state_transition(moved, h), alpha, proof["response"])
     half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
     require_radius(moved.A, half, radius, proof["direction"])
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
-    require_level(plant, case, level, proof["storage"])
+    gain.require_level(plant, case, level, proof["storage"])
     forced = min(alpha, alpha * radius)
     decide(Below(level, forced, f"the level {level} of the filter is not below {forced}"))
     return Found(words={"forced": forced})
@@ -336,7 +316,6 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
 
 @on_plant(
     "nonuniform.grid-solution-fails",
-    source="mustafa",
     witness={
         **PASSES,
         "level": positive,
@@ -359,8 +338,8 @@ def grid_solution_fails(
     """
     decide(Positive(P, "witness.P"))
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=filter, level=level)
-    elements = run_algorithm(plant, passes).elements
+    elements, _ = run_algorithm(plant, passes)
     for h in elements:
-        require_at(plant, case, level, P, h)
-    require_attained(plant, case, level, **motion)
+        gain.require_at(plant, case, level, P, h)
+    gain.require_attained(plant, case, level, **motion)
     return Found(words={"size": len(elements)})

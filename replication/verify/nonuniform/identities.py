@@ -37,7 +37,7 @@ def logarithmic_norm(A: fmpq_mat) -> arb:
     return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
 
 
-@on_plant("nonuniform.lemma-3", source="mustafa", holds=True, says=Says(quantity="Lemma 3", universal=True))
+@on_plant("nonuniform.lemma-3", holds=True, says=Says(quantity="Lemma 3", universal=True))
 def lemma_3(plant: Plant) -> Found:
     """|e^(At)| <= e^(mu t) for all t >= 0 and every A; here mu(A) lies in {mu:ball 10}.
 
@@ -57,7 +57,7 @@ def lemma_3(plant: Plant) -> Found:
     return Found(words={"mu": logarithmic_norm(plant.A)})
 
 
-@on_plant("nonuniform.map", source="mustafa", holds=True, says="map of the error system")
+@on_plant("nonuniform.map", holds=True, says="map of the error system")
 def loop_map(plant: Plant) -> Found:
     """For signals of any size w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 Sigma_12.
     As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
@@ -84,12 +84,6 @@ def loop_map(plant: Plant) -> Found:
 def congruence() -> None:
     """(10) is the congruence of (6) by diag(J_1, I, J_1, I), block by block, for plants and signals of
     any size and filters of the plant's order.
-    """
-    require_congruence()
-
-
-def require_congruence() -> None:
-    """The blocks of (10) are those of (6) after the congruence with diag(J_1, I, J_1, I).
 
     P-bar = [X U; U' X^] and its inverse [Y V; V' Y^] give XY + UV' = I and U'Y + X^V' = 0, so with Z = X^{-1}:
     Y = Z (I - UV') = (I - VU')Z, and T = P-bar J_1 = [I I; U'Z 0] for J_1 = [Z Y; 0 V'].
@@ -114,12 +108,6 @@ def require_congruence() -> None:
 def recovery() -> None:
     """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for any
     size of plant and signals and filters of its order.
-    """
-    require_recovery()
-
-
-def require_recovery() -> None:
-    """The filter by (11) from the unknowns of (10) is the one behind them, in other coordinates of its state.
 
     S = -Y^{-1}V is the change of coordinates and W = U'Z. With V = -YS and Z = Y + VW (the relation of the congruence),
     I - Y^{-1}Z = SW, so (11) reads A = S A_f W (SW)^{-1} = S A_f S^{-1}, B = S B_f, C = C_f W (SW)^{-1} = C_f S^{-1}.
@@ -185,8 +173,8 @@ def level() -> None:
     (10) is (6) after a congruence with an invertible matrix, as (10) gives Y > Z > 0; (11) gives back the filter, in
     other coordinates. P-bar is one for all elements, so Lemma 1 holds on the grid.
     """
-    require_congruence()
-    require_recovery()
+    congruence.prove()
+    recovery.prove()
     _dissipation()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
@@ -12,16 +13,10 @@ from replication.verify.algebra.linear import block, energy, hold, identity, pro
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import AtMost, Hurwitz, Positive, decide
 from replication.verify.nonuniform import gain, system
-from replication.verify.nonuniform.gain import (
-    ATTAINED,
-    Storage,
-    require_attained,
-    require_level,
-    require_motion,
-    require_ratio,
-)
+from replication.verify.nonuniform.gain import ATTAINED, Storage
 from replication.verify.nonuniform.system import (
-    PERIODS,
+    PERIOD,
+    SCOPE,
     Case,
     Filter,
     Plant,
@@ -31,7 +26,7 @@ from replication.verify.nonuniform.system import (
     seconds,
 )
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import fields, matrices, positive, rational, sequence, sized, square, text
+from replication.verify.reading import fields, matrices, positive, rational, sequence, sized, square
 from replication.verify.statement import BOTH, LOWER, UPPER, Depends
 from replication.verify.theorem import Found, require
 
@@ -68,7 +63,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
         following = (Phi - Gamma * arb_mat(ratio)) * x
         supplied = _quadratic(energy_before(back, arb_mat(ratio.transpose() * ratio)), x)
         seen = _quadratic(energy_before(back, L.transpose() * L), following)
-    require_ratio(seen, supplied, level, "the hidden disturbance")
+    gain.require_ratio(seen, supplied, level, "the hidden disturbance")
 
 
 def require_schur(J: arb_mat) -> None:
@@ -91,12 +86,8 @@ def _quadratic(Q: arb_mat, x: arb_mat) -> arb:
     return (x.transpose() * Q * x).trace()
 
 
-GAIN, LEAST, GIVEN, EVERY = (
-    "gain over sequences",
-    "least gain over sequences",
-    "the given filter",
-    "filters of form (4)",
-)
+GAIN, GIVEN = "gain over sequences", "the given filter"
+LEAST, EVERY = "least gain over sequences", "filters of form (4)"
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
 """What the norms count: samples, a reading of the paper, or seconds, beyond its text."""
 NOT_NOMINAL = "every sequence, against Theorem 3 and Sec. V-A"
@@ -130,13 +121,13 @@ AT_PERIOD = Says(
 WITHIN_RANGE = Says(
     quantity=LEAST,
     estimators=(EVERY,),
-    setting={"from": PERIODS[0], "to": PERIODS[-1]},
+    setting={"from": "h_l", "to": "h_u"},
     readings=(*SEQUENCES.values(), NOT_NOMINAL, "grid of one element"),
 )
 """A constant period is one of the sequences: a lower bound there is one over the range, whatever the norms count."""
 
 CASE = Depends(lambda given: sized(system.read_case, given.plant))
-LEVEL = Depends(lambda given: sized(system.read_case, given.plant, "level"))
+LEVEL = Depends(lambda given: partial(system.read_case, plant=given.plant, level=positive))
 STORED = {
     "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.parameters.filter.A.nrows()))
 }
@@ -145,20 +136,20 @@ STORED = {
 @on_filtered("nonuniform.gain-upper", parameters=CASE, bound=UPPER, witness=STORED, says=OF_FILTER)
 def gain_upper(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The gain of the given filter {parameters.scope} is at most {upper:up}."""
-    require_level(plant, parameters, upper, storage)
+    gain.require_level(plant, parameters, upper, storage)
 
 
 @on_filtered("nonuniform.keeps-level", parameters=LEVEL, bound=UPPER, witness=STORED, holds=True, says=OF_FILTER)
 def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The given filter has the level {parameters.level:up} {parameters.scope}."""
-    require_level(plant, parameters, upper, storage)
+    gain.require_level(plant, parameters, upper, storage)
     decide(AtMost(upper, parameters.level, f"the bound {upper} exceeds the level {parameters.level}"))
 
 
 @on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
 def gain_lower(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> None:
     """The gain of the given filter {parameters.scope} is more than {lower:down}."""
-    require_attained(plant, parameters, lower, **motion)
+    gain.require_attained(plant, parameters, lower, **motion)
 
 
 @on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False, says=OF_FILTER)
@@ -166,14 +157,13 @@ def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> 
     """The given filter does not have the level {parameters.level:down} {parameters.scope}: its gain is more than
     {lower:down}.
     """
-    require_attained(plant, parameters, lower, **motion)
+    gain.require_attained(plant, parameters, lower, **motion)
     decide(AtMost(parameters.level, lower, f"the bound {lower} is below the level {parameters.level}"))
 
 
 @on_plant(
     "nonuniform.optimum-upper",
-    source="mustafa",
-    parameters={"from": text, "to": text, "weight": system.WEIGHT},
+    parameters=SCOPE,
     bound=UPPER,
     witness={
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
@@ -187,15 +177,14 @@ def optimum_upper(
     """Some filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has the level {upper:up}
     {scope}.
     """
-    case = Case(ends=system.read_ends(plant, from_, to), weight=weight, filter=filter, level=upper)
-    require_level(plant, case, upper, storage)
+    case = Case(ends=system.ends_between(plant, from_, to), weight=weight, filter=filter, level=upper)
+    gain.require_level(plant, case, upper, storage)
     return Found(words={"scope": case.scope})
 
 
 @on_plant(
     "nonuniform.optimum-lower",
-    source="mustafa",
-    parameters={"period": text},
+    parameters={"period": PERIOD},
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
     says=(AT_PERIOD, WITHIN_RANGE),
@@ -204,15 +193,14 @@ def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> 
     """Every stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has a gain above
     {lower:down} at the constant period {period} s.
     """
-    constant = plant.period(period, "parameters.period")
+    constant = plant.period(period)
     require_no_filter_below(plant, constant, lower, start)
     return Found(words={"period": system.in_words(constant)})
 
 
 @on_plant(
     "nonuniform.no-filter-keeps-level",
-    source="mustafa",
-    parameters={"period": text, "level": positive},
+    parameters={"period": PERIOD, "level": positive},
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
     holds=False,
@@ -225,7 +213,7 @@ def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, s
 
     Of a solution P-bar > 0 of the strict inequality (6) at a period the filter is Schur, and has the level there.
     """
-    constant = plant.period(period, "parameters.period")
+    constant = plant.period(period)
     require_no_filter_below(plant, constant, lower, start)
     decide(AtMost(level, lower, f"the bound {lower} is below the level {level}"))
     return Found(words={"period": system.in_words(constant)})
@@ -285,6 +273,7 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
 
 @on_plant(
     "nonuniform.stamped-gain",
+    source="",
     bound=BOTH,
     witness={
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),
@@ -312,6 +301,6 @@ def stamped_gain(
     """
     moved, chosen = in_coordinates(plant, filter, T)
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
-    require_level(moved, case, upper, storage)
-    require_motion(moved, case, lower, **motion)
+    gain.require_level(moved, case, upper, storage)
+    gain.require_motion(moved, case, lower, **motion)
     return Found(words={"scope": case.scope})

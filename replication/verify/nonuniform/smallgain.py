@@ -23,13 +23,12 @@ from replication.verify.algebra.linear import below as below_
 from replication.verify.algebra.linear import circle_point, complex_of, hold, identity, largest, rounded_ends, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import Below, Hurwitz, Positive, decide, holds
-from replication.verify.nonuniform.gain import require_everywhere
+from replication.verify.nonuniform.gain import Fails, Pair, require_everywhere
 from replication.verify.nonuniform.grid import bounded_real
 from replication.verify.nonuniform.system import (
-    PERIODS,
+    PERIOD,
     Filter,
     Plant,
-    along,
     in_words,
     on_filtered,
     on_plant,
@@ -37,17 +36,7 @@ from replication.verify.nonuniform.system import (
     step_at,
 )
 from replication.verify.predicate import Says
-from replication.verify.reading import (
-    MAX_ENTRIES,
-    fields,
-    integer,
-    positive,
-    rational,
-    sequence,
-    sized,
-    symmetric,
-    text,
-)
+from replication.verify.reading import MAX_ENTRIES, fields, integer, positive, rational, sequence, sized, symmetric
 from replication.verify.statement import Depends
 from replication.verify.theorem import Found, require
 
@@ -71,7 +60,7 @@ def modal(a: acb, h_0: arb, h: arb) -> arb:
     return abs((a * acb(h)).exp() - start) / (1 - abs(start))
 
 
-@on_plant("nonuniform.breaks-condition-8", source="mustafa", parameters={"period": text}, holds=False, says=CONDITION)
+@on_plant("nonuniform.breaks-condition-8", parameters={"period": PERIOD}, holds=False, says=CONDITION)
 def breaks_condition(plant: Plant, period: str) -> Found:
     """With the middle of the range for its one element (8) does not hold over the range in any coordinates: at the
     period {period} s the norm is at least {least:down 6}.
@@ -80,7 +69,7 @@ def breaks_condition(plant: Plant, period: str) -> Found:
     sequences, so that the gain for every sequence is no less.
     """
     decide(Hurwitz(plant.A, "the plant"))
-    changed = plant.period(period, "parameters.period")
+    changed = plant.period(period)
     h_0, h = seconds(plant.middle), seconds(changed)
     found = [modal(a, h_0, h) for a in eigenvalues(plant.A)]
     reached = [size for size in found if holds(Below(1, size, "one"))]
@@ -90,7 +79,6 @@ def breaks_condition(plant: Plant, period: str) -> Found:
 
 @on_plant(
     "nonuniform.meets-condition-8",
-    source="mustafa",
     witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order)))},
     holds=True,
     says=CONDITION,
@@ -109,31 +97,29 @@ def meets_condition(plant: Plant, P: list[fmpq_mat]) -> Found:
     values = eigenvalues(plant.A)
     trace, determinant = plant.A[0, 0] + plant.A[1, 1], plant.A.det()
     decide(Below(4 * determinant, trace * trace, "the eigenvalues of A are not real and different"))
-    h_0, ends = seconds(plant.middle), [seconds(plant.period(name, "period")) for name in (PERIODS[0], PERIODS[-1])]
-    sizes = [modal(a, h_0, h) for a in values for h in ends]
+    h_0 = seconds(plant.middle)
+    sizes = [modal(a, h_0, seconds(h)) for a in values for h in (plant.h_l, plant.h_u)]
     for size in sizes:
         decide(Below(size, 1, "in modal coordinates the norm is not proved to be below one"))
     for k, (first, last) in enumerate(pairwise([fmpq(i, len(P)) for i in range(len(P) + 1)])):
-        require_everywhere(_Gain(plant, P[k]).fails, first, last, [(k, k)], HALVINGS)
+        require_everywhere(_fails(plant, P[k]), first, last, [(k, k)], HALVINGS)
     return Found(words={"most": max(sizes, key=lambda size: float(size.upper()))})
 
 
-class _Gain:
-    """The bounded real lemma for T at the level one: C = A Phi."""
+def _fails(plant: Plant, P: fmpq_mat) -> Fails:
+    """The bounded real lemma for T at the level one, C = A Phi, and the changes to all periods between two shares."""
+    n, middle, one = plant.order, seconds(plant.middle), identity(plant.order)
+    Phi = hold(plant.A, plant.B, middle)[0]
+    decide(Positive(arb_mat(P), "witness.P"))
 
-    def __init__(self, plant: Plant, P: fmpq_mat) -> None:
-        self.plant, self.P = plant, arb_mat(P)
-        self.Phi = hold(plant.A, plant.B, seconds(plant.middle))[0]
-        decide(Positive(self.P, "witness.P"))
-
-    def fails(self, a: fmpq, b: fmpq, transitions: list[tuple[int, int]]) -> list[tuple[int, int]]:
-        """The piece, unless the inequality holds for the changes to all periods between the shares a and b."""
-        plant, n = self.plant, self.plant.order
+    def fails(a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         spend(30 * n**3 * BALL, "condition (8)")
-        h = seconds(along(plant.h_l, plant.h_u, a)).union(seconds(along(plant.h_l, plant.h_u, b)))
-        D = hold(plant.A, identity(n), h - seconds(plant.middle))[1]
-        room = bounded_real(self.P, self.Phi, D, arb_mat(plant.A) * self.Phi, arb_mat(identity(n)))
+        h = seconds(plant.along(a)).union(seconds(plant.along(b)))
+        D = hold(plant.A, one, h - middle)[1]
+        room = bounded_real(arb_mat(P), Phi, D, arb_mat(plant.A) * Phi, arb_mat(one))
         return [] if holds(Positive(room, "the bounded real lemma")) else transitions
+
+    return fails
 
 
 # The output matrices C_f with which a filter with given A_f and B_f keeps a level at the middle period: a box of them.

@@ -12,20 +12,9 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import beside, block, characteristic_polynomial, generator, hold
+from replication.verify.algebra.linear import beside, block, generator, hold
 from replication.verify.kernel import Hurwitz, Within, decide
-from replication.verify.reading import (
-    fields,
-    known_fields,
-    matrix,
-    one_of,
-    positive,
-    rational,
-    sequence,
-    sized,
-    states,
-    text,
-)
+from replication.verify.reading import fields, known_fields, matrix, one_of, rational, record, sequence, sized, states
 from replication.verify.statement import statement
 from replication.verify.theorem import Refused, require
 
@@ -36,6 +25,8 @@ Time = tuple[fmpq, fmpq]
 Ends = tuple[Time, Time]
 PERIODS = ("h_l", "middle", "h_u")
 """Names of the periods of a range, in increasing order."""
+PERIOD = sized(one_of, PERIODS)
+"""The reader of such a name."""
 ONE_CELL = (fmpq(0), fmpq(1))
 
 
@@ -85,7 +76,11 @@ class Plant:
     @property
     def middle(self) -> Time:
         """The period in the middle of the range."""
-        return along(self.h_l, self.h_u, fmpq(1, 2))
+        return self.along(fmpq(1, 2))
+
+    def along(self, share: fmpq) -> Time:
+        """The time that divides the range, exactly."""
+        return along(self.h_l, self.h_u, share)
 
     @property
     def printed(self) -> Filter:
@@ -94,10 +89,9 @@ class Plant:
             raise Refused("plant lacks the field filter")
         return self.filter
 
-    def period(self, name: str, path: str) -> Time:
-        """The period that goes by this name."""
-        periods = dict(zip(PERIODS, (self.h_l, self.middle, self.h_u), strict=True))
-        return periods[one_of(name, path, periods)]
+    def period(self, name: str) -> Time:
+        """The one of `PERIODS` that goes by this name."""
+        return (self.h_l, self.middle, self.h_u)[PERIODS.index(name)]
 
 
 def read_plant(value: Any, path: str = "plant") -> Plant:
@@ -167,33 +161,27 @@ def in_words(time: Time) -> str:
     return " + ".join([str(rational_)] * (rational_ != 0) + [f"{pi} pi"] * (pi != 0))
 
 
-on_plant = partial(statement, plant=read_plant, bits=PRECISION)
+on_plant = partial(statement, source="mustafa", plant=read_plant, bits=PRECISION)
 on_filtered = partial(statement, plant=read_filtered, bits=PRECISION)
-"""Statements on a plant, and on one with the filter that is printed with it."""
+"""Statements on a plant, with the words of the paper, and on one with the filter that is printed with it."""
 
 
-def read_ends(plant: Plant, start: Any, stop: Any) -> Ends:
+def ends_between(plant: Plant, first: str, last: str) -> Ends:
     """Both ends of the range of periods; refused if they stand in the wrong order."""
-    first, last = text(start, "parameters.from"), text(stop, "parameters.to")
-    ends = plant.period(first, "parameters.from"), plant.period(last, "parameters.to")
     require(PERIODS.index(first) <= PERIODS.index(last), "parameters.from exceeds parameters.to")
-    return ends
+    return plant.period(first), plant.period(last)
 
 
 WEIGHT = sized(one_of, ("samples", "duration"))
 """The reader of how the samples are weighted: all alike, or by their periods."""
+SCOPE = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
 
 
-def read_case(value: Any, path: str, plant: Plant, *level: str) -> Case:
-    """Range and weight: the filter stands with the plant if it is printed, else here."""
-    names = ("from", "to", "weight", *level, *(() if plant.filter else ("filter",)))
-    given = dict(zip(names, fields(value, path, *names), strict=True))
-    return Case(
-        ends=read_ends(plant, given["from"], given["to"]),
-        weight=WEIGHT(given["weight"], f"{path}.weight"),
-        level=positive(given["level"], f"{path}.level") if level else fmpq(0),
-        filter=plant.filter or read_filter(given["filter"], f"{path}.filter", plant),
-    )
+def read_case(value: Any, path: str, plant: Plant, **more: Any) -> Case:
+    """Range, weight and what is asked for beside: the filter stands with the plant if it is printed, else here."""
+    filter_ = {} if plant.filter else {"filter": sized(read_filter, plant)}
+    given = {"level": fmpq(0), "filter": plant.filter, **record(value, path, {**SCOPE, **more, **filter_})}
+    return Case(ends=ends_between(plant, given.pop("from"), given.pop("to")), **given)
 
 
 def seconds(time: Time) -> arb:
@@ -232,4 +220,4 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
     A-bar(h) is block triangular; a product of the Phi(h_k) is e^{A t} with t the sum of the h_k >= h_l > 0, and decays.
     """
     decide(Hurwitz(plant.A, "the plant"))
-    decide(Within(characteristic_polynomial(filter_.A), "the poles of the filter"))
+    decide(Within(filter_.A, "the poles of the filter"))

@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cache
 from math import frexp, isqrt, log
 from operator import add, mul
-from typing import Any
+from typing import Any, Self
 
 from replication.verify.theorem import Refused
 
@@ -34,23 +34,26 @@ class Ring:
 
     __slots__ = ()
 
-    def __radd__(self: Any, other: Any) -> Any:
-        return self + other
+    def __radd__(self, other: Any) -> Self:
+        return self + other  # type: ignore[no-any-return]
 
-    def __rmul__(self: Any, other: Any) -> Any:
-        return self * other
+    def __rmul__(self, other: Any) -> Self:
+        return self * other  # type: ignore[no-any-return]
 
-    def __sub__(self: Any, other: Any) -> Any:
-        return self + -other
+    def __sub__(self, other: Any) -> Self:
+        return self + -other  # type: ignore[no-any-return]
 
-    def __rsub__(self: Any, other: Any) -> Any:
-        return -self + other
+    def __rsub__(self, other: Any) -> Self:
+        return -self + other  # type: ignore[operator, no-any-return]
 
-    def __pow__(self: Any, power: int) -> Any:
-        made = self * 0 + 1
+    def __rtruediv__(self, other: Any) -> Self:
+        return type(self)(other) / self  # type: ignore[call-arg, operator, no-any-return]
+
+    def __pow__(self, power: int) -> Self:
+        made: Any = self * 0 + 1  # type: ignore[operator]
         for _ in range(power):
             made = made * self
-        return made
+        return made  # type: ignore[no-any-return]
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -131,9 +134,6 @@ class arb(Ring):
         m, rest = divmod(self.m << BITS, b.m)
         e = size * self.r + abs(self.m) * b.r
         return ball(m, ((e << BITS) // (size * (size - b.r))) + 2 if e or rest else 0)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return arb(other) / self
 
     def __abs__(self) -> arb:
         low, high = self.m - self.r, self.m + self.r
@@ -378,9 +378,6 @@ class acb(Ring):
             return NotImplemented
         size, c = b.real * b.real + b.imag * b.imag, self * acb(b.real, -b.imag)
         return acb(c.real / size, c.imag / size)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return acb(other) / self
 
     def __abs__(self) -> arb:
         square: arb = self.real * self.real + self.imag * self.imag

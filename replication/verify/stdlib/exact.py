@@ -13,12 +13,6 @@ from replication.verify.stdlib.balls import Ring, acb, arb, fmpq
 from replication.verify.theorem import Refused
 
 Rows = list[list[int]]
-MERSENNE = (
-    521, 1279, 2203, 3217, 4423, 9689, 19937, 44497, 86243, 132049, 216091, 756839, 1398269, 3021377, 6972593, 13466917
-)  # fmt: skip
-"""Exponents k for which 2^k - 1 is prime."""
-
-
 STEPS = 200
 """Of the search for roots, which ends as soon as nothing moves any more."""
 NEAR = fmpq(1, 2**200)
@@ -192,6 +186,8 @@ class Matrix(Ring):
     __slots__ = ("columns", "rows")
     columns: int
     rows: list[list[Any]]
+    polynomial: Any
+    """What the characteristic polynomial is."""
 
     def __init__(self, value: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
         table = shaped(value, columns, entries)
@@ -222,9 +218,30 @@ class Matrix(Ring):
         """All entries, row by row."""
         return [entry for row in self.tolist() for entry in row]
 
-    def charpoly(self) -> Any:
-        """det(z I - M)."""
-        raise NotImplementedError
+    def transpose(self) -> Any:
+        """The transpose."""
+        columns = zip(*self.tolist(), strict=True) if self.rows else [()] * self.columns
+        return type(self)(self.columns, self.nrows(), [entry for column in columns for entry in column])
+
+    def __neg__(self: Any) -> Any:
+        return self * -1
+
+    def trace(self: Any) -> Any:
+        """The sum of the diagonal."""
+        return sum((self[i, i] for i in range(1, self.nrows())), self[0, 0])
+
+    def charpoly(self: Any) -> Any:
+        """det(z I - M), with c_{n-k} = -trace(M M_k)/k and M_{k+1} = M M_k + c_{n-k} I from M_1 = I (Faddeev)."""
+        n = self.nrows()
+        if n != self.columns:
+            raise ValueError("only a square matrix has a characteristic polynomial")
+        current = one = type(self)(n, n, [int(i == j) for i in range(n) for j in range(n)])
+        found = [self.polynomial.field(1)]
+        for k in range(1, n + 1):
+            current = self * current
+            found.append(-current.trace() / k)
+            current = current + one * found[-1]
+        return self.polynomial(found[::-1])
 
     def det(self) -> Any:
         """The determinant: that of -M is the last coefficient of det(z I - M)."""
@@ -236,6 +253,7 @@ class fmpq_mat(Matrix):
 
     __slots__ = ("low",)
     low: int
+    polynomial = fmpq_poly
 
     def keep(self, table: list[list[Any]]) -> None:
         """Over the least common denominator."""
@@ -270,11 +288,6 @@ class fmpq_mat(Matrix):
             return NotImplemented
         return (self.columns, self.low, self.rows) == (other.columns, other.low, other.rows)
 
-    def transpose(self) -> fmpq_mat:
-        """The transpose."""
-        rows = [list(column) for column in zip(*self.rows, strict=True)] or [[] for _ in range(self.columns)]
-        return fmpq_mat.over(rows, self.low, self.nrows())
-
     def __add__(self, other: Any) -> Any:
         if not isinstance(other, fmpq_mat):
             return NotImplemented
@@ -286,9 +299,6 @@ class fmpq_mat(Matrix):
         return fmpq_mat.over(
             [[a * x + b * y for x, y in zip(*pair, strict=True)] for pair in pairs], common, self.columns
         )
-
-    def __neg__(self) -> fmpq_mat:
-        return fmpq_mat.over([[-entry for entry in row] for row in self.rows], self.low, self.columns)
 
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, fmpq_mat):
@@ -319,10 +329,8 @@ class fmpq_mat(Matrix):
         if found < size:
             raise ZeroDivisionError("the matrix has no inverse")
         # self/low X = right/low', and the table is now last times the identity beside the solution for integers.
-        rows = [[entry * self.low for entry in row[size:]] for row in table]
-        sign = 1 if last > 0 else -1
-        rows = [[sign * entry for entry in row] for row in rows]
-        return fmpq_mat.over(rows, abs(last) * right.low, right.columns)
+        factor = self.low if last > 0 else -self.low
+        return fmpq_mat.over([[x * factor for x in row[size:]] for row in table], abs(last) * right.low, right.columns)
 
     def inv(self) -> fmpq_mat:
         """The inverse; raises ZeroDivisionError if there is none."""
@@ -332,19 +340,6 @@ class fmpq_mat(Matrix):
     def rank(self) -> int:
         """The rank."""
         return eliminated([[*row] for row in self.rows], self.columns)[0]
-
-    def charpoly(self) -> fmpq_poly:
-        """det(z I - M), by Hessenberg's form modulo a number that is more than twice all coefficients."""
-        n = self.nrows()
-        if n != self.columns:
-            raise ValueError("only a square matrix has a characteristic polynomial")
-        longest = max((entry.bit_length() for row in self.rows for entry in row), default=0)
-        # Each coefficient is a sum of C(n, k) minors of order k <= n, each at most k! times the entries' product.
-        needed = n * (longest + n.bit_length() + 1) + 2
-        modulus = (1 << next(k for k in MERSENNE if k > needed)) - 1
-        found = _hessenberg([[entry % modulus for entry in row] for row in self.rows], modulus)
-        exact = [c - modulus if 2 * c > modulus else c for c in found]
-        return fmpq_poly([fmpq(c, self.low ** (n - k)) for k, c in enumerate(exact)])
 
 
 class fmpz_mat(fmpq_mat):
@@ -381,34 +376,3 @@ def eliminated(table: Rows, columns: int, *, both: bool = False) -> tuple[int, i
                 row[start:] = [(top[k] * a - left * b) // last for a, b in zip(row[start:], top[start:], strict=True)]
         rank, last = rank + 1, top[k]
     return rank, last, order
-
-
-def _hessenberg(rows: Rows, modulus: int) -> list[int]:
-    """The coefficients of det(z I - M) modulo a number, lowest first, by similar matrices of Hessenberg's form."""
-    size = len(rows)
-    for k in range(1, size - 1):
-        pivot = next((i for i in range(k, size) if rows[i][k - 1]), None)
-        if pivot is None:
-            continue
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        for row in rows:
-            row[k], row[pivot] = row[pivot], row[k]
-        inverse = pow(rows[k][k - 1], -1, modulus)
-        for i in range(k + 1, size):
-            factor = rows[i][k - 1] * inverse % modulus
-            if factor:
-                rows[i] = [(a - factor * b) % modulus for a, b in zip(rows[i], rows[k], strict=True)]
-                for row in rows:
-                    row[k] = (row[k] + factor * row[i]) % modulus
-    # p_k = (z - h_kk) p_{k-1} - sum over i of h_{k-i,k} h_{k,k-1} .. h_{k-i+1,k-i} p_{k-i-1}.
-    found: list[list[int]] = [[1]]
-    for k in range(size):
-        p = [0, *found[k]]
-        scale = 1
-        for i in range(k, -1, -1):
-            factor = rows[i][k] * scale % modulus
-            for j, c in enumerate(found[i]):
-                p[j] = (p[j] - factor * c) % modulus
-            scale = scale * rows[i][i - 1] % modulus if i else 0
-        found.append(p)
-    return found[-1]

@@ -19,6 +19,29 @@ def _balls(m: list[list[int]], r: list[list[int]]) -> Rows:
     return [[ball(*entry) for entry in zip(*pair, strict=True)] for pair in zip(m, r, strict=True)]
 
 
+class arb_poly(Polynomial):
+    """A polynomial with enclosed coefficients."""
+
+    __slots__ = ()
+    field = arb
+
+    def __mul__(self, other: Any) -> Any:
+        """The product of a band of shifted coefficients with the other ones, by middles and radii."""
+        if not isinstance(other, arb_poly) or not self.terms or not other.terms:
+            return super().__mul__(other)
+        n, size = len(self.terms), len(self.terms) + len(other.terms) - 1
+        padded = [arb(0)] * (n - 1) + other.terms[::-1] + [arb(0)] * (n - 1)
+        band = [padded[size - 1 - k : size - 1 - k + n] for k in range(size)]
+        return arb_poly([c for (c,) in _balls(*times(*_parts(band), *_parts([[c] for c in self.terms])))])
+
+
+class acb_poly(Polynomial):
+    """A polynomial with enclosed complex coefficients."""
+
+    __slots__ = ()
+    field = acb
+
+
 class _Matrix(Matrix):
     """What real and complex matrices have in common."""
 
@@ -32,18 +55,10 @@ class _Matrix(Matrix):
     def __getitem__(self, place: tuple[int, int]) -> Any:
         return self.rows[place[0]][place[1]]
 
-    def transpose(self) -> Any:
-        """The transpose."""
-        columns = zip(*self.rows, strict=True) if self.rows else [()] * self.columns
-        return type(self)(self.columns, self.nrows(), [entry for column in columns for entry in column])
-
     def __add__(self, other: Any) -> Any:
         if not isinstance(other, type(self)):
             return NotImplemented
         return type(self)([[a + b for a, b in zip(*p, strict=True)] for p in zip(self.rows, other.rows, strict=True)])
-
-    def __neg__(self) -> Any:
-        return self * -1
 
     def __mul__(self, other: Any) -> Any:
         if not isinstance(other, type(self)):
@@ -78,27 +93,13 @@ class _Matrix(Matrix):
                     row[k + 1 :] = [a - row[k] * b for a, b in zip(row[k + 1 :], top, strict=True)]
         return type(self)([row[size:] for row in table])
 
-    def trace(self) -> Any:
-        """The sum of the diagonal."""
-        return sum((row[i] for i, row in enumerate(self.rows)), self.entry(0))
-
-    def charpoly(self) -> Any:
-        """det(z I - M), with c_{n-k} = -trace(M M_k)/k and M_{k+1} = M M_k + c_{n-k} I from M_1 = I (Faddeev)."""
-        n = self.nrows()
-        one = type(self)([[int(i == j) for j in range(n)] for i in range(n)])
-        current, found = one, [self.entry(1)]
-        for k in range(1, n + 1):
-            current = self * current
-            found.append(-current.trace() / k)
-            current = current + one * found[-1]
-        return (acb_poly if self.entry is acb else arb_poly)(found[::-1])
-
 
 class arb_mat(_Matrix):
     """A matrix of real numbers."""
 
     __slots__ = ()
     entry = arb
+    polynomial = arb_poly
 
     def product(self, other: Rows) -> Rows:
         """By middles and radii."""
@@ -114,6 +115,7 @@ class acb_mat(_Matrix):
 
     __slots__ = ()
     entry = acb
+    polynomial = acb_poly
 
     def real(self) -> arb_mat:
         """[a, -b; b, a]."""
@@ -133,26 +135,3 @@ class acb_mat(_Matrix):
     def _joined(self, rows: Rows) -> Rows:
         n = self.nrows()
         return [[acb(*pair) for pair in zip(*both, strict=True)] for both in zip(rows[:n], rows[n:], strict=True)]
-
-
-class arb_poly(Polynomial):
-    """A polynomial with enclosed coefficients."""
-
-    __slots__ = ()
-    field = arb
-
-    def __mul__(self, other: Any) -> Any:
-        """The product of a band of shifted coefficients with the other ones, by middles and radii."""
-        if not isinstance(other, arb_poly) or not self.terms or not other.terms:
-            return super().__mul__(other)
-        n, size = len(self.terms), len(self.terms) + len(other.terms) - 1
-        padded = [arb(0)] * (n - 1) + other.terms[::-1] + [arb(0)] * (n - 1)
-        band = [padded[size - 1 - k : size - 1 - k + n] for k in range(size)]
-        return arb_poly([c for (c,) in _balls(*times(*_parts(band), *_parts([[c] for c in self.terms])))])
-
-
-class acb_poly(Polynomial):
-    """A polynomial with enclosed complex coefficients."""
-
-    __slots__ = ()
-    field = acb

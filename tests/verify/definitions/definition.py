@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 ROOT = Path(__file__).parents[3]
@@ -71,17 +72,23 @@ def number(value: Any) -> float:
 
 
 @cache
-def _sentences(paper: str, names: tuple[str, ...]) -> dict[str, str]:
-    paths = [f"certificates/{paper}/{name}.json" for name in names]
-    run = subprocess.run([sys.executable, "verify.py", *paths], cwd=ROOT, capture_output=True, text=True, check=True)
+def _sentences(paper: str) -> dict[str, str]:
+    command = [sys.executable, "verify.py", "--jobs", "1", f"certificates/{paper}"]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     lines = [line.partition(f": {paper}: ") for line in run.stdout.splitlines() if line.startswith("proved ")]
     return {Path(head.removeprefix("proved ")).stem: text for head, _, text in lines}
 
 
-def sentence(paper: str, statements: Sequence[str], name: str) -> str:
-    """What the command prints for a certificate; all of these statements are asked for at once."""
-    asked = tuple(key for key, statement in names(paper).items() if statement in statements)
-    return _sentences(paper, asked)[name]
+def spoken(told: Data) -> str:
+    """What the command prints for a certificate; all of a paper are asked for at once."""
+    return _sentences(told["paper"])[told["name"]]
+
+
+def held(A: Matrix, B: Matrix, time: float) -> tuple[Matrix, Matrix]:
+    """e^{At} and the integral of e^{As} B from 0 to t."""
+    n, m = B.shape
+    E = scipy.linalg.expm(np.block([[A, B], [np.zeros((m, n + m))]]) * time)
+    return E[:n, :n], E[:n, n:]
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from definition import Check, Data, Matrix, array, checks, largest, number, sentence, smallest, within
+from definition import Check, Data, Matrix, array, checks, largest, number, smallest, spoken, within
 from numpy.polynomial import legendre
 
 PAPER = "peet2019"
 FACTORS = {"(3)": 1.0, "Theorem 3": 1.0, "Theorem 4": 1.0, "Lemma 5": 1.0}
 """Of one term of an equation that has no data of its own: one, unless a test alters it."""
-SPOKEN = ("delay.gain-lower", "delay.near-optimal", "delay.not-unstable", "delay.pade-lower", "delay.unstable")
 SLACK = 1e-3
 """By how much, relative, a level is missed for a Riccati equation to have a solution in floats."""
 ORDER = 9
@@ -31,10 +30,6 @@ RULES: dict[str, Callable[[int, int, int], bool]] = {
     "outer": lambda a, b, degree: a == 0,
     "inner": lambda a, b, degree: b == 0,
 }
-
-
-def spoken(told: Data) -> str:
-    return sentence(PAPER, SPOKEN, told["name"])
 
 
 class Delayed:

@@ -9,20 +9,12 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.linalg
-from definition import Data, Matrix, array, checks, largest, number, sentence, smallest, spectral_radius, within
+from definition import Data, Matrix, array, checks, held, largest, number, smallest, spectral_radius, spoken, within
 
 PAPER = "shao"
 Command = Callable[[int], complex]
 FACTORS = {"(7)": 1.0, "(10)": 1.0, "(17)": 1.0, "(22)": 1.0}
 """Of one term of an equation that has no data of its own: one, unless a test alters it."""
-SPOKEN = (
-    "dualrate.condition",
-    "dualrate.counterexample",
-    "dualrate.estimates-ordered",
-    "dualrate.feedforward",
-    "dualrate.no-bounded-error",
-    "dualrate.prediction-bound",
-)
 WORDS = {
     "single_rate": "the single-rate loop",
     "single_rate_correction": "the single-rate loop with one correction in a slow period",
@@ -31,17 +23,6 @@ WORDS = {
     "single_correction": "one correction in a slow period",
     "alternating_predictive": "the alternating predictive observer",
 }
-
-
-def spoken(told: Data) -> str:
-    return sentence(PAPER, SPOKEN, told["name"])
-
-
-def held(A: Matrix, B: Matrix, T: float) -> tuple[Matrix, Matrix]:
-    """e^{AT} and the integral of e^{At} B from 0 to T."""
-    n, m = B.shape
-    E = scipy.linalg.expm(np.block([[A, B], [np.zeros((m, n + m))]]) * T)
-    return E[:n, :n], E[:n, n:]
 
 
 class Loop:

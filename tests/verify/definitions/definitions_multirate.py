@@ -22,9 +22,9 @@ from definition import (
     largest,
     lifted_gain,
     number,
-    sentence,
     smallest,
     spectral_radius,
+    spoken,
     transfer,
     within,
 )
@@ -33,23 +33,6 @@ PAPER = "okajima2023"
 SLACK = 1e-4
 """By how much, relative, a level is missed on either side for the game Riccati recursion to decide it soon."""
 Steps = list[tuple[Matrix, Matrix, Matrix, Matrix]]
-COUNTED = (
-    "multirate.selection",
-    "multirate.common-period",
-    "multirate.idle-instants",
-    "multirate.variables",
-    "multirate.rows",
-    "multirate.cyclic-rows",
-    "multirate.observable",
-    "multirate.unmeasured",
-    "multirate.recovered-poles",
-    "multirate.recovered-error-poles",
-    "multirate.same-setting",
-)
-
-
-def spoken(told: Data) -> str:
-    return sentence(PAPER, COUNTED, told["name"])
 
 
 def schedule(parameters: Data) -> list[list[int]]:

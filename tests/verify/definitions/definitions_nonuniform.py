@@ -17,43 +17,25 @@ from definition import (
     Matrix,
     array,
     checks,
+    held,
     largest,
     lifted_gain,
     number,
-    sentence,
     smallest,
     spectral_radius,
+    spoken,
     within,
 )
 
 PAPER = "mustafa"
 FACTORS = {"(6)": 1.0, "(10)": 1.0, "(11)": 1.0, "(7)": 1.0, "(9)": 1.0, "Lemma 2": 1.0, "Lemma 3": 1.0}
 """Of one term of an equation that has no data of its own: one, unless a test alters it."""
-SPOKEN = (
-    "nonuniform.breaks-condition-8",
-    "nonuniform.grid-size",
-    "nonuniform.grid-solution-fails",
-    "nonuniform.lemma-3",
-    "nonuniform.map",
-    "nonuniform.meets-condition-8",
-    "nonuniform.observer-column",
-    "nonuniform.one-interval",
-    "nonuniform.output-matrix",
-    "nonuniform.same-level",
-    "nonuniform.sizes",
-    "nonuniform.stalls",
-    "nonuniform.upper-end",
-)
 Step = tuple[Matrix, Matrix, Matrix, float]
 """x+ = F x + G w, e = H x, and the weight of both squares."""
 SHORT = 8
 """Longest pattern whose gain is found by lifting."""
 SLACK = 1e-4
 """By how much, relative, a level is missed for the energy over a longer one to grow without bound soon."""
-
-
-def spoken(told: Data) -> str:
-    return sentence(PAPER, SPOKEN, told["name"])
 
 
 def written(pattern: str, text: str) -> list[float]:
@@ -77,7 +59,7 @@ class Sampled:
         return self.low + share * (self.high - self.low)
 
     def held(self, h: float) -> tuple[Matrix, Matrix]:
-        return integrated(self.A, self.B, h)
+        return held(self.A, self.B, h)
 
     def steps(self, periods: Sequence[float], weight: str = "samples") -> list[Step]:
         assert self.filter is not None
@@ -104,13 +86,6 @@ class Sampled:
             F = Phi - (Phi @ state + Gamma @ disturbance) @ self.C
             found.append((F, Gamma - (Phi @ state + Gamma @ disturbance) @ self.D, self.L, 1.0))
         return found
-
-
-def integrated(A: Matrix, B: Matrix, h: float) -> tuple[Matrix, Matrix]:
-    """e^{Ah} and the integral of e^{As} B from 0 to h."""
-    n, m = B.shape
-    E = scipy.linalg.expm(np.block([[A, B], [np.zeros((m, n + m))]]) * h)
-    return E[:n, :n], E[:n, n:]
 
 
 def worst(P: Matrix, step: Step, level: float) -> Matrix | None:
@@ -369,7 +344,7 @@ def changed_norm(sampled: Sampled, h: float, *, coordinates: Matrix | None = Non
     A = np.linalg.solve(T, sampled.A @ T)
     Phi, one = scipy.linalg.expm(A * sampled.middle), np.eye(sampled.n)
     theta = h - sampled.middle
-    Delta = np.sign(theta) * integrated(np.sign(theta) * A, one, abs(theta))[1]
+    Delta = np.sign(theta) * held(np.sign(theta) * A, one, abs(theta))[1]
 
     def size(angle: float) -> float:
         M = A @ Phi @ np.linalg.inv(np.exp(1j * angle) * one - Phi) @ Delta
@@ -404,7 +379,7 @@ def same_level(told: Data) -> None:
     values = np.linalg.eigvals(sampled.A)
     a, b = values[0].real, abs(values[0].imag)
     modal, half = np.array([[a, b], [-b, a]]), (sampled.high - sampled.low) / (2 * cells)
-    size = float(np.linalg.norm(integrated(modal, np.eye(2), half)[1], 2))
+    size = float(np.linalg.norm(held(modal, np.eye(2), half)[1], 2))
     gains = [alpha(modal, sampled.along((2 * k + 1) / (2 * cells))) for k in range(cells)]
     forced = max(min(gain, gain * size) for gain in gains)
     least, level = written(r"channels is at least (\S+), whether.* has the level (\S+) for every", spoken(told))
@@ -620,8 +595,8 @@ def lemma_2(_: Data) -> None:
         rng = np.random.default_rng(seed)
         A, B, h = rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), 0.7
         A[:, 0] = A[:, 1] if seed == 2 else A[:, 0]  # without an inverse
-        (Phi, Gamma), (moved, driven) = integrated(A, B, h), integrated(A, B, h + theta)
-        Delta = np.sign(theta) * integrated(np.sign(theta) * A, np.eye(3), abs(theta))[1] * FACTORS["Lemma 2"]
+        (Phi, Gamma), (moved, driven) = held(A, B, h), held(A, B, h + theta)
+        Delta = np.sign(theta) * held(np.sign(theta) * A, np.eye(3), abs(theta))[1] * FACTORS["Lemma 2"]
         assert np.allclose(moved, Phi + Delta @ A @ Phi)
         assert np.allclose(driven, Gamma + Delta @ (A @ Gamma + B))
 
