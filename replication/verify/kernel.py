@@ -104,7 +104,11 @@ def _pivots(M: arb_mat, what: str) -> str:
             return f"{what} is not proved positive definite: pivot {k} is {pivot.str(5)}"
         below = rest[1:]
         # Row i of the lower triangle has i + 1 entries: the rows beyond it are left out.
-        rest = [[a - row[0] / pivot * left[0] for a, left in zip(row[1:], below, strict=False)] for row in below]
+        shares = [row[0] / pivot for row in below]
+        rest = [
+            [a - share * left[0] for a, left in zip(row[1:], below, strict=False)]
+            for row, share in zip(below, shares, strict=True)
+        ]
     return ""
 
 

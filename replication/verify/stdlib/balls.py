@@ -110,6 +110,10 @@ class arb(Ring):
         b = other if isinstance(other, arb) else enclosed(other)
         return NotImplemented if b is None else ball(self.m + b.m, self.r + b.r)
 
+    def __sub__(self, other: Any) -> Any:
+        b = other if isinstance(other, arb) else enclosed(other)
+        return NotImplemented if b is None else ball(self.m - b.m, self.r + b.r)
+
     def __neg__(self) -> arb:
         return ball(-self.m, self.r)
 

@@ -16,7 +16,7 @@ def _parts(rows: Rows) -> tuple[list[list[int]], list[list[int]]]:
 
 
 def _balls(m: list[list[int]], r: list[list[int]]) -> Rows:
-    return [[ball(*entry) for entry in zip(*pair, strict=True)] for pair in zip(m, r, strict=True)]
+    return [list(map(ball, *pair)) for pair in zip(m, r, strict=True)]
 
 
 class arb_poly(Polynomial):
@@ -52,30 +52,39 @@ class _Matrix(Matrix):
         """As balls."""
         self.rows = [[x if isinstance(x, self.entry) else self.entry(x) for x in row] for row in table]
 
+    def like(self, rows: Rows, columns: int) -> Any:
+        """These rows of enclosed entries, which are not looked at again, as a matrix."""
+        made = type(self).__new__(type(self))
+        made.rows, made.columns = rows, columns
+        return made
+
     def __getitem__(self, place: tuple[int, int]) -> Any:
         return self.rows[place[0]][place[1]]
 
     def __add__(self, other: Any) -> Any:
         if not isinstance(other, type(self)):
             return NotImplemented
-        return type(self)([[a + b for a, b in zip(*p, strict=True)] for p in zip(self.rows, other.rows, strict=True)])
+        rows = [[a + b for a, b in zip(*both, strict=True)] for both in zip(self.rows, other.rows, strict=True)]
+        return self.like(rows, self.columns)
 
     def __mul__(self, other: Any) -> Any:
         if not isinstance(other, type(self)):
             if enclosed(other) is None and not isinstance(other, self.entry):
                 return NotImplemented
-            return type(self)(self.nrows(), self.columns, [entry * other for entry in self.entries()])
+            return self.like([[entry * other for entry in row] for row in self.rows], self.columns)
         if self.columns != other.nrows():
             raise ValueError("matrices whose shapes do not fit are multiplied")
-        rows = self.product(other.rows) if other.rows else [[0] * other.columns for _ in self.rows]
-        return type(self)(self.nrows(), other.columns, [entry for row in rows for entry in row])
+        zero = self.entry(0)
+        return self.like(
+            self.product(other.rows) if other.rows else [[zero] * other.columns for _ in self.rows], other.columns
+        )
 
     def product(self, other: Rows) -> Rows:
         """The rows of the product with these rows."""
         raise NotImplementedError
 
     def __truediv__(self, divisor: Any) -> Any:
-        return type(self)(self.nrows(), self.columns, [entry / divisor for entry in self.entries()])
+        return self.like([[entry / divisor for entry in row] for row in self.rows], self.columns)
 
     def solve(self, right: Any) -> Any:
         """X with self X = right for all points of both; ZeroDivisionError if an inverse is not proved to exist."""
@@ -105,9 +114,9 @@ class arb_mat(_Matrix):
         """By middles and radii."""
         return _balls(*times(*_parts(self.rows), *_parts(other)))
 
-    def exp(self) -> arb_mat:
+    def exp(self) -> Any:
         """The exponential."""
-        return arb_mat(_balls(*exponential(*_parts(self.rows))))
+        return self.like(_balls(*exponential(*_parts(self.rows))), self.columns)
 
 
 class acb_mat(_Matrix):
