@@ -13,6 +13,7 @@ import sys
 import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
 from enum import StrEnum
 from functools import partial, partialmethod, wraps
 from pathlib import Path, PurePosixPath
@@ -37,6 +38,7 @@ from replication.audit.parts import FigureData as FigureData
 from replication.audit.parts import Formula as Formula
 from replication.audit.parts import Table as Table
 from replication.audit.run.command import OUTPUT, execute
+from replication.audit.run.tracing import FIXED
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Relation, Term, unit_of
 from replication.verify.predicate import term as term
@@ -346,10 +348,16 @@ def command(
             raise AuditError(f"command {name!r}: {path!r} leads out of the project; copy it into the project")
     if answer != OUTPUT and (answer not in inputs["writes"] or not answer.endswith((".json", ".csv"))):
         raise AuditError(f"command {name!r}: answer {answer!r} must be a .json or .csv file among writes=[...]")
-    if timeout is not None and not (isinstance(timeout, int | float) and 0 < timeout < float("inf")):
+    if fixed := sorted(FIXED.keys() & set(inputs["variables"])):
+        raise AuditError(
+            f"command {name!r}: {fixed[0]} is {FIXED[fixed[0]]} for every command; begin the line with env to change it"
+        )
+    if timeout is not None and not (isinstance(timeout, int | float | Decimal) and 0 < timeout < float("inf")):
         raise AuditError(f"command {name!r}: timeout is {timeout!r}; give positive seconds")
     inputs |= {"answer": answer, "environment": environment}  # type: ignore[dict-item]
-    return Experiment(name=name, function=execute, inputs=inputs, timeout=timeout, needs=_names(needs))
+    return Experiment(
+        name=name, function=execute, inputs=inputs, timeout=timeout and float(timeout), needs=_names(needs)
+    )
 
 
 def paper(

@@ -106,6 +106,8 @@ def audit(chosen: argparse.Namespace) -> int:
     again = audited(cache=replace(cache, read=False, write=False))
     moved = list(_moved(outcome, again))
     say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
+    if moved:
+        cache.forget(_differing(outcome, again))
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
 
 
@@ -124,10 +126,15 @@ def _dated(results: ResultsFile, path: Path) -> ResultsFile:
     return results
 
 
+def _differing(first: Outcome, second: Outcome) -> list[str]:
+    again = second.results_by_experiment
+    return [name for name, value in first.results_by_experiment.items() if again.get(name) != value]
+
+
 def _moved(first: Outcome, second: Outcome) -> Iterator[str]:
     """What differs the second time."""
     again = second.results_by_experiment
-    moved = [name for name, value in first.results_by_experiment.items() if again.get(name) != value]
+    moved = _differing(first, second)
     verdicts = {claim.id: claim.verdict for claim in second.results.claims}
     if moved:
         yield f"twice: {len(moved)} of {len(again)} results differ: {', '.join(moved)}"

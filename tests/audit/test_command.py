@@ -62,6 +62,12 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
         ("echo 1 # /dev/shm/none", False, "/dev/shm"),
         ("echo 1 # https://a.orgOUT/k.txt ${x}OUT/k.txt ~OUT/k.txt <OUT/k.txt aOUT/k.txt /no-such/place", False, ""),
         ("mktemp > a; echo 1; rm a", False, ""),
+        ("echo 1 # /OUT//k.txt", True, ""),
+        ("echo 1 # source('UP/k.txt')", True, ""),
+        ("echo 1 # OUT/more.sh", True, ""),
+        ("echo 1 # setwd('/')", False, "/"),
+        ("echo 1 # /usr/share/none", False, "/usr/share"),
+        ("echo 1 # a/../b ../x.csv", False, ""),
     ],
 )
 def test_what_a_script_names_outside_counts_or_is_named(
@@ -72,7 +78,8 @@ def test_what_a_script_names_outside_counts_or_is_named(
     out.mkdir()
     (out / "k.txt").write_text("1")
     monkeypatch.setenv("GIVEN", str(out))
-    (root / "fit.sh").write_text(text.replace("OUT", str(out)))
+    (out / "more.sh").write_text(f". {out}/k.txt")
+    (root / "fit.sh").write_text(text.replace("OUT", str(out)).replace("UP", f"{'../' * 9}{str(out)[1:]}"))
     variables = ["GIVEN"] * ("$GIVEN" in text)
     with traced(root) as trace:
         assert answer(root, ["sh", "fit.sh"], reads=["fit.sh"], variables=variables) == 1

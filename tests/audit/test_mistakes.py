@@ -159,6 +159,8 @@ FIT = "echo '{\"mean\": 0.751}'"
         ("claims.toml", "", FITTED.format('version = ["no-such-program", "-V"]\n'), 3,
          "`no-such-program -V` says no version; give the command"),
         ("claims.toml", "", FITTED.format('timeout = "1h"\n'), 2, "timeout is '1h'; give positive seconds"),
+        ("claims.toml", "", FITTED.format('variables = ["TZ"]\ntimeout = 0.5\n'), 2,
+         "TZ is UTC for every command; begin the line with env to change it"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(

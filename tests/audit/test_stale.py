@@ -280,6 +280,7 @@ def test_what_differs_the_second_time_fails(tmp_path: Path) -> None:
     done = lab.cli("run", "--twice")
     assert done.returncode == 1
     assert "twice: 1 of 2 results differ: roe0.made" in done.stdout
+    assert not list(lab.root.rglob("roe0.made.json")) and list(lab.root.rglob("roe1.made.json"))
     same = lab.cli("run", "--twice", "roe1")
     assert same.returncode == 0 and "none of 1 results differs" in same.stdout
 

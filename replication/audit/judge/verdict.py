@@ -275,7 +275,9 @@ def _compare(case: Case) -> Judgement:
     else:
         judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
     if claim.uncertainty in BY_DIGITS:
-        judgement = msgspec.structs.replace(judgement, reason=f"{judgement.reason} {BY_DIGITS[claim.uncertainty]}")
+        alone = " It was not compared." if not isinstance(case.evidence.value, tuple) else ""
+        reason = f"{judgement.reason} {BY_DIGITS[claim.uncertainty]}{alone}"
+        judgement = msgspec.structs.replace(judgement, reason=reason)
     if claim.tolerance is not None:
         reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
         judgement = msgspec.structs.replace(judgement, reason=reason)

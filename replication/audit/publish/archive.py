@@ -158,7 +158,8 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     tutorials = (path.relative_to(root) for path in (root / "report" / "notebooks").glob("*.html"))
     drawn = (Path("figures") / f"{f.name}.{end}" for f in results.figures if not f.error for end in ("svg", "csv"))
     sources = [name for name in _sources(root) if name != CODECHECK or not is_ours(_read(root / name))]
-    described = sorted({*map(Path, (*sources, *BUILT)), *tutorials, *drawn})
+    articles = (path.relative_to(root) for path in (root / "report" / "articles").glob("*"))
+    described = sorted({*map(Path, (*sources, *BUILT)), *articles, *tutorials, *drawn})
     missing = [str(file) for file in described if not (root / file).is_file()]
     if missing:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out, then `replication run`")

@@ -24,7 +24,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from replication.audit.model import Experiment
-from replication.audit.run.tracing import ABSENT, FIXED, loose, named, note, said
+from replication.audit.run.tracing import ABSENT, FIXED, loose, named, note, of_machine, said
 from replication.errors import AuditError, listed
 from replication.files import sha256 as checksum
 from replication.files import visible, write_atomically
@@ -34,10 +34,15 @@ VERSION = "version:"
 OUTPUT = "-"
 """The answer stands on the standard output, as JSON."""
 LONGEST = 300
+_NAME = rb"[^\x00-\x20/\"'`<>|&;:,()\[\]{}$*?\\#=]+"
 _ABSOLUTE = re.compile(
-    rb"(?:(?<![\w./<>*\\)\]}$~])|(?<=-[ILo])|(?<=file://))(?:/[^\x00-\x20/\"'`<>|&;:,()\[\]{}$*?\\#=]+)+"
+    rb"(?:(?<![\w./<>*\\)\]}$~])|(?<=-[ILo])|(?<=file://))"
+    rb"((?:\.\./+)+(?!\.)NAME|~\w+|)((?:/+NAME)+)".replace(b"NAME", _NAME)
 )
-"""Absolute paths as lines, scripts and compiled programs write them, but no address, closing tag, date or quotient."""
+"""Paths outside as lines, scripts and compiled programs write them, but no address, closing tag, date or quotient:
+absolute ones, those that begin with ../, and below the home of somebody.
+"""
+_TOP = re.compile(rb"\b(?:setwd|chdir|cd)[\s(]*[\"']?/+[\"'\s);]")
 _NO_JSON = re.compile(r"-?(NA|NaN|Inf|inf|nan|NULL|None|TRUE|FALSE|True|False|undefined)\b")
 _TELLING = re.compile(r"error|cannot|no such|not found", re.IGNORECASE)
 
@@ -83,7 +88,10 @@ def execute(
         note(*([f"{VERSION}{json.dumps(list(version))}"] if version else []))
         given = (os.environ.get(name, "") for name in variables)
         texts = ["\n".join([*command, *given]).encode(), *map(_bytes, folder.rglob("*"))]
-        outside = named({os.fsdecode(path) for text in texts for path in _ABSOLUTE.findall(text)})
+        outside: set[Path] = set()
+        while texts:  # what it names outside may name more
+            beyond = set(named({path for text in texts for path in _outside(text, folder)})) - outside
+            outside, texts = outside | beyond, [_bytes(path) for path in beyond if not of_machine(path)]
         before, there = _seen(folder, project, names), _around(folder, project, outside)
         hidden = (str(path.relative_to(project)) for name in reads for path in (project / name).rglob(".*"))
         output = _run(command, folder, variables, hidden)
@@ -163,7 +171,7 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden:
         process = subprocess.Popen(
             list(command),
             cwd=folder,
-            env={"HOME": own, **kept, **FIXED, "TMPDIR": own},
+            env={"HOME": own, "R_PROFILE": os.devnull, **kept, **FIXED, "TMPDIR": own},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -205,6 +213,16 @@ def _seen(folder: Path, project: Path, names: Sequence[str]) -> dict[str, str]:
     """The checksums of the files in the folder of a command, and of those of the project that it reads."""
     inside = {path.relative_to(folder).as_posix(): checksum(path) for path in folder.rglob("*") if path.is_file()}
     return inside | {f"{project}/{name}": checksum(project / name) for name in names}
+
+
+def _outside(text: bytes, folder: Path) -> Iterator[str]:
+    """The paths in a text that lead out of the folder of a command."""
+    for front, rest in _ABSOLUTE.findall(text):
+        path = os.path.normpath(folder / os.path.expanduser(os.fsdecode(front + rest)))  # noqa: PTH111
+        if not Path(path).is_relative_to(folder.parent):
+            yield path
+    if _TOP.search(text):
+        loose("files in /")
 
 
 def _bytes(path: Path) -> bytes:

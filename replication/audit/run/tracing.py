@@ -238,9 +238,16 @@ def named(paths: Iterable[str]) -> tuple[Path, ...]:
             inside = there.is_relative_to(active.root)
             note(f"./{there.relative_to(active.root)}" if inside else str(there))
             files.append(there)
-        elif len(there.parts) > 1 and (_counts(str(there), active.root) or there.is_relative_to("/dev/shm")):
+        elif len(there.parts) > 1 and (
+            not of_machine(there) or there.is_relative_to("/dev/shm") or "share" in path.parts[2:-1]
+        ):
             loose(f"files in {there}")
     return tuple(files)
+
+
+def of_machine(path: Path) -> bool:
+    """Whether a path is one of the machine, or of Python and its packages, and so no data."""
+    return _active is None or not _counts(str(path), _active.root)
 
 
 def loose(words: str) -> None:

@@ -6,7 +6,7 @@ import contextlib
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -208,6 +208,11 @@ class Cache:
         except OSError as error:
             return f"{NOT_KEPT}: {error.strerror}"
         return ""
+
+    def forget(self, names: Iterable[str]) -> None:
+        """Keep no result of these experiments."""
+        for name in names if self.write else ():
+            self._path(name).unlink(missing_ok=True)
 
     def _path(self, name: str) -> Path:
         return self.directory / f"{name}.json"
