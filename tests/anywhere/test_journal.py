@@ -178,7 +178,8 @@ def test_no_output_speaks_of_another_project(project: Stranger, unpacked: Path) 
         if path.is_file() and path.suffix != ".whl"
     }
     assert {"codecheck.yml", ".zenodo.json", "exports/claims.jsonld", "REBUILD.md",
-            "report/index.html", "report/articles/epidemic.html", "Dockerfile", "ro-crate-metadata.json"} <= set(texts)  # fmt: skip
+            "report/index.html", "report/articles/epidemic.html", "Dockerfile",
+            "ro-crate-metadata.json"} <= set(texts)  # fmt: skip
     wheel = re.compile(r"\S*tool/slow_sensor_replication-\S+\.whl\S*")
     found = {name: said for name, text in texts.items() if (said := OURS.findall(wheel.sub("", text)))}
     assert not found
