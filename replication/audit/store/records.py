@@ -1,10 +1,8 @@
-"""What `report/results.json` holds, as types: reading validates, writing is canonical, the JSON Schema is derived."""
+"""What `report/results.json` holds, as types: reading validates, and writing is canonical."""
 
 from __future__ import annotations
 
-import json
 import shlex
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -313,21 +311,3 @@ def _require_whole(found: Any, whole: Any, path: str) -> None:
     elif isinstance(whole, list | tuple):
         for index, value in enumerate(whole):
             _require_whole(found[index], value, f"{path}[{index}]")
-
-
-def json_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes; all fields are there."""
-    schema = msgspec.json.schema(ResultsFile)
-    for definition in schema["$defs"].values():
-        if "properties" in definition:
-            definition |= {"required": list(definition["properties"]), "additionalProperties": False}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
-
-
-def schema_text() -> str:
-    """The JSON Schema of results.json as published: two spaces, one newline at the end."""
-    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
-
-
-if __name__ == "__main__":
-    sys.stdout.write(schema_text())
