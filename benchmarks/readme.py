@@ -131,7 +131,7 @@ def example_block(ran: Ran, drawn: Ran) -> str:
 
 
 def update(root: Path, results: ResultsFile, ran: Ran, drawn: Ran) -> None:
-    """Write the results of a run, an example and its picture into the README, and the schema, of the project at `root`."""
+    """Write the results of a run, an example with its picture, and the schema into the project at `root`."""
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
     text = replace_block(text, example_block(ran, drawn), EXAMPLE_BEGIN, EXAMPLE_END)
