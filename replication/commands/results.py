@@ -94,8 +94,7 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
     problems = list(map(str, [*check(results, papers, root), *differences(results, again, drawn)]))
     note = unfounded(results, again)
-    listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
-    wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
+    wrong = [f"coverage: {fault}" for paper in papers for fault in faults(folder / paper.key, paper)]
     count = f"{len(problems)} problem{'s' * (len(problems) != 1)} in {len(results.claims)} claims"
     lines = (*problems, *([f"note: {note}"] if note else []), count, *wrong)
     said = lines, DIFFERENT if problems or wrong else FINE

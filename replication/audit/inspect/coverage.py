@@ -128,11 +128,11 @@ def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
 
 
 def faults(folder: Path, paper: Paper) -> list[str]:
-    """All `problems` of the list in the folder of a paper; errors as for `read_coverage` and `read_printed`."""
-    printed = folder / "printed.toml"
-    return list(
-        problems(read_coverage(folder / "coverage.toml"), paper, read_printed(printed) if printed.is_file() else {})
-    )
+    """All `problems` of the list in the folder of a paper, none without one; errors as of what reads both files."""
+    listed, printed = folder / "coverage.toml", folder / "printed.toml"
+    if not listed.is_file():
+        return []
+    return list(problems(read_coverage(listed), paper, read_printed(printed) if printed.is_file() else {}))
 
 
 def _incomplete(text: Text) -> Iterator[str]:
@@ -186,7 +186,7 @@ class _Bindings:
     """What a paper has that a row can be bound to."""
 
     def __init__(self, paper: Paper, printed: Mapping[str, Any]) -> None:
-        self.key, self.printed = paper.key, printed
+        self.printed = printed
         self.claims = {claim.id.partition(".")[2]: claim.printed for claim in paper.claims}
         self.names: dict[str, Collection[str]] = {
             "claim": self.claims,

@@ -242,8 +242,7 @@ def notes(
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
             yield f"no figure is called {listed([path.name for path in files])}; remove what is left in {figures}"
-        listed_there = (folder / paper.key / "coverage.toml").is_file()
-        if wrong := faults(folder / paper.key, paper) if listed_there else []:
+        if wrong := faults(folder / paper.key, paper):
             count = f"{len(wrong)} fault{'s' if len(wrong) > 1 else ''}"
             more = f"see `replication coverage {paper.key}`; the first: {wrong[0]}"
             yield f"coverage.toml of {paper.key} has {count}, {more}"

@@ -245,8 +245,7 @@ def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) 
     """
     if any(claim.verdict is Verdict.ERROR for claim in claims):
         return ()
-    used = {claim.claim.reading for claim in claims}
-    used |= {outcome.reading for claim in claims for evidence in claim.answers for outcome in evidence.outcomes}
+    used = {name for claim in claims for name in claim.rested}
     by_solver = any(Policy.SOLVER in claim.judgement.policies for claim in claims)
     return tuple(one.name for one in readings if one.name not in used and not (by_solver and one.accuracy))
 

@@ -25,7 +25,12 @@ MARK = "# Written by `replication export`, from replication.toml, paper.toml, CI
 
 def register_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     """Text by name of what lies at the root; of several papers, codecheck.yml is on the one that is to be checked."""
-    texts = {ZENODO: msgspec.json.format(msgspec.json.encode(zenodo(results, software)), indent=2).decode() + "\n"}
+    texts = {
+        ZENODO: msgspec.json.format(
+            msgspec.json.encode(filled("zenodo", results=results, software=software)), indent=2
+        ).decode()
+        + "\n"
+    }
     if (paper := checked(results)) is not None:
         body = msgspec.yaml.encode(codecheck(paper, results, software), order=None).decode()
         texts[CODECHECK] = f"---\n{MARK}\n{body}"
@@ -72,11 +77,6 @@ def unmet(content: Json) -> Iterator[str]:
     for words in (content["paper"]["title"], *(person["name"] for person in content["paper"]["authors"])):
         if PLACEHOLDER.search(words):
             yield f"CC-CFG-023: {words!r} is of the template; write what it stands for in paper.toml"
-
-
-def zenodo(results: ResultsFile, software: Software) -> Json:
-    """The fields of a deposition of this audit: an upload of software that reviews the papers with a DOI."""
-    return filled("zenodo", results=results, software=software)
 
 
 def write_registers(results: ResultsFile, software: Software, root: Path) -> Iterator[str]:

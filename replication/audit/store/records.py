@@ -74,6 +74,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return (self.evidence,) if printed is None else (self.evidence, printed)
 
     @property
+    def rested(self) -> set[str]:
+        """The names of the readings that it was answered under."""
+        return {self.claim.reading, *(outcome.reading for answer in self.answers for outcome in answer.outcomes)}
+
+    @property
     def verdict(self) -> Verdict:
         """Its verdict."""
         return self.judgement.verdict
