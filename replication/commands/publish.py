@@ -46,8 +46,8 @@ def notebooks(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.notebooks import build_notebooks
 
     root = project_root()
-    for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
-        say([f"{'executed' if built.executed else 'unchanged'}: {built.page}"])
+    for page, fresh in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
+        say([f"{'executed' if fresh else 'unchanged'}: {page}"])
     return FINE
 
 

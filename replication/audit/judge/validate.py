@@ -261,10 +261,8 @@ def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
         yield from _fields(f"claim {claim.id!r}", StatedClaim, claim, sources.location(claim.answer))
     for erratum in paper.errata:
         yield from _fields(f"erratum {erratum.id!r}", ErratumRecord, erratum, sources.location(erratum.prove))
-        yield from _uses(f"erratum {erratum.id!r}", erratum.uses, sources.location(erratum.prove))
     for figure in paper.figures:
         yield from _fields(f"figure {figure.name!r}", FigureRecord, figure, sources.location(figure.data))
-        yield from _uses(f"figure {figure.name!r}", figure.uses, sources.location(figure.data))
     for experiment in paper.experiments:
         inputs: Any = experiment.inputs
         if not isinstance(inputs, Mapping):
@@ -281,16 +279,12 @@ def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) 
     for name, value in shared(record, declared).items():
         if name != "uses" and (wrong := _wrong(value, hints[name])):
             yield f"{what}: {name} is {value!r:.80}; {wrong} [{where}]"
-    if record is StatedClaim:
-        yield from _uses(what, declared.uses, where)
+    uses = getattr(declared, "uses", ())
+    if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):
+        yield f"{what}: uses is {uses!r:.80}; give a tuple of names, of one name with a comma: ('name',) [{where}]"
 
 
 _hints = cache(get_type_hints)
-
-
-def _uses(what: str, uses: Any, where: str) -> Iterator[str]:
-    if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):
-        yield f"{what}: uses is {uses!r:.80}; give a tuple of names, of one name with a comma: ('name',) [{where}]"
 
 
 def _wrong(value: Any, wanted: Any) -> str:
