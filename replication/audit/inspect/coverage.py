@@ -73,14 +73,8 @@ def read_coverage(path: Path) -> dict[str, Text]:
         raise AuditError(f"{path} is not a list of what a text holds: {said}") from None
 
 
-def tallies(module: str) -> tuple[Coverage, ...]:
-    """How much of each text is bound, excused and open, by the list beside a module; errors as for `read_coverage`."""
-    texts = read_coverage(Path(module).with_name("coverage.toml"))
-    return tuple(tally for name, text in texts.items() for tally in tallied(name, text))
-
-
 def tallied(name: str, text: Text) -> Iterator[Coverage]:
-    """The counts of numerals, then those of numbered items."""
+    """How much of a text is bound, excused and open: of its numerals, then of its numbered items."""
     for what in ("numerals", "items"):
         found: Counter[str] = Counter()
         for row in (row for _, of, row in text.rows if of == what):

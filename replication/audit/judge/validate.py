@@ -256,7 +256,8 @@ def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:
 
 
 def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
-    yield from _fields(f"paper {paper.key!r}", PaperRecord, paper, _folder(paper, sources))
+    package = "/".join(name for name in sources.packages if name != "replication")
+    yield from _fields(f"paper {paper.key!r}", PaperRecord, paper, f"{package}/{paper.key}")
     for claim in paper.claims:
         yield from _fields(f"claim {claim.id!r}", StatedClaim, claim, sources.location(claim.answer))
     for erratum in paper.errata:
@@ -268,10 +269,6 @@ def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
         if not isinstance(inputs, Mapping):
             where = sources.location(experiment.function)
             yield f"experiment {experiment.name!r}: inputs is {inputs!r:.80}; give a dictionary [{where}]"
-
-
-def _folder(paper: Paper, sources: SourceTree) -> str:
-    return f"{'/'.join(name for name in sources.packages if name != 'replication')}/{paper.key}"
 
 
 def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) -> Iterator[str]:

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from replication.audit.inspect.headline import tally
 from replication.audit.publish.linked_data import CITATION, Json, Software, filled, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
-from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
+from replication.audit.publish.registers import CODECHECK, MARK, register_texts
 from replication.audit.report.claim import standing
 from replication.audit.report.templates import environment
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
@@ -157,7 +157,7 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     commit = _require_unedited(root, results.run)
     tutorials = (path.relative_to(root) for path in (root / "report" / "notebooks").glob("*.html"))
     drawn = (Path("figures") / f"{f.name}.{end}" for f in results.figures if not f.error for end in ("svg", "csv"))
-    sources = [name for name in _sources(root) if name != CODECHECK or not is_ours(_read(root / name))]
+    sources = [name for name in _sources(root) if name != CODECHECK or MARK not in _read(root / name)]
     described = sorted({*map(Path, (*sources, *BUILT)), *tutorials, *drawn})
     missing = [str(file) for file in described if not (root / file).is_file()]
     if missing:

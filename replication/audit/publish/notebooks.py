@@ -114,15 +114,9 @@ def _page(notebook: Any) -> str:
             f'<div class="{kind}">', f'<div class="{kind}" tabindex="0" role="group" aria-label="{name}">'
         )
     heading = re.match(r"# (.*)", notebook.cells[0].source)
-    return (
-        environment()
-        .get_template("notebook.html.j2")
-        .render(title=heading[1] if heading else "Tutorial", body=Markup(body), style=Markup(_style()))
-    )
-
-
-def _style() -> str:
-    return colours() + source("site.css") + source("notebook.css")
+    title, style = heading[1] if heading else "Tutorial", colours() + source("site.css") + source("notebook.css")
+    page = environment().get_template("notebook.html.j2")
+    return page.render(title=title, body=Markup(body), style=Markup(style))
 
 
 def colours() -> str:

@@ -20,7 +20,7 @@ from replication.files import write_atomically
 
 CODECHECK, ZENODO = "codecheck.yml", ".zenodo.json"
 MARK = "# Written by `replication export`, from replication.toml, paper.toml, CITATION.cff and the results of the run."
-"""A file without this line belongs to a person, and is left as it is."""
+"""A file without this line belongs to a person, and is left as it is; JSON has no place for it."""
 
 
 def register_texts(results: ResultsFile, software: Software) -> dict[str, str]:
@@ -84,7 +84,7 @@ def write_registers(results: ResultsFile, software: Software, root: Path) -> Ite
     for name, text in register_texts(results, software).items():
         path = root / name
         there = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else text
-        if there != text and not is_ours(there):
+        if there != text and MARK not in there:
             yield f"{path}: kept as it is, which is not what this command writes; remove it to have it written"
         else:
             write_atomically(path, text.encode())
@@ -98,8 +98,3 @@ def write_registers(results: ResultsFile, software: Software, root: Path) -> Ite
         yield f'no {CODECHECK}: it is on one paper; write [codecheck] paper = "{results.papers[0].key}", say'
     else:
         yield from (f"{CODECHECK}: not yet {line}" for line in unmet(codecheck(paper, results, software)))
-
-
-def is_ours(text: str) -> bool:
-    """Whether a file at the root was written here: codecheck.yml says so; JSON has no place for it."""
-    return MARK in text

@@ -27,7 +27,6 @@ from replication.files import write_atomically
 from replication.verify.predicate import Exported
 
 SCHEMA_VERSION = 3
-Name = str
 COMMAND = "replication.audit.run.command:execute"
 """The function of experiments that are commands."""
 DECIDING = (
@@ -93,7 +92,7 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """An erratum with the outcome of its proof; `error` is the failure if the proof could not be run."""
 
     id: str
-    paper: Name
+    paper: str
     place: str
     printed: str
     meant: str
@@ -121,7 +120,7 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """
 
     name: str
-    paper: Name
+    paper: str
     function: str
     code: str
     inputs: dict[str, Any]
@@ -148,7 +147,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     says: the terms that the theorem speaks of, with what it proves of each.
     """
 
-    paper: Name
+    paper: str
     name: str
     path: str
     sha256: str
@@ -173,7 +172,7 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """
 
     name: str
-    paper: Name
+    paper: str
     place: str
     title: str
     caption: str
