@@ -1,7 +1,7 @@
-"""Examples of the documentation, run for the pages that show them; and what the README shows beside its results: an
-example, and a picture of the answer.
+"""Examples of the documentation, run for the pages that show them; and what the README shows: the results of a run with
+badges, an example, and a picture of the answer; and the published schema of the results.
 
-`python -m benchmarks.readme` writes the results of the run and the example into it, with `picture` the picture.
+`python -m benchmarks.readme` writes all but the picture of the answer, which `picture` takes.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ import ast
 import contextlib
 import hashlib
 import io
+import json
+import re
 import runpy
 import shutil
 import sys
@@ -17,10 +19,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
+
+from replication.audit.inspect.headline import theorems
+from replication.audit.judge.policies import once
 from replication.audit.project import find_project
 from replication.audit.publish.archive import badges
-from replication.audit.publish.readme import BADGES, replace_block, results_block
-from replication.audit.store.records import ResultsFile, read_results
+from replication.audit.report.claim import standings
+from replication.audit.report.opening.told import BriefView, briefs
+from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.drawing.panels import as_svg
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -65,12 +72,54 @@ def run_example(path: Path) -> Ran:
     return Ran(path.stem, said.splitlines()[0], code, printed.getvalue().rstrip(), drawing)
 
 
+BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
+BADGES = "docs/badges"
+
+
+def results_block(results: ResultsFile) -> str:
+    """Markdown: how many claims are proved, and of each paper its badge, its result and what explains it."""
+    papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
+    said = {name: re.findall(r"<title>(.*?)</title>", svg) for name, svg in badges(results, BADGES, "claims").items()}
+    image = {Path(name).stem: f"![{title}]({name})" for name, (title,) in said.items()}
+    lines = [
+        f"- **{papers[key].cited}** {image[key]} {_line(papers[key], told.get(key))}" for key in standings(results)
+    ]
+    return "\n".join([BEGIN, "", *lines, "", f"{image['all']} {theorems(once(results.claims))}".strip(), "", END])
+
+
+def _line(paper: PaperRecord, told: BriefView | None) -> str:
+    """What the opening of the report says of the paper, without its links."""
+    if told is None:
+        return paper.findings[0] if paper.findings else ""
+    return f"{told.headline.text}." if told.headline.text else told.card.text
+
+
+def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str:
+    """`text` with the part between the markers replaced; raises AuditError if the markers are not there once each."""
+    if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
+        raise AuditError(f"the README must hold the lines {begin!r} and {end!r} once each, in this order")
+    return text[: text.index(begin)] + block + text[text.index(end) + len(end) :]
+
+
 EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
 EXAMPLE = "docs/examples/multirate_cart.py"
 DRAWN = "docs/pictures/multirate_cart.py"
 """What draws the picture beside the example."""
 PICTURE = "docs/example.svg"
 SHOWN_WIDTH = 300
+
+
+SCHEMA = "docs/results.schema.json"
+
+
+def schema_text() -> str:
+    """The JSON Schema (2020-12) of results.json, in which all fields are there, with one newline at the end."""
+    schema = msgspec.json.schema(ResultsFile)
+    for definition in schema["$defs"].values():
+        if "properties" in definition:
+            definition |= {"required": list(definition["properties"]), "additionalProperties": False}
+    whole = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
 
 
 def example_block(ran: Ran, drawn: Ran) -> str:
@@ -82,12 +131,12 @@ def example_block(ran: Ran, drawn: Ran) -> str:
 
 
 def update(root: Path, results: ResultsFile, ran: Ran, drawn: Ran) -> None:
-    """Write the results of a run and an example with its picture into the README of the project at `root`."""
+    """Write the results of a run, an example with its picture, and the schema into the project at `root`."""
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
     text = replace_block(text, example_block(ran, drawn), EXAMPLE_BEGIN, EXAMPLE_END)
-    written = {**badges(results, BADGES, "claims"), PICTURE: drawn.drawing, "README.md": text}
-    for name, content in written.items():
+    written = {**badges(results, BADGES, "claims"), PICTURE: drawn.drawing, SCHEMA: schema_text()}
+    for name, content in {**written, "README.md": text}.items():
         write_atomically(root / name, content.encode())
 
 

@@ -8,13 +8,13 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from importlib import metadata
 from pathlib import Path
 
+import replication
 from replication.commands import all_commands
 from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
 from replication.errors import InvalidInputError, ReplicationError
-from replication.extras import DISTRIBUTION, missing, told
+from replication.extras import missing, told
 
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
@@ -77,14 +77,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _version() -> str:
-    """Of the installed distribution; a copy of the sources that is not installed has none."""
-    try:
-        return metadata.version(DISTRIBUTION)
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
-
-
 def _fault(error: Exception) -> str:
     """What to say of an error that nobody foresaw, on one line."""
     if isinstance(error, MemoryError):
@@ -106,7 +98,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES + EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {replication.__version__}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for add in all_commands().values():
         add(subparsers, EXIT_CODES)

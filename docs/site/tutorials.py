@@ -22,9 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def on_files(files: Files, config: Any) -> Files:
     """Add one page for each notebook."""
     try:
-        for done in executed(sorted((ROOT / FOLDER).glob("*.ipynb")), ROOT):
-            name = done.kept.stem
-            text = "\n\n".join(_cells(done.notebook, name))
+        for name, notebook, _ in executed(sorted((ROOT / FOLDER).glob("*.ipynb")), ROOT):
+            text = "\n\n".join(_cells(notebook, name))
             files.append(File.generated(config, f"tutorials/{name}.md", content=text))
     except AuditError as error:
         raise PluginError(str(error)) from None

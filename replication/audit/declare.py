@@ -24,8 +24,8 @@ import msgspec
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
 from replication.audit.judge.policies import repeated
+from replication.audit.judge.printed import is_print
 from replication.audit.judge.printed import number as number
-from replication.audit.judge.printed import parse
 from replication.audit.model import NUMERIC, Claim, Experiment, Kind, Verdict
 from replication.audit.model import Erratum as Erratum
 from replication.audit.model import Evidence as Evidence
@@ -449,18 +449,11 @@ def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
     """Raise AuditError for an erratum of a number that was typed beside the printed ones, where it can differ."""
     for erratum in errata:
         typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
-        if typed and _is_number(erratum.printed):
+        if typed and is_print(erratum.printed):
             raise AuditError(
                 f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
                 "look into the text, and take the number from DATA, the entries of printed.toml"
             )
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return bool(parse(text))
-    except AuditError:
-        return False
 
 
 class _Short(Mapping[str, Any]):

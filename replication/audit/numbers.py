@@ -191,14 +191,10 @@ def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Ite
     return (converted(_at(where, row), row, kind) for where, row, _ in _rows(path, tables, name))
 
 
-def _require_known(where: str, row: Mapping[str, Any], known: Sequence[str]) -> None:
+def _command(path: Path, where: str, row: dict[str, Any]) -> Experiment:
+    given, known = dict(row), list(inspect.signature(command).parameters)
     if unknown := sorted(row.keys() - set(known)):
         raise AuditError(f"{where} has the unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
-
-
-def _command(path: Path, where: str, row: dict[str, Any]) -> Experiment:
-    given = dict(row)
-    _require_known(where, row, list(inspect.signature(command).parameters))
     try:
         made = command(given.pop("name"), given.pop("line"), **given)
     except KeyError as missing:

@@ -30,7 +30,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.data import converted, line_of_field, read_tables
-from replication.audit.inspect.coverage import tallies
+from replication.audit.inspect.coverage import read_coverage, tallied
 from replication.audit.parts import Paper
 from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
@@ -206,7 +206,7 @@ def about(module: str) -> dict[str, Any]:
     `read_coverage`.
     """
     path = Path(module).with_name(NAME)
-    found = _read(path)
+    found, texts = _read(path), read_coverage(path.with_name("coverage.toml"))
     key = path.parent.name
     fields = {name: getattr(found, name) for name in About.__struct_fields__}
     people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
@@ -220,7 +220,7 @@ def about(module: str) -> dict[str, Any]:
         "replies": tuple(
             msgspec.structs.replace(reply, claim=f"{key}.{reply.claim.lower()}") for reply in found.replies
         ),
-        "coverage": tallies(module),
+        "coverage": tuple(tally for name, text in texts.items() for tally in tallied(name, text)),
     }
 
 

@@ -58,14 +58,3 @@ def command(name: str, text: str, *options: Option, notes: str = "") -> Callable
 def option(*names: str, **settings: Any) -> Option:
     """An argument, as `ArgumentParser.add_argument` takes it."""
     return lambda parser: parser.add_argument(*names, **settings)
-
-
-def either(*options: Option) -> Option:
-    """Arguments of which at most one is given."""
-
-    def add(parser: argparse.ArgumentParser) -> None:
-        group: Any = parser.add_mutually_exclusive_group()
-        for one in options:
-            one(group)
-
-    return add

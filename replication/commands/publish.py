@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from replication.commands import command, either, option
+from replication.commands import command, option
 from replication.commands.shared import (
     DIFFERENT,
     FINE,
@@ -46,8 +46,8 @@ def notebooks(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.notebooks import build_notebooks
 
     root = project_root()
-    for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
-        say([f"{'executed' if built.executed else 'unchanged'}: {built.page}"])
+    for page, fresh in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
+        say([f"{'executed' if fresh else 'unchanged'}: {page}"])
     return FINE
 
 
@@ -71,13 +71,17 @@ def export(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+def places(parser: argparse.ArgumentParser) -> None:
+    """Add where the archive goes, or lies unpacked."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--to", type=Path, metavar="FILE", help="the zip (default: dist/ of the project)")
+    group.add_argument("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums")
+
+
 @command(
     "artifact",
     "pack sources, results, figures, report, this program and the way to rebuild into one zip with checksums",
-    either(
-        option("--to", type=Path, metavar="FILE", help="the zip (default: dist/ of the project)"),
-        option("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums"),
-    ),
+    places,
     notes="""\
 The same commit and results give the same bytes. Unpacked, the archive is a project again, which its REBUILD.md
 rebuilds beside nothing but Python.

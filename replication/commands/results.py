@@ -83,7 +83,6 @@ def check(chosen: argparse.Namespace) -> int:
 def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     from replication.audit.inspect.check import check, differences, kept, unfounded
     from replication.audit.inspect.coverage import faults
-    from replication.audit.publish.readme import is_stale
     from replication.audit.run.tracing import traced
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
@@ -94,11 +93,8 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     held = {paper.key for paper in results.papers}
     again = kept([paper for paper in papers if paper.key in held], root, Cache(project.cache))
     problems = list(map(str, [*check(results, papers, root), *differences(results, again, drawn)]))
-    if held == set(project.keys) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: of other results; `make readme` writes it")
     note = unfounded(results, again)
-    listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
-    wrong = [f"coverage: {fault}" for paper in listed for fault in faults(folder / paper.key, paper)]
+    wrong = [f"coverage: {fault}" for paper in papers for fault in faults(folder / paper.key, paper)]
     count = f"{len(problems)} problem{'s' * (len(problems) != 1)} in {len(results.claims)} claims"
     lines = (*problems, *([f"note: {note}"] if note else []), count, *wrong)
     said = lines, DIFFERENT if problems or wrong else FINE

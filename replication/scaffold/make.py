@@ -12,13 +12,12 @@ from replication.audit.publish.rebuild import plain_templates
 from replication.errors import InvalidInputError
 from replication.files import write_atomically, write_directory
 
-FILES = {
-    "__init__.py": "init.py",
-    **{name: name for name in ("paper.toml", "printed.toml", "printed.py", "experiments.py", "claims.py")},
-    **{name: name for name in ("figures.py", "paper.py", "coverage.toml")},
-}
-"""Files of the package, each with the name of its template; `test.py` is that of the test."""
-TABLES = {"__init__.py": "tables.py", **{name: name for name in ("paper.toml", "claims.toml", "coverage.toml")}}
+FILES = (
+    *("__init__.py", "paper.toml", "printed.toml", "printed.py", "experiments.py", "claims.py"),
+    *("figures.py", "paper.py", "coverage.toml"),
+)
+"""Files of the package, whose templates have their names; `test.py` is that of the test."""
+TABLES = ("__init__.py", "paper.toml", "claims.toml", "coverage.toml")
 """Those of a paper without Python, whose numbers lie in a table of the folder `data`."""
 LONGEST = 40
 REPORT_FOLDERS = ("exports", "notebooks")
@@ -53,7 +52,7 @@ def scaffold(key: str, root: Path, *, tables: bool = False) -> tuple[Path, ...]:
         return templates.get_template(f"{template}.j2").render(key=key, folder=folder, tables=tables, **excuses)
 
     files = TABLES if tables else FILES
-    texts = {name: rendered(template) for name, template in files.items()}
+    texts = {name: rendered(name).encode() for name in files}
     around = {root / CONFIGURATION: "replication.toml", package.parent / "__init__.py": "papers.py", test: "test.py"}
     if not (root / CONFIGURATION).exists():
         around |= {root / "CITATION.cff": "CITATION.cff", root / ".gitignore": "gitignore"}
@@ -62,5 +61,5 @@ def scaffold(key: str, root: Path, *, tables: bool = False) -> tuple[Path, ...]:
     begun = {path: rendered(template) for path, template in around.items() if not path.exists()}
     for path, text in begun.items():
         write_atomically(path, text.encode())
-    write_directory(package, {name: text.encode() for name, text in texts.items()})
+    write_directory(package, texts)
     return (*(package / name for name in files), *begun)

@@ -14,7 +14,7 @@ import pytest
 from lab import Lab, make_inside
 
 from replication.audit.declare import command
-from replication.audit.publish.linked_data import Software, crate
+from replication.audit.publish.linked_data import Software, filled
 from replication.audit.run.command import execute, held
 from replication.audit.run.tracing import labels, traced
 from replication.audit.store.records import read_results
@@ -283,9 +283,8 @@ def test_its_program_and_what_it_names_outside_are_part_of_its_key_and_its_versi
     assert page.count("<bdi>tool 1.2.3</bdi>") == 2 and "<bdi>tool fit.sh</bdi>" in page
     results = read_results(lab.root / "report" / "results.json")
     software = Software(title="T", abstract="A", version="1", license="MIT", authors=())
-    assert {"@id": "#program-1", "@type": "SoftwareApplication", "name": "tool 1.2.3"} in crate(results, software, {})[
-        "@graph"
-    ]
+    crate = filled("crate", results=results, software=software, files={})
+    assert {"@id": "#program-1", "@type": "SoftwareApplication", "name": "tool 1.2.3"} in crate["@graph"]
     (lab.root / "d.csv").write_text("2")
     for words in (("list",), ("show", "roe.value"), ("report",), ("export",)):
         assert "changed since the run: d.csv" in lab.cli(*words, PATH=path).stderr

@@ -263,6 +263,22 @@ def test_a_claim_does_not_answer_itself(
     assert ("claim toy.it answers itself: with " + moved in error) if moved else not error, error
 
 
+def test_a_print_that_is_no_number_may_be_read(tmp_path: Path) -> None:
+    (tmp_path / "printed.toml").write_text('[word]\nplace = "Sec. 2"\nvalue = "unstable"\n', encoding="utf-8")
+    data = read_printed(tmp_path / "printed.toml")
+    part = Part("Sec. 2", reading="none")
+
+    @part.order("it", data["word"])
+    def it(results: Any) -> Evidence:
+        """It is so."""
+        return Evidence(method="by its poles", holds=data["word"] == "unstable", margin=1.0)
+
+    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
+    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(), **about)
+    file, _, _ = assemble([whole], {}, results_file().run, SourceTree({}), (), {})
+    assert file.claims[0].verdict is Verdict.CONSISTENT
+
+
 @pytest.mark.parametrize(("value", "told"), [(0.75, True), (0.7501, False)])
 def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, value: float, told: bool) -> None:
     (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")

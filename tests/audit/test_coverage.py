@@ -15,7 +15,6 @@ from replication.audit.inspect.coverage import (
     read_coverage,
     still_open,
     tallied,
-    tallies,
 )
 from replication.audit.model import Reading
 from replication.audit.parts import ScopeItem
@@ -71,7 +70,7 @@ def change(folder: Path, old: str, new: str) -> None:
 
 def test_a_whole_list_has_no_faults_and_is_counted(folder: Path) -> None:
     assert faults(folder, PAPER) == []
-    numerals, items = tallies(str(folder / "paper.py"))
+    numerals, items = tallied("paper", read_coverage(folder / "coverage.toml")["paper"])
     assert (numerals.of, numerals.bound, numerals.excused, numerals.open) == ("numerals", 10, 1, 1)
     assert (numerals.total, numerals.aside) == (12, 1)
     assert (items.of, items.total, items.bound, items.excused) == ("items", 5, 4, 1)

@@ -10,11 +10,11 @@ from cases import case, claim, judge, paper, recorded, results_file, statement_c
 from msgspec.structs import replace
 from sample import paper_record
 
+from benchmarks.readme import results_block
 from replication.audit.inspect.headline import counts, headline, sentence
 from replication.audit.judge.policies import RULES, by_policy, once, once_corrected, repeated, same_fact
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Evidence, How, Judgement, Kind, Outcome, OverInputs, Policy, Reading, Verdict
-from replication.audit.publish.readme import results_block
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, term
 

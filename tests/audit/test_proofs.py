@@ -62,8 +62,8 @@ def joined_with(
     kind: Kind, evidence: Evidence, certificates: Sequence[CertificateRecord], *says: Predicate, **more: Any
 ) -> tuple[Evidence, bool]:
     stands = StatedClaim(**shared(StatedClaim, stated(kind, *says, **more)))
-    joined, standing = with_proofs(stands, evidence, certificates)
-    return joined, standing.proved
+    joined, proved, _ = with_proofs(stands, evidence, certificates)
+    return joined, proved
 
 
 def test_the_proved_bracket_takes_the_place_of_the_computed_one_and_decides() -> None:

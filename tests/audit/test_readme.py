@@ -12,9 +12,8 @@ from cases import recorded, results_file
 from msgspec.structs import replace
 from sample import paper_record
 
-from benchmarks.readme import notes, verdicts
+from benchmarks.readme import notes, replace_block, results_block, verdicts
 from replication.audit.model import Evidence
-from replication.audit.publish.readme import is_stale, replace_block, results_block
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -86,11 +85,3 @@ def test_a_part_is_replaced_between_markers_that_stand_there_once_in_their_order
     assert replace_block("before <a> old <b> after", "new", "<a>", "<b>") == "before new after"
     with pytest.raises(AuditError, match="once each, in this order"):
         replace_block(text, "new", "<a>", "<b>")
-
-
-def test_it_is_stale_if_its_text_is_of_another_run(tmp_path: Path) -> None:
-    now = results_file(recorded(Evidence(method="m", value=1.33)))
-    before = results_file(recorded(Evidence(method="m", value=2.0)))
-    readme = tmp_path / "README.md"
-    readme.write_text(results_block(now), encoding="utf-8")
-    assert not is_stale(readme, now) and is_stale(readme, before)

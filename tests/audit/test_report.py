@@ -31,7 +31,7 @@ from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBA
 from replication.audit.model import Evidence, How, Kind, OverInputs, Policy, Verdict
 from replication.audit.parts import Table
 from replication.audit.people import Reply
-from replication.audit.publish.linked_data import summary_graph
+from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import anchor, targets, views
 from replication.audit.report.page import build_report, render
 from replication.audit.report.sections.lineage import allowances, proofs
@@ -449,7 +449,7 @@ def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, drawn: dict[str, A
         assert not [e for e in elements if any(str(key).startswith("on") for key in e.attrib)]
     data, packed, code = hostile.iter(f"{HTML}script")
     assert [part.get("type") for part in (data, packed, code)] == ["application/ld+json", "text/plain", None]
-    assert json.loads("".join(data.itertext())) == summary_graph(results_file)
+    assert json.loads("".join(data.itertext())) == filled("summary", results=results_file)
 
 
 def test_proofs_list_theorems_refusals_and_what_is_open(

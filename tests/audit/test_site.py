@@ -288,13 +288,13 @@ def test_axe_finds_no_violation(site: Path, visit_page: Callable[..., Any]) -> N
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_pages_of_tutorials_are_for_everyone(scheme: str, tmp_path: Path, window: Callable[..., Any]) -> None:
     """No violation, nothing wider than the window, and a tab stop for each box that scrolls."""
-    for built in build_notebooks(ROOT, tmp_path, METHODS if EVERY else METHODS[:1]):
+    for built, _ in build_notebooks(ROOT, tmp_path, METHODS if EVERY else METHODS[:1]):
         for width in (1440, 320):
             page = window(width, scheme)
-            page.get(built.page.as_uri())
-            assert violations(page) == [], (built.page, width)
-            assert page.execute_script("return document.documentElement.scrollWidth") == width, built.page
-            assert page.execute_script(STUCK) == [], (built.page, width)
+            page.get(built.as_uri())
+            assert violations(page) == [], (built, width)
+            assert page.execute_script("return document.documentElement.scrollWidth") == width, built
+            assert page.execute_script(STUCK) == [], (built, width)
         box = page.find_element(By.CSS_SELECTOR, ".input")
         page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
         assert page.switch_to.active_element == box

@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 from lab import Inside, Lab, make_inside
 
-from replication.audit.publish.readme import BEGIN, END
 from replication.audit.report import sections, templates
 from replication.audit.report.guard import numbers_of, require_sourced
 from replication.audit.report.page import build_report
@@ -162,14 +161,12 @@ def test_every_field_is_derived_or_on_the_list(ran: Inside) -> None:
         {
             "figures/toy2020-fig1.svg": "toy2020-fig1: not derived: .*fig1.csv and .svg are not as the run left them",
             "certificates/toy2020/stable.json": "stable.json: certificate: the file is not the one",
-            "README.md": "README.md: stale",
         },
         {"PAPERS/toy2020/squares.py": "toy2020.square: not derived: sources, inputs or data are others now"},
     ],
 )
 def test_what_lies_beside_the_file_must_be_of_its_run(ran: Inside, words: dict[str, str], tmp_path: Path) -> None:
     lab = replace(ran, root=Path(shutil.copytree(ran.root, tmp_path / "copy")))
-    (lab.root / "README.md").write_text(f"{BEGIN}\nold\n{END}\n", encoding="utf-8")
     for file in words:
         with (lab.root / file.replace("PAPERS", lab.package)).open("a", encoding="utf-8") as stream:
             stream.write("\n")

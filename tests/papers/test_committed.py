@@ -10,8 +10,11 @@ import pytest
 from tables import read_csv
 
 from benchmarks.readme import (
+    BADGES,
+    BEGIN,
     COMMIT,
     DRAWN,
+    END,
     EXAMPLE,
     EXAMPLE_BEGIN,
     EXAMPLE_END,
@@ -19,13 +22,14 @@ from benchmarks.readme import (
     VERDICTS,
     example_block,
     noted,
+    replace_block,
+    results_block,
     run_example,
     verdicts,
 )
 from papers import KEYS
 from replication.audit.judge.numerals import MORE
 from replication.audit.publish.archive import badges
-from replication.audit.publish.readme import BADGES, BEGIN, END, replace_block, results_block
 from replication.audit.report.claim import targets, views
 from replication.audit.run.draw import write_figure
 from replication.audit.run.runner import Outcome

@@ -146,15 +146,15 @@ def unsupported(results: ResultsFile) -> Iterator[Problem]:
 def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) -> str:
     """What joining the claim with its certificates again would change; empty if nothing."""
     try:
-        joined, standing = with_proofs(record.claim, record.evidence, supporting)
+        joined, proved, supported = with_proofs(record.claim, record.evidence, supporting)
     except AuditError as error:
         return str(error)
     if joined != record.evidence:
         return "the bracket is not the one that its certificates prove"
     found = record.judgement
-    if found.proved != standing.proved:
+    if found.proved != proved:
         return f"proved is {found.proved}, but its certificates say otherwise"
-    return "" if found.supported == standing.supported else "what its certificates do not say is told otherwise"
+    return "" if found.supported == supported else "what its certificates do not say is told otherwise"
 
 
 def against_files(results: ResultsFile, root: Path) -> Iterator[Problem]:

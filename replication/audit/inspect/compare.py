@@ -34,6 +34,15 @@ class Cause(StrEnum):
     UNEXPLAINED = "moved though nothing known changed"
 
 
+OF_RUN = {
+    Cause.LOCK: ("lock_sha256",),
+    Cause.PACKAGES: ("packages", "python"),
+    Cause.MACHINE: ("cpu", "platform", "blas", "threads"),
+    Cause.SOURCES: ("commit", "package_version"),
+}
+"""The fields of a run that tell each of these causes."""
+
+
 class FieldChange(msgspec.Struct, frozen=True, kw_only=True):
     """A field of a record with its old and its new value."""
 
@@ -135,15 +144,10 @@ def _causes(old: ClaimRecord, new: ClaimRecord, before: ResultsFile, after: Resu
         yield Cause.ERRATUM
     yield from _experiment_causes(old, before, after)
     runs = before.run, after.run
-    if _differ(runs, "lock_sha256"):
-        yield Cause.LOCK
-    if _differ(runs, "packages", "python"):
-        yield Cause.PACKAGES
-    if _differ(runs, "cpu", "platform", "blas", "threads"):
-        yield Cause.MACHINE
-    # The functions that answer claims are not part of any experiment; a dirty tree may hold any of them.
-    if _differ(runs, "commit", "package_version") or any(run.dirty for run in runs):
-        yield Cause.SOURCES
+    for cause, names in OF_RUN.items():
+        # The functions that answer claims are not part of any experiment; a dirty tree may hold any of them.
+        if _differ(runs, *names) or (cause is Cause.SOURCES and any(run.dirty for run in runs)):
+            yield cause
 
 
 def _experiment_causes(old: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:

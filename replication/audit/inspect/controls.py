@@ -120,14 +120,8 @@ def moved(printed: Printed) -> Iterator[str]:
         digits = entry.text.lstrip("+-")
         begin = text.index(digits, begin)
         end = begin + len(digits)
-        unit = Decimal(1).scaleb(_exponent(digits))
+        unit = Decimal(entry.unit.numerator) / entry.unit.denominator
         for other in (Decimal(digits) + unit, Decimal(digits) - unit):
             if other >= 0:
                 yield text[:begin] + format(other, "f") + text[end:]
         begin = end
-
-
-def _exponent(digits: str) -> int:
-    exponent = Decimal(digits).as_tuple().exponent
-    assert isinstance(exponent, int)  # a printed number is finite
-    return exponent

@@ -73,14 +73,8 @@ def read_coverage(path: Path) -> dict[str, Text]:
         raise AuditError(f"{path} is not a list of what a text holds: {said}") from None
 
 
-def tallies(module: str) -> tuple[Coverage, ...]:
-    """How much of each text is bound, excused and open, by the list beside a module; errors as for `read_coverage`."""
-    texts = read_coverage(Path(module).with_name("coverage.toml"))
-    return tuple(tally for name, text in texts.items() for tally in tallied(name, text))
-
-
 def tallied(name: str, text: Text) -> Iterator[Coverage]:
-    """The counts of numerals, then those of numbered items."""
+    """How much of a text is bound, excused and open: of its numerals, then of its numbered items."""
     for what in ("numerals", "items"):
         found: Counter[str] = Counter()
         for row in (row for _, of, row in text.rows if of == what):
@@ -128,11 +122,11 @@ def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
 
 
 def faults(folder: Path, paper: Paper) -> list[str]:
-    """All `problems` of the list in the folder of a paper; errors as for `read_coverage` and `read_printed`."""
-    printed = folder / "printed.toml"
-    return list(
-        problems(read_coverage(folder / "coverage.toml"), paper, read_printed(printed) if printed.is_file() else {})
-    )
+    """All `problems` of the list in the folder of a paper, none without one; errors as of what reads both files."""
+    listed, printed = folder / "coverage.toml", folder / "printed.toml"
+    if not listed.is_file():
+        return []
+    return list(problems(read_coverage(listed), paper, read_printed(printed) if printed.is_file() else {}))
 
 
 def _incomplete(text: Text) -> Iterator[str]:
@@ -186,7 +180,7 @@ class _Bindings:
     """What a paper has that a row can be bound to."""
 
     def __init__(self, paper: Paper, printed: Mapping[str, Any]) -> None:
-        self.key, self.printed = paper.key, printed
+        self.printed = printed
         self.claims = {claim.id.partition(".")[2]: claim.printed for claim in paper.claims}
         self.names: dict[str, Collection[str]] = {
             "claim": self.claims,

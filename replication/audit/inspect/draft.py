@@ -18,9 +18,9 @@ from pathlib import Path
 
 from replication import scaffold
 from replication.audit.inspect.coverage import NUMERAL
-from replication.audit.judge.printed import parse
+from replication.audit.judge.printed import is_print
 from replication.audit.publish.rebuild import plain_templates
-from replication.errors import AuditError, InvalidInputError
+from replication.errors import InvalidInputError
 from replication.files import read_text, write_atomically
 
 FILES = ("printed.draft.toml", "coverage.draft.toml")
@@ -192,16 +192,9 @@ def _print(line: str, numeral: re.Match[str]) -> tuple[int, int]:
 def _readable(line: str, numeral: re.Match[str], span: re.Match[str]) -> bool:
     """Whether a print begins with the numeral, cuts none in two, and is one that the judge reads."""
     inside = [one.span() for one in NUMERAL.finditer(line) if one.end() > span.start() and one.start() < span.end()]
-    if (
-        inside[0] != numeral.span()
-        or inside[-1][1] > span.end()
-        or NUMERAL.findall(span[0]) != [line[slice(*one)] for one in inside]
-    ):
-        return False
-    try:
-        return bool(parse(span[0]))
-    except AuditError:
-        return False
+    whole = inside[0] == numeral.span() and inside[-1][1] <= span.end()
+    same = NUMERAL.findall(span[0]) == [line[slice(*one)] for one in inside]
+    return whole and same and is_print(span[0])
 
 
 def _reason(found: _Draft, line: str, numeral: re.Match[str]) -> str:

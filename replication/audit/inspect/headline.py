@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -136,10 +135,7 @@ def headline(results: ResultsFile) -> Headline:
     )
 
 
-@cache
-def _words() -> Any:
-    """The sentences of `sentence.j2`."""
-    return plain_templates(Path(__file__).parent).get_template("sentence.j2").module
+_SENTENCES: Any = plain_templates(Path(__file__).parent).get_template("sentence.j2").module
 
 
 def sentence(claims: Sequence[ClaimRecord]) -> str:
@@ -150,7 +146,7 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
         timed = sum(claim.timed for claim in own) if verdict is Verdict.UNDETERMINED else 0
         found = Counter(map(basis, own))
         groups += [(verdict, number, timed, [(kind, found[kind]) for kind in Basis if found[kind]])] * bool(number)
-    said = _words().sentence(len(counted), groups, sum(claim.unexpected for claim in claims))
+    said = _SENTENCES.sentence(len(counted), groups, sum(claim.unexpected for claim in claims))
     return f"{said} {theorems(counted)}".strip()
 
 
@@ -160,7 +156,7 @@ def theorems(claims: Iterable[ClaimRecord]) -> str:
     proved = [claim for claim in claims if claim.judgement.proved]
     against = sum(claim.verdict in DISAGREES for claim in proved)
     supported = sum(bool(claim.judgement.supported) for claim in claims)
-    return str(_words().theorems(len(claims), len(proved), against, supported))
+    return str(_SENTENCES.theorems(len(claims), len(proved), against, supported))
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> dict[str, int]:
@@ -242,8 +238,7 @@ def notes(
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
             yield f"no figure is called {listed([path.name for path in files])}; remove what is left in {figures}"
-        listed_there = (folder / paper.key / "coverage.toml").is_file()
-        if wrong := faults(folder / paper.key, paper) if listed_there else []:
+        if wrong := faults(folder / paper.key, paper):
             count = f"{len(wrong)} fault{'s' if len(wrong) > 1 else ''}"
             more = f"see `replication coverage {paper.key}`; the first: {wrong[0]}"
             yield f"coverage.toml of {paper.key} has {count}, {more}"

@@ -329,11 +329,6 @@ def stands_there(numbers: Sequence[float], printed: str) -> bool:
     return False
 
 
-def last_place(printed: str) -> Fraction:
-    """The unit of the last place of the first number of a print."""
-    return parse(printed).entries[0].unit
-
-
 def rounds_to(printed: str, value: float | Fraction) -> tuple[Fraction, Fraction]:
     """The first number of a print, and what `value` is when rounded to its last printed place."""
     entry = parse(printed).entries[0]

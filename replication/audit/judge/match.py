@@ -54,17 +54,14 @@ def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[Certifi
     readings = dict.fromkeys([*own, *(one.reading for one in claim.says), *(one.reading for one in evidence.outcomes)])
     by_reading = {name: _all([holds for one, holds in decided if one.reading == name]) for name in readings}
     missing = [_lacking(one, claim, offers) for one, holds in decided if holds is None]
-    missing += [f"nothing is said under the reading {name}" for name in readings if not _under(name, claim.says)]
+    told = {one.reading for one in claim.says}
+    missing += [f"nothing is said under the reading {name}" for name in readings if name not in told]
     first = claim.says[0]
     return Match(
         by_reading=by_reading,
         difference=_told(missing, by_reading),
         bounds=_bounds(first.of, first, offers),
     )
-
-
-def _under(reading: str, says: Iterable[Predicate]) -> bool:
-    return any(one.reading == reading for one in says)
 
 
 def _all(decided: Sequence[bool | None]) -> bool | None:

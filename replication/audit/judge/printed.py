@@ -170,6 +170,14 @@ def parse(text: str) -> Printed:
     return Printed(text, relation, cells, shape, f"{relation}{body}")
 
 
+def is_print(text: str) -> bool:
+    """Whether `parse` reads it."""
+    try:
+        return bool(parse(text))
+    except AuditError:
+        return False
+
+
 def number(printed: Any) -> Any:
     """What a print stands for, as input of an experiment: a float, the rows of a matrix, a list, or an interval's ends.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -156,24 +155,17 @@ def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) ->
     return msgspec.convert(given, CertificateRecord)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Standing:
-    """What certificates make of a claim: proved, or supported by what is true beside it, with the difference."""
-
-    proved: bool = False
-    supported: str = ""
-
-
 def with_proofs(
     claim: StatedClaim, evidence: Evidence, certificates: Sequence[CertificateRecord]
-) -> tuple[Evidence, Standing]:
-    """The evidence for a claim with what is proved of it in place of what was computed, and how the claim stands.
+) -> tuple[Evidence, bool, str]:
+    """The evidence for a claim with what is proved of it in place of what was computed, and whether it is proved.
 
-    Nothing changes unless theorems say the claim, or while one of its certificates is not proved.
+    Last what the theorems do not say, if they only support it. Nothing changes unless theorems say the claim, or while
+    one of its certificates is not proved.
     Raises AuditError if the theorems contradict the evidence, or bound other numbers than it has.
     """
     if not certificates or not all(certificate.proved for certificate in certificates) or evidence.not_checkable:
-        return evidence, Standing()
+        return evidence, False, ""
     paths = ", ".join(certificate.path for certificate in certificates)
     found = match(claim, evidence, certificates)
     _require_agreement(found, evidence, paths)
@@ -181,8 +173,8 @@ def with_proofs(
     joined = _statement_bracketed if claim.kind not in NUMERIC else _number_bracketed
     bracketed = joined(evidence, ends, paths) if found.proved or (claim.kind in NUMERIC and ends) else evidence
     if found.proved:
-        return bracketed, Standing(proved=True)
-    return evidence, Standing(supported=found.difference or OPEN)
+        return bracketed, True, ""
+    return evidence, False, found.difference or OPEN
 
 
 def _require_agreement(found: Match, evidence: Evidence, paths: str) -> None:

@@ -245,8 +245,7 @@ def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) 
     """
     if any(claim.verdict is Verdict.ERROR for claim in claims):
         return ()
-    used = {claim.claim.reading for claim in claims}
-    used |= {outcome.reading for claim in claims for evidence in claim.answers for outcome in evidence.outcomes}
+    used = {name for claim in claims for name in claim.rested}
     by_solver = any(Policy.SOLVER in claim.judgement.policies for claim in claims)
     return tuple(one.name for one in readings if one.name not in used and not (by_solver and one.accuracy))
 
@@ -257,15 +256,14 @@ def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:
 
 
 def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
-    yield from _fields(f"paper {paper.key!r}", PaperRecord, paper, _folder(paper, sources))
+    package = "/".join(name for name in sources.packages if name != "replication")
+    yield from _fields(f"paper {paper.key!r}", PaperRecord, paper, f"{package}/{paper.key}")
     for claim in paper.claims:
         yield from _fields(f"claim {claim.id!r}", StatedClaim, claim, sources.location(claim.answer))
     for erratum in paper.errata:
         yield from _fields(f"erratum {erratum.id!r}", ErratumRecord, erratum, sources.location(erratum.prove))
-        yield from _uses(f"erratum {erratum.id!r}", erratum.uses, sources.location(erratum.prove))
     for figure in paper.figures:
         yield from _fields(f"figure {figure.name!r}", FigureRecord, figure, sources.location(figure.data))
-        yield from _uses(f"figure {figure.name!r}", figure.uses, sources.location(figure.data))
     for experiment in paper.experiments:
         inputs: Any = experiment.inputs
         if not isinstance(inputs, Mapping):
@@ -273,25 +271,17 @@ def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
             yield f"experiment {experiment.name!r}: inputs is {inputs!r:.80}; give a dictionary [{where}]"
 
 
-def _folder(paper: Paper, sources: SourceTree) -> str:
-    return f"{'/'.join(name for name in sources.packages if name != 'replication')}/{paper.key}"
-
-
 def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) -> Iterator[str]:
     hints = _hints(record)
     for name, value in shared(record, declared).items():
         if name != "uses" and (wrong := _wrong(value, hints[name])):
             yield f"{what}: {name} is {value!r:.80}; {wrong} [{where}]"
-    if record is StatedClaim:
-        yield from _uses(what, declared.uses, where)
+    uses = getattr(declared, "uses", ())
+    if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):
+        yield f"{what}: uses is {uses!r:.80}; give a tuple of names, of one name with a comma: ('name',) [{where}]"
 
 
 _hints = cache(get_type_hints)
-
-
-def _uses(what: str, uses: Any, where: str) -> Iterator[str]:
-    if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):
-        yield f"{what}: uses is {uses!r:.80}; give a tuple of names, of one name with a comma: ('name',) [{where}]"
 
 
 def _wrong(value: Any, wanted: Any) -> str:

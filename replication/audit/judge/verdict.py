@@ -20,7 +20,7 @@ from replication.audit.judge.policies import (
     with_inputs,
     with_own,
 )
-from replication.audit.judge.proofs import Standing, with_proofs
+from replication.audit.judge.proofs import with_proofs
 from replication.audit.judge.uncertainty import BY_DIGITS
 from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
@@ -402,18 +402,18 @@ def make_record(
     try:
         if error:
             raise AuditError(error)
-        (usable, standing), failure = with_proofs(stated, plain(evidence), certificates), ""
+        (usable, proved, supported), failure = with_proofs(stated, plain(evidence), certificates), ""
     except AuditError as unusable:
         # No number of a failed or malformed answer is kept, so that judging the record again gives an error too.
         where = f" [{code}]" if code and not error else ""
-        usable, standing, failure = Evidence(method=""), Standing(), f"{unusable}{where}"
+        usable, proved, supported, failure = Evidence(method=""), False, "", f"{unusable}{where}"
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
     judgement = _with_untraced(judge(stated, usable, erratum, readings=readings), usable)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
-    judgement = change(judgement, proved=standing.proved, supported=standing.supported, unproved=unproved)
+    judgement = change(judgement, proved=proved, supported=supported, unproved=unproved)
     return ClaimRecord(claim=stated, evidence=usable, judgement=judgement)
 
 

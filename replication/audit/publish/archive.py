@@ -13,9 +13,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from replication.audit.inspect.headline import tally
-from replication.audit.publish.linked_data import CITATION, Json, Software, claims_graph, crate, read_software
+from replication.audit.publish.linked_data import CITATION, Json, Software, filled, read_software
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
-from replication.audit.publish.registers import CODECHECK, is_ours, register_texts
+from replication.audit.publish.registers import CODECHECK, MARK, register_texts
 from replication.audit.report.claim import standing
 from replication.audit.report.templates import environment
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
@@ -35,7 +35,7 @@ def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     """Name and text of each exported file; the same results give the same texts."""
     texts = {
         **badges(results, "badges", "replication"),
-        "claims.jsonld": to_json(claims_graph(results, software)),
+        "claims.jsonld": to_json(filled("claims", results=results, software=software)),
         "citation.bib": bibtex(results, software),
     }
     return dict(sorted(texts.items()))
@@ -157,7 +157,7 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     commit = _require_unedited(root, results.run)
     tutorials = (path.relative_to(root) for path in (root / "report" / "notebooks").glob("*.html"))
     drawn = (Path("figures") / f"{f.name}.{end}" for f in results.figures if not f.error for end in ("svg", "csv"))
-    sources = [name for name in _sources(root) if name != CODECHECK or not is_ours(_read(root / name))]
+    sources = [name for name in _sources(root) if name != CODECHECK or MARK not in _read(root / name)]
     articles = (path.relative_to(root) for path in (root / "report" / "articles").glob("*"))
     described = sorted({*map(Path, (*sources, *BUILT)), *articles, *tutorials, *drawn})
     missing = [str(file) for file in described if not (root / file).is_file()]
@@ -168,7 +168,7 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     added |= {} if brings_the_tool(root) else rebuild_files(root)
     whole = {**added, **{file.as_posix(): (root / file).read_bytes() for file in described}}
     texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
-    texts[CRATE] = to_json(crate(results, software, whole))
+    texts[CRATE] = to_json(filled("crate", results=results, software=software, files=whole))
     texts[COMMIT_FILE] = f"{commit}\n"
     whole |= {name: text.encode() for name, text in texts.items()}
     executable = {file.as_posix() for file in described if (root / file).stat().st_mode & 0o100}

@@ -1,4 +1,4 @@
-"""JSON-LD in the vocabulary of schema.org: papers, reviews of their claims, and the archive as an RO-Crate."""
+"""What other programs read of an audit: JSON by the templates in `json`, each of which says what it is of."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ import html
 import json
 import mimetypes
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from replication.audit.inspect.headline import sentence
-from replication.audit.people import Reply, plain_orcid
+from replication.audit.people import plain_orcid
 from replication.audit.publish.rebuild import plain_templates
-from replication.audit.store.records import PaperRecord, ResultsFile
+from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 
 # Citation of this package, from CITATION.cff, read once for every export
@@ -88,24 +87,6 @@ def read_software(root: Path) -> Software:
 
 MEDIA_TYPES = {".md": "text/markdown", ".j2": "text/plain", ".cff": "application/yaml", ".yml": "application/yaml"}
 _TEMPLATES = plain_templates(Path(__file__).with_name("json"))
-
-
-def claims_graph(results: ResultsFile, software: Software) -> Json:
-    """The audit as schema.org: each paper an article, each claim a ClaimReview with its verdict in words."""
-    replies: dict[str, list[Reply]] = {}
-    for reply in (reply for paper in results.papers for reply in paper.replies):
-        replies.setdefault(reply.claim, []).append(reply)
-    return filled("claims", results=results, software=software, replies=replies)
-
-
-def summary_graph(results: ResultsFile) -> Json:
-    """The audit in short, for the head of the report: the report as a data set about the papers, with its outcome."""
-    return filled("summary", results=results)
-
-
-def crate(results: ResultsFile, software: Software, files: Mapping[str, bytes]) -> Json:
-    """The metadata of an RO-Crate 1.1 of `files`, by their names in it: each with its size, type and checksum."""
-    return filled("crate", results=results, software=software, files=dict(sorted(files.items())))
 
 
 def filled(name: str, **given: Any) -> Json:

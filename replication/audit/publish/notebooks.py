@@ -7,7 +7,6 @@ import json
 import re
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -34,35 +33,25 @@ matplotlib.rcParams["svg.fonttype"] = "none"
 """
 
 
-@dataclass(frozen=True)
-class Built:
-    """A notebook: where it is kept with its outputs, whether it was executed for them, and its page if it has one."""
-
-    kept: Path
-    executed: bool
-    page: Path = Path()
-
-    @property
-    def notebook(self) -> Any:
-        """The notebook with its outputs."""
-        return _needed("nbformat").read(self.kept, as_version=4)
-
-
-def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[Built]:
+def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[tuple[Path, bool]]:
     """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
 
+    Gives each page, and whether its notebook had to be executed.
     Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
     chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    for done in executed([paths[name] for name in chosen], root):
-        page = output / f"{done.kept.stem}.html"
-        write_atomically(page, _page(done.notebook).encode())
-        yield replace(done, page=page)
+    for name, notebook, fresh in executed([paths[name] for name in chosen], root):
+        page = output / f"{name}.html"
+        write_atomically(page, _page(notebook).encode())
+        yield page, fresh
 
 
-def executed(paths: Iterable[Path], root: Path) -> Iterator[Built]:
-    """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change."""
+def executed(paths: Iterable[Path], root: Path) -> Iterator[tuple[str, Any, bool]]:
+    """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change.
+
+    Each with its name, and whether it had to be executed.
+    """
     sources = _sources(root)
     for path in paths:
         key = sha256(sources + path.read_bytes())
@@ -72,7 +61,7 @@ def executed(paths: Iterable[Path], root: Path) -> Iterator[Built]:
             notebook = execute(path, root)
             notebook.metadata[KEY] = key
             write_atomically(kept, _needed("nbformat").writes(notebook).encode())
-        yield Built(kept, fresh)
+        yield path.stem, _needed("nbformat").read(kept, as_version=4), fresh
 
 
 def _key(kept: Path) -> str:
@@ -125,15 +114,9 @@ def _page(notebook: Any) -> str:
             f'<div class="{kind}">', f'<div class="{kind}" tabindex="0" role="group" aria-label="{name}">'
         )
     heading = re.match(r"# (.*)", notebook.cells[0].source)
-    return (
-        environment()
-        .get_template("notebook.html.j2")
-        .render(title=heading[1] if heading else "Tutorial", body=Markup(body), style=Markup(_style()))
-    )
-
-
-def _style() -> str:
-    return colours() + source("site.css") + source("notebook.css")
+    title, style = heading[1] if heading else "Tutorial", colours() + source("site.css") + source("notebook.css")
+    page = environment().get_template("notebook.html.j2")
+    return page.render(title=title, body=Markup(body), style=Markup(style))
 
 
 def colours() -> str:

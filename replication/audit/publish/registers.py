@@ -20,12 +20,17 @@ from replication.files import write_atomically
 
 CODECHECK, ZENODO = "codecheck.yml", ".zenodo.json"
 MARK = "# Written by `replication export`, from replication.toml, paper.toml, CITATION.cff and the results of the run."
-"""A file without this line belongs to a person, and is left as it is."""
+"""A file without this line belongs to a person, and is left as it is; JSON has no place for it."""
 
 
 def register_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     """Text by name of what lies at the root; of several papers, codecheck.yml is on the one that is to be checked."""
-    texts = {ZENODO: msgspec.json.format(msgspec.json.encode(zenodo(results, software)), indent=2).decode() + "\n"}
+    texts = {
+        ZENODO: msgspec.json.format(
+            msgspec.json.encode(filled("zenodo", results=results, software=software)), indent=2
+        ).decode()
+        + "\n"
+    }
     if (paper := checked(results)) is not None:
         body = msgspec.yaml.encode(codecheck(paper, results, software), order=None).decode()
         texts[CODECHECK] = f"---\n{MARK}\n{body}"
@@ -74,17 +79,12 @@ def unmet(content: Json) -> Iterator[str]:
             yield f"CC-CFG-023: {words!r} is of the template; write what it stands for in paper.toml"
 
 
-def zenodo(results: ResultsFile, software: Software) -> Json:
-    """The fields of a deposition of this audit: an upload of software that reviews the papers with a DOI."""
-    return filled("zenodo", results=results, software=software)
-
-
 def write_registers(results: ResultsFile, software: Software, root: Path) -> Iterator[str]:
     """Write what registers read at `root`, and say so; a file that a person wrote is kept."""
     for name, text in register_texts(results, software).items():
         path = root / name
         there = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else text
-        if there != text and not is_ours(there):
+        if there != text and MARK not in there:
             yield f"{path}: kept as it is, which is not what this command writes; remove it to have it written"
         else:
             write_atomically(path, text.encode())
@@ -98,8 +98,3 @@ def write_registers(results: ResultsFile, software: Software, root: Path) -> Ite
         yield f'no {CODECHECK}: it is on one paper; write [codecheck] paper = "{results.papers[0].key}", say'
     else:
         yield from (f"{CODECHECK}: not yet {line}" for line in unmet(codecheck(paper, results, software)))
-
-
-def is_ours(text: str) -> bool:
-    """Whether a file at the root was written here: codecheck.yml says so; JSON has no place for it."""
-    return MARK in text

@@ -105,7 +105,6 @@ def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: I
     """
     parts = msgspec.json.decode(msgspec.json.encode((record.claim, record.judgement, record.evidence)))
     fields = {name: value for part in parts for name, value in part.items() if name not in NOT_SHOWN}
-    rested = {record.claim.reading, *(outcome.reading for outcome in record.evidence.outcomes)}
     told = {
         "statement": record.claim.statement,
         "as data": [in_words(predicate) for predicate in record.claim.says],
@@ -113,7 +112,7 @@ def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: I
         "under the reading": {
             one.name: f"{one.text} ({one.place}{'; an inference' * one.inference})"
             for one in readings
-            if one.name in rested
+            if one.name in record.rested
         },
         "replies": [msgspec.to_builtins(reply) for reply in replies],
     }

@@ -136,19 +136,17 @@ def side_by_side(target: Target, evidence: Evidence) -> tuple[EntryView, ...]:
     ends = [*(end for band in bands for end in band), *(e for n in measured for e in (float(n.deviation), *n.reach))]
     span = max([ROW_SPAN, *(1.1 * abs(end) for end in ends if math.isfinite(end))])
     entries = [_entry(target.printed, number, band, span) for number, band in zip(measured, bands, strict=True)]
-    return _as_they_stand(target.printed, _below_each_other(entries))
+    return _below_each_other(target.printed, entries)
 
 
-def _as_they_stand(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[EntryView, ...]:
-    """The only entry of a print with its text, if that is not just its digits; points then need not meet."""
-    text = printed.text.replace("-", numerals.MINUS)
-    if len(entries) != 1 or text == entries[0].printed:
-        return entries
-    return (replace(entries[0], literal=text, pads=(0, 0)),)
+def _below_each_other(printed: Printed, entries: Sequence[EntryView]) -> tuple[EntryView, ...]:
+    """The entries with their pads; an imaginary part stands behind its real part and has none.
 
-
-def _below_each_other(entries: Sequence[EntryView]) -> tuple[EntryView, ...]:
-    """The entries with their pads; an imaginary part stands behind its real part and has none."""
+    The only entry of a print that is more than its digits gets the text of that; points then need not meet.
+    """
+    literal = printed.text.replace("-", numerals.MINUS)
+    if len(entries) == 1 and literal != entries[0].printed:
+        return (replace(entries[0], literal=literal),)
     texts = [(entry.printed, entry.head) for entry in entries if not entry.imaginary]
     widest = max(numerals.places(text) for pair in texts for text in pair)
     return tuple(

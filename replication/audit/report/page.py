@@ -18,7 +18,7 @@ from typing import Any
 from markupsafe import Markup
 
 from replication.audit.inspect.headline import GROUPS, headline, plain
-from replication.audit.publish.linked_data import summary_graph
+from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import MEANING, standings, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
 from replication.audit.report.guard import require_sourced
@@ -88,7 +88,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "headings": tuple(paper.sums for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
-        "linked_data": Markup(json.dumps(summary_graph(results)).replace("<", "\\u003c")),
+        "linked_data": Markup(json.dumps(filled("summary", results=results)).replace("<", "\\u003c")),
         "inferred": {erratum.id for erratum in results.errata if erratum.inference},
     }
 

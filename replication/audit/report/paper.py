@@ -174,7 +174,7 @@ class PaperView:
     def resting(self) -> dict[str, tuple[ClaimView, ...]]:
         """The claims that rest on each reading, or have an outcome under it, by its name and in the paper's order."""
         listed = sorted(self.claims, key=lambda view: view.place)
-        return {name: tuple(view for view in listed if name in _readings(view.record)) for name in self.readings}
+        return {name: tuple(view for view in listed if name in view.record.rested) for name in self.readings}
 
     @property
     def by_consequence(self) -> tuple[tuple[str, tuple[ClaimView, ...]], ...]:
@@ -227,11 +227,6 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         explorers=explorers(paper, names, figures, shown),
         tables=tuple(table_view(table, {view.record.id: view for view in shown}) for table in paper.tables),
     )
-
-
-def _readings(record: ClaimRecord) -> set[str]:
-    """The readings that a claim was answered under."""
-    return {record.claim.reading, *(outcome.reading for answer in record.answers for outcome in answer.outcomes)}
 
 
 def _of(paper: PaperRecord, records: tuple[_Record, ...]) -> tuple[_Record, ...]:

@@ -84,7 +84,8 @@ def prose(text: str) -> Markup:
 
 def _set(found: re.Match[str]) -> Markup:
     if found["of"]:
-        return Markup("{}<sub>{}</sub>").format(_letter(found["of"]), _letter(_bare(found["index"])))
+        of, index = found["of"], _bare(found["index"])
+        return Markup("{}<sub>{}</sub>").format(_GREEK.get(of, of), _GREEK.get(index, index))
     if found["power"]:
         return Markup("<sup>{}</sup>").format(prose(_bare(found["power"])))
     return Markup("<code>{}</code>").format(found["code"] or found["name"])
@@ -93,11 +94,6 @@ def _set(found: re.Match[str]) -> Markup:
 def _bare(text: str) -> str:
     """An index or a power without the brackets that keep it together."""
     return text[1:-1] if text[0] in "{(" else text.replace("-", "−")
-
-
-def _letter(name: str) -> str:
-    """A Greek letter for its name."""
-    return _GREEK.get(name, name)
 
 
 SOURCES = Path(__file__).resolve().parent / "html"

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from replication.audit.data import watched
-from replication.audit.judge.agreement import last_place, stands_there
+from replication.audit.judge.agreement import stands_there
 from replication.audit.judge.numerals import require_short
 from replication.audit.judge.policies import same_fact
+from replication.audit.judge.printed import is_print, parse
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.typed import require_found
 from replication.audit.judge.validate import unused_readings
@@ -241,14 +242,14 @@ def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence |
             f"claim {claim.id} answers itself: {given[0]} is given {claim.printed} and its value is exactly that; give "
             "the experiment what the print follows from"
         )
-    if not watch.met or evidence is None:
+    if not watch.met or evidence is None or not is_print(claim.printed):
         return evidence, error
     moved = re.sub(
         r"\d(?=\D|$)(?!\.\d)", lambda one: str(int(one[0]) + (-1) ** (one[0] == "9")), claim.printed, count=1
     )
     with watched(claim.printed, claim.place, moved):
         again, _ = state.attempt(claim.uses, claim.answer)
-    half = float(last_place(claim.printed)) / 2
+    half = float(parse(claim.printed).entries[0].unit) / 2
     pairs = [] if again is None else [(getattr(evidence, x), getattr(again, x)) for x in ("value", "lower", "upper")]
     if not any(abs(a - b) >= half for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False)):
         return evidence, ""

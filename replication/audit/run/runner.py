@@ -224,8 +224,8 @@ def _all(papers: Sequence[Paper]) -> Iterator[Experiment]:
 
 def _longest_first(plans: Sequence[Plan]) -> list[Task]:
     """Those by falling duration as last known, those never run in front: the short ones then fill the gaps."""
-    known = [math.inf if lookup.last_seconds is None else lookup.last_seconds for _, lookup in plans]
-    return [plans[i][0] for i in sorted(range(len(plans)), key=lambda index: -known[index])]
+    lasting = {task.name: math.inf if known.last_seconds is None else known.last_seconds for task, known in plans}
+    return sorted((task for task, _ in plans), key=lambda task: -lasting[task.name])
 
 
 def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> Step:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import importlib
 import json
 import os
+import pkgutil
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +92,7 @@ def compute(task: Task) -> Answer:
     files: dict[str, str] = {}
     try:
         with traced(tree.root) as trace:
-            function = _find(task.dependencies.function)
+            function = pkgutil.resolve_name(task.dependencies.function)
             begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
             # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
             with (
@@ -159,11 +159,3 @@ def describe(failure: BaseException, sources: SourceTree, place: str = "") -> st
     place = "" if f"{place}:" in message or place.startswith("replication/") else place
     where = sources.last_line(failure.__traceback__, of_papers=isinstance(failure, ReplicationError)) or place
     return f"{type(failure).__name__}{message and f': {message}'}{where and f' [{where}]'}"
-
-
-def _find(name: str) -> Callable[..., Any]:
-    module, _, path = name.partition(":")
-    found: Any = importlib.import_module(module)
-    for part in path.split("."):
-        found = getattr(found, part)
-    return found  # type: ignore[no-any-return]

@@ -1,10 +1,8 @@
-"""What `report/results.json` holds, as types: reading validates, writing is canonical, the JSON Schema is derived."""
+"""What `report/results.json` holds, as types: reading validates, and writing is canonical."""
 
 from __future__ import annotations
 
-import json
 import shlex
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -29,7 +27,6 @@ from replication.files import write_atomically
 from replication.verify.predicate import Exported
 
 SCHEMA_VERSION = 3
-Name = str
 COMMAND = "replication.audit.run.command:execute"
 """The function of experiments that are commands."""
 DECIDING = (
@@ -76,6 +73,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return (self.evidence,) if printed is None else (self.evidence, printed)
 
     @property
+    def rested(self) -> set[str]:
+        """The names of the readings that it was answered under."""
+        return {self.claim.reading, *(outcome.reading for answer in self.answers for outcome in answer.outcomes)}
+
+    @property
     def verdict(self) -> Verdict:
         """Its verdict."""
         return self.judgement.verdict
@@ -90,7 +92,7 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """An erratum with the outcome of its proof; `error` is the failure if the proof could not be run."""
 
     id: str
-    paper: Name
+    paper: str
     place: str
     printed: str
     meant: str
@@ -118,7 +120,7 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """
 
     name: str
-    paper: Name
+    paper: str
     function: str
     code: str
     inputs: dict[str, Any]
@@ -145,7 +147,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     says: the terms that the theorem speaks of, with what it proves of each.
     """
 
-    paper: Name
+    paper: str
     name: str
     path: str
     sha256: str
@@ -170,7 +172,7 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """
 
     name: str
-    paper: Name
+    paper: str
     place: str
     title: str
     caption: str
@@ -313,21 +315,3 @@ def _require_whole(found: Any, whole: Any, path: str) -> None:
     elif isinstance(whole, list | tuple):
         for index, value in enumerate(whole):
             _require_whole(found[index], value, f"{path}[{index}]")
-
-
-def json_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes; all fields are there."""
-    schema = msgspec.json.schema(ResultsFile)
-    for definition in schema["$defs"].values():
-        if "properties" in definition:
-            definition |= {"required": list(definition["properties"]), "additionalProperties": False}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
-
-
-def schema_text() -> str:
-    """The JSON Schema of results.json as published: two spaces, one newline at the end."""
-    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
-
-
-if __name__ == "__main__":
-    sys.stdout.write(schema_text())
