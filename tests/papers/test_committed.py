@@ -25,12 +25,11 @@ from benchmarks.readme import (
 from papers import KEYS
 from replication.audit.judge.numerals import MORE
 from replication.audit.publish.archive import badges
-from replication.audit.publish.readme import BADGES, BEGIN, END, replace_block, results_block
+from replication.audit.publish.readme import BADGES, BEGIN, END, results_block
 from replication.audit.report.claim import targets, views
 from replication.audit.run.draw import write_figure
 from replication.audit.run.runner import Outcome
 from replication.audit.store.sources import SourceTree
-from replication.errors import AuditError
 
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,6 +56,7 @@ def test_figures_hold_the_data_of_a_fresh_run(fresh_run: Outcome, tmp_path: Path
         for column, values in fresh.items():
             assert committed[column] == pytest.approx(values, abs=FIGURE_TOLERANCE), (record.name, column)
         assert (ROOT / "figures" / f"{record.name}.svg").is_file()
+    assert {path.stem for path in (ROOT / "figures").iterdir()} == {record.name for record in records}
 
 
 @pytest.mark.slow
@@ -80,14 +80,6 @@ def test_each_number_shown_lies_in_the_bracket_shown(fresh_run: Outcome) -> None
             (entry,) = view.entries
             assert number(said[1]) <= number(entry.lower) <= number(entry.upper) <= number(said[2]), view.record.id
     assert shown >= 40
-
-
-@pytest.mark.slow
-def test_no_figure_is_left_over(fresh_run: Outcome) -> None:
-    import papers
-
-    expected = {figure.name for paper in papers.load() for figure in paper.figures}
-    assert {path.stem for path in (ROOT / "figures").iterdir()} == expected
 
 
 @pytest.mark.slow
@@ -117,13 +109,6 @@ def test_the_example_of_the_readme_is_the_file_and_what_it_gives() -> None:
     assert committed == example_block(ran, picture), "write it anew with `make readme`"
     drawn, fresh = (re.sub(r"[-0-9.,]+", "", text) for text in ((ROOT / PICTURE).read_text(), picture.drawing))
     assert drawn == fresh
-
-
-def test_readme_block_replaces_only_what_stands_between_the_markers() -> None:
-    text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
-    assert replace_block(text, f"{BEGIN}\nnew\n{END}") == f"before\n{BEGIN}\nnew\n{END}\nafter\n"
-    with pytest.raises(AuditError, match="once each"):
-        replace_block("no markers", "block")
 
 
 def test_readme_snippets_run() -> None:

@@ -149,11 +149,3 @@ def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
         assert robust["one_cell_small_gain"] > 1
     degenerate = results[f"{KEY}.nominal.2"]
     assert degenerate["riccati"] == pytest.approx(degenerate["formula"], rel=1e-6)
-
-
-@pytest.mark.slow
-def test_figures_can_be_drawn_and_described(fresh_run: Outcome) -> None:
-    for figure in PAPER.figures:
-        drawn = figure.data({name: fresh_run.results_by_experiment[name] for name in figure.uses})
-        assert figure.plot(drawn) is not None
-        assert any(character.isdigit() for character in figure.alt(drawn))

@@ -19,7 +19,6 @@ from papers.mustafa.experiments.levels import output_matrix
 from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES
 from replication.audit.data import PrintedValue
-from replication.audit.judge.numerals import require_short
 from replication.audit.judge.verdict import AGREES
 from replication.audit.model import NO_READING, Kind, Policy, Verdict
 
@@ -258,9 +257,3 @@ def test_every_claim_and_outcome_has_a_reading_of_the_paper(results: Results) ->
         assert found <= known, claim.id
         used |= found
     assert used == known
-
-
-def test_findings_are_short(results: Results) -> None:
-    findings = PAPER.findings(full(PAPER, results))
-    assert [require_short(finding) for finding in findings] == list(findings)
-    assert len(findings) == len(set(findings)) >= 10

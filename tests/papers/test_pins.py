@@ -24,6 +24,8 @@ def test_every_claim_has_its_pinned_verdict(key: str, fresh_run: Outcome) -> Non
     assert len(claims) == len(PAPERS[key].claims) >= 30
     assert {claim.id: claim.judgement.reason for claim in claims if claim.unexpected} == {}
     assert fresh_run.failures == ()
+    (findings,) = (paper.findings for paper in fresh_run.results.papers if paper.key == key)
+    assert len(findings) == len(set(findings)) >= 10
 
 
 def test_no_number_differs_that_is_computed_from_printed_results() -> None:

@@ -1,14 +1,19 @@
-"""The lists of what the texts hold: they fit the papers, next to nothing is open, and a change of either is noticed."""
+"""What the texts hold and what papers declare: nothing is lost, next to nothing is open, and a change is noticed."""
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
 import pytest
 
 import papers
+from replication.audit.declare import Part
 from replication.audit.inspect.coverage import faults, problems, read_coverage
+from replication.audit.judge.validate import validate_claims
 from replication.cli import main
 
 FOLDER = Path(papers.__file__).parent
@@ -73,3 +78,19 @@ def test_a_text_of_other_bytes_is_refused(tmp_path: Path, capsys: pytest.Capture
     text.write_bytes(b"\xff\xfe1")
     assert main(["coverage", "--text", str(text), "--paper", "shao"]) == 2
     assert "is no text in UTF-8" in capsys.readouterr().err
+
+
+def parts(key: str) -> Iterator[Part]:
+    """The parts that are names of some module of a paper."""
+    package = importlib.import_module(f"papers.{key}")
+    for found in pkgutil.walk_packages(package.__path__, f"papers.{key}."):
+        yield from (value for value in vars(importlib.import_module(found.name)).values() if isinstance(value, Part))
+
+
+@pytest.mark.parametrize("key", papers.KEYS)
+def test_a_paper_is_well_formed_and_every_part_is_in_its_scope(key: str) -> None:
+    (paper,) = papers.load([key])
+    validate_claims([paper])
+    scope = {item.part: item for item in paper.scope}
+    for part in parts(key):
+        assert {f"{key}.{claim.id}" for claim in part.claims} <= set(scope[part.title].claims), part.title
