@@ -11,11 +11,8 @@ from typing import Any
 import pytest
 
 from papers.peet2019.certificates import make
-from papers.peet2019.paper import PAPER
-from replication.audit.model import Kind
 from replication.certify.delay import gram, levels
 from replication.verify.run import check
-from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
 FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
@@ -85,12 +82,3 @@ def test_a_spoiled_witness_is_refused() -> None:
     row[0] = str(Fraction(row[0]) - 1)
     with pytest.raises(Refused):
         is_proved("ex2-d1-lower", certificate)
-
-
-def test_every_claim_has_a_theorem_or_a_reason() -> None:
-    wanted, unproved = theorems("peet2019")
-    supported = {claim for entry in wanted.values() for claim in entry.claims}
-    excused = {claim for entry in unproved for claim in entry.claims}
-    assert supported | excused == {claim.id for claim in PAPER.claims} and not supported & excused
-    provable = {claim.id for claim in PAPER.claims if claim.kind in (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)}
-    assert provable - supported == {"peet2019.ex4.unstable", "peet2019.theory.no-gains"}

@@ -10,24 +10,30 @@ from replication.verify.subjects import theorems
 
 ROOT = Path(__file__).parents[2]
 PROVABLE = (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)
-LEAST_SHARE = 0.9
-"""Of the claims of these kinds, those with a theorem."""
+OPEN = {
+    "mustafa": {"performance-12"},
+    "okajima2023": {
+        *("simulation.truncation", "theory.summation"),
+        *(f"unstable.{name}" for name in ("error-poles", "gains-optimal", "is-unstable", "poles")),
+    },
+    "peet2019": {"ex4.unstable", "theory.no-gains"},
+    "shao": {"theory.prediction-rate"},
+}
+"""The claims of these kinds that have no theorem."""
 PAPERS = papers.load()
 
 
 def test_every_claim_is_wanted_as_a_theorem_or_says_why_not() -> None:
-    total, supported = 0, 0
     for paper in PAPERS:
         wanted, unproved = theorems(paper.key)
         named = {claim for entry in wanted.values() for claim in entry.claims}
         excused = {claim for entry in unproved for claim in entry.claims}
-        assert named | excused <= {claim.id for claim in paper.claims}
-        assert not named & excused
+        claims = {claim.id for claim in paper.claims}
+        assert named | excused <= claims and not named & excused
+        assert named | excused == claims or paper.key == "okajima2023"
         validate_theorems([paper], named, excused)
         provable = {claim.id for claim in paper.claims if claim.kind in PROVABLE}
-        total += len(provable)
-        supported += len(provable & named)
-    assert supported >= LEAST_SHARE * total
+        assert provable - named == {f"{paper.key}.{name}" for name in OPEN[paper.key]}
 
 
 def test_every_wanted_theorem_has_a_file_and_a_statement() -> None:
