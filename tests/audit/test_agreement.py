@@ -12,6 +12,7 @@ import pytest
 from cases import case, judge, value_case
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tables import decimal
 
 from replication.audit.inspect.controls import moved
 from replication.audit.judge.agreement import ACCURACY
@@ -211,15 +212,10 @@ def test_a_bracket_in_a_reason_shows_its_width_and_is_rounded_outwards(value: fl
     reason = judge(value_case("1.33", value, lower, upper)).reason
     found = re.search(r"racket \[(.*?), (.*?)\]", reason)
     assert found is not None
-    low, high = (Fraction(re.sub("×?10(⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", power, end.replace("−", "-"))) for end in found.groups())
+    low, high = (Fraction(decimal(end)) for end in found.groups())
     exact = Fraction(lower), Fraction(upper)
     assert low <= exact[0] < exact[1] <= high
     assert low < high <= low + 3 * (exact[1] - exact[0])
-
-
-def power(match: re.Match[str]) -> str:
-    exponent = match[1].translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-    return f"{'' if match[0].startswith('×') else '1'}e{exponent}"
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from axe_core import violations
-from looking import resize, unfold
+from looking import resize, unfold, violations
 from sample import KEY, results
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys

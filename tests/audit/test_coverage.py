@@ -11,7 +11,7 @@ import pytest
 from cases import claim, figure, paper
 from hypothesis import given
 from hypothesis import strategies as st
-from lab import Lab, make_inside
+from lab import Lab
 
 from replication.audit.data import printed_values
 from replication.audit.inspect.coverage import (
@@ -273,11 +273,6 @@ PIECES = st.sampled_from(
 @given(st.lists(PIECES, max_size=60).map(lambda pieces: f"{''.join(pieces)}\n7"), st.booleans())
 def test_a_draft_of_any_text_is_whole_and_fits_itself(text: str, tex: bool) -> None:
     assert read(text, tex=tex)[2] == []
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_inside(tmp_path / "lab")
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 import re
@@ -14,6 +13,7 @@ from unittest.mock import patch
 import pytest
 from msgspec.structs import replace
 from sample import KEY, brief, explorer
+from tables import number, read_csv
 
 from replication.audit.brief import Curve
 from replication.audit.model import Policy, Verdict
@@ -34,13 +34,8 @@ def shown(made: ResultsFile, figures: Path, **more: Any) -> tuple[PictureView, .
     return pictures
 
 
-def read(text: str) -> float:
-    return float(text.replace("−", "-").replace("×10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")))
-
-
-def column(figures: Path, name: str) -> list[float]:
-    with (figures / f"{FIGURE}.csv").open(encoding="utf-8", newline="") as stream:
-        return [float(row[name]) for row in csv.DictReader(stream)]
+def column(figures: Path, name: str) -> tuple[float, ...]:
+    return read_csv(figures / f"{FIGURE}.csv")[name]
 
 
 def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: ResultsFile, figures: Path) -> None:
@@ -49,11 +44,11 @@ def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: Results
     line, norm, band = moved.curves
     at = moved.begin
     assert moved.x == column(figures, "k")[at] == 20
-    assert read(norm.values.split("|")[at]) == pytest.approx(math.hypot(first[at], second[at]), rel=1e-3)
+    assert number(norm.values.split("|")[at]) == pytest.approx(math.hypot(first[at], second[at]), rel=1e-3)
     for place, text in enumerate(line.values.split("|")):
-        assert read(text) == pytest.approx(first[place], rel=1e-3)
+        assert number(text) == pytest.approx(first[place], rel=1e-3)
     for place, text in enumerate(band.values.split("|")):
-        low, high = map(read, text.split(" to "))
+        low, high = map(number, text.split(" to "))
         assert low <= first[place] and second[place] <= high, "a band is rounded outwards"
         assert (low, high) == (pytest.approx(first[place], rel=2e-3), pytest.approx(second[place], rel=2e-3))
     assert moved.steps + 1 == len(moved.places.split()) == len(line.values.split("|")) == len(line.heights.split())

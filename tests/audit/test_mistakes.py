@@ -25,11 +25,6 @@ CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"
 
 
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_inside(tmp_path)
-
-
 def test_fields_of_another_type_are_told_together_before_anything_is_computed(lab: Lab) -> None:
     lab.edit(CLAIMS, "kind=Kind.ORDER", 'kind="order"')
     lab.edit(CLAIMS, 'printed="4.0"', "printed=4.0")

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from sample import claim
+from tables import number as read
 
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Interval, Measured, Target
@@ -24,17 +25,6 @@ from replication.audit.report.paper import named, table_view
 from replication.audit.store.records import ClaimRecord
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
-POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-
-
-def read(text: str) -> float:
-    """The number that a typeset text stands for."""
-    text = text.replace(numerals.MINUS, "-")
-    match = re.fullmatch(r"(.*?)×?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", text)
-    if match is None:
-        return float(text)
-    sign = {"": "1", "-": "-1"}.get(match[1], match[1])
-    return float(f"{sign}e{match[2].translate(POWERS)}")
 
 
 @given(FINITE)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from tables import read_csv
+from tables import number, read_csv
 
 import papers
 from benchmarks.readme import (
@@ -35,14 +35,8 @@ from replication.audit.run.draw import write_figure
 from replication.audit.run.runner import Outcome
 from replication.audit.store.sources import SourceTree
 
-POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
 ROOT = Path(__file__).resolve().parents[2]
 FIGURE_TOLERANCE = 1e-6
-
-
-def number(text: str) -> float:
-    """The number that a typeset text stands for."""
-    return float(text.replace("×10", "e").translate(POWERS))
 
 
 @pytest.mark.slow
