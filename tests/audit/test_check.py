@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -17,8 +15,7 @@ from replication.audit.inspect.compare import FieldChange, compare, moved, rende
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Evidence, Kind, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import Formula, Table
-from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, ResultsFile, read_results, to_json
-from replication.errors import AuditError
+from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, ResultsFile
 
 PROVED = Proof(holds=True, text="it does")
 GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
@@ -193,19 +190,6 @@ def test_no_part_can_be_taken_out_or_put_in_twice(part: str) -> None:
     assert problem.cause is Cause.SET and "in the code and not in the file" in problem.message
     (problem,) = check(replace(HONEST, **{part: (*records, *records)}), [CODE])
     assert problem.cause is Cause.SET and "stands 2 times" in problem.message
-
-
-@pytest.mark.parametrize("path", [(), ("run",), ("claims", 0), ("papers", 0, "scope", 0), ("experiments", 0)])
-def test_an_unknown_key_is_refused(tmp_path: Path, path: tuple[Any, ...]) -> None:
-    content = json.loads(to_json(HONEST))
-    inner = content
-    for step in path:
-        inner = inner[step]
-    inner["trusted"] = True
-    file = tmp_path / "results.json"
-    file.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(AuditError, match="trusted"):
-        read_results(file)
 
 
 NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
