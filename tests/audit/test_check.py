@@ -6,8 +6,9 @@ from typing import Any
 
 import msgspec
 import pytest
-from cases import EXPERIMENT, PROOF, RUN, altered, claim, errata_of, figure, file_of, paper, recorded, results_file
+from cases import EXPERIMENT, PROOF, RUN, altered, claim, errata_of, file_of, paper, recorded, results_file
 from msgspec.structs import replace
+from sample import figure
 
 from replication.audit.inspect.check import Cause, check
 from replication.audit.inspect.compare import Cause as Reason

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from cases import claim, figure, paper
+from cases import claim, paper
 from hypothesis import given
 from hypothesis import strategies as st
 from lab import Lab
+from sample import figure
 
 from replication.audit.data import printed_values
 from replication.audit.inspect.coverage import (

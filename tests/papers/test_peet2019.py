@@ -191,16 +191,6 @@ def test_whether_example_4_is_stable_depends_on_the_eigenvalue() -> None:
     assert example_4_roots([1, 2, 10], [1, 3], [1.0])["growth"] == [0, 1, 9]
 
 
-def test_with_eigenvalue_zero_two_states_grow() -> None:
-    times = np.linspace(0.0, 40.0, 801)
-    state = np.zeros((801, 2))
-    state[:, 1] = 1.0  # J moves x_2 into x_1, and nothing moves x_2
-    for t in range(1, 801):
-        late = state[max(t - 21, 0), 1]
-        state[t, 0] = state[t - 1, 0] - (times[1] - times[0]) * late
-    assert abs(state[-1, 0]) > 30.0
-
-
 def test_seconds_are_recorded_for_every_published_cell() -> None:
     cells = {cell.cell: cell for cell in recorded_seconds()}
     assert set(cells) == {f"ex{e}.{c}" for e in EXAMPLES for c in COLUMNS} | {f"n{n}k{k}" for n, k, _ in published()}

@@ -1,4 +1,4 @@
-"""The transcriptions of three papers against second readings, made from the texts by another reader."""
+"""The transcriptions of the papers against second readings, made from the texts by another reader."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from papers.peet2019 import PAPER
 from papers.peet2019.experiments.scaling import example_4
 from papers.peet2019.printed import COLUMNS, DELAY_COUNTS, EXAMPLES, STATES
 from papers.peet2019.printed import DATA as PEET
+from papers.shao import printed as shao
 
-IRREGULAR, SLOW, LATE = (
+IRREGULAR, SLOW, LATE, DUAL = (
     json.loads((Path(__file__).parent / f"{key}_second_reading.json").read_text(encoding="utf-8"))
-    for key in ("mustafa", "okajima2023", "peet2019")
+    for key in ("mustafa", "okajima2023", "peet2019", "shao")
 )
 FIRST_EXAMPLE, SECOND_EXAMPLE = IRREGULAR["example_1"], IRREGULAR["example_2"]
 CONSTANTS, FILTER = SECOND_EXAMPLE["constants"], SECOND_EXAMPLE["filter"]
@@ -116,9 +117,22 @@ OF_OKAJIMA: dict[str, tuple[Any, Any]] = {
 }
 """By what they are, the print as it is taken and as the other reader has it, or as it stands elsewhere."""
 OF_PEET = {name: (words(PEET.get(name)), PRINTED.get(name)) for name in sorted({*PEET, *PRINTED})}
+OF_SHAO: dict[str, tuple[Any, Any]] = {
+    "text": (
+        {
+            name: " ".join([value] if isinstance(value, str) else value.values() if isinstance(value, dict) else value)
+            for name, value in shao.DATA.items()
+            if name != "table-1"
+        },
+        DUAL["text"],
+    ),
+    "references": (shao.REFERENCES, tuple(DUAL["table_1"]["references"])),
+    "frequencies": (shao.FREQUENCIES, tuple(DUAL["table_1"]["frequencies"])),
+    **{name: (shao.table_1(name), tuple(DUAL["table_1"][name])) for name in ("SRC", "DRC-PMI", "DRC-APO")},
+}
 PAIRS = {
     f"{key}: {name}": pair
-    for key, pairs in {"mustafa": OF_MUSTAFA, "okajima2023": OF_OKAJIMA, "peet2019": OF_PEET}.items()
+    for key, pairs in {"mustafa": OF_MUSTAFA, "okajima2023": OF_OKAJIMA, "peet2019": OF_PEET, "shao": OF_SHAO}.items()
     for name, pair in pairs.items()
 }
 

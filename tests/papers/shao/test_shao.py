@@ -1,4 +1,4 @@
-"""The audit of the alternating predictive observer: transcription, pinned verdicts, and what changed data would do."""
+"""The audit of the alternating predictive observer: plants, verdicts, and what changed data would do."""
 
 import json
 from dataclasses import asdict, replace
@@ -18,49 +18,9 @@ from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.verify import subjects
 
-SECOND_TRANSCRIPTION = """
-sin(t/2) - 11.38 1.02
-sin(t) - 13.89 2.93
-sin(3t/2) - 18.21 5.42
-sin(2t) - 24.73 9.91
-sin(5t/2) - 33.85 16.73
-sin(3t) - 42.03 25.92
-"""
-SECOND_TRANSCRIPTION_OF_THE_TEXT = {
-    "resistance": "0.54",
-    "flux": "0.61",
-    "inductance": "0.0096",
-    "pole_pairs": "4",
-    "friction": "0.0001",
-    "inertia": "0.016",
-    "torque_constant": "3.66",
-    "start": "-0.5 1 -1",
-    "period": "0.2",
-    "ratio": "5",
-    "slow_period": "1",
-    "feedback": "-20 -0.1 -0.01",
-    "injection": "0.45 0.9 0.9",
-    "frequency": "0.5 1.5",
-}
 BLOCKS = tuple(f"shao.{name}" for name in SEARCH)
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
 FINDINGS_USE = ("shao.longer", "shao.eigenvalues", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
-
-
-def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
-    rows = [line.split() for line in SECOND_TRANSCRIPTION.strip().splitlines()]
-    assert tuple(row[0] for row in rows) == printed.REFERENCES
-    for index, controller in enumerate(("SRC", "DRC-PMI", "DRC-APO"), 1):
-        assert tuple(row[index] for row in rows) == printed.table_1(controller)
-    words = {"sin(t/2)": 0.5, "sin(t)": 1, "sin(3t/2)": 1.5, "sin(2t)": 2, "sin(5t/2)": 2.5, "sin(3t)": 3}
-    assert tuple(words[row[0]] for row in rows) == printed.FREQUENCIES
-
-
-def test_the_rest_was_transcribed_twice_with_the_same_outcome() -> None:
-    entries = {name: value for name, value in printed.DATA.items() if name != "table-1"}
-    texts = {name: " ".join([value] if isinstance(value, str) else value) for name, value in entries.items()}
-    texts["frequency"] = " ".join(entries["frequency"].values())
-    assert texts == SECOND_TRANSCRIPTION_OF_THE_TEXT
 
 
 def number(exact: object) -> float:
