@@ -304,10 +304,3 @@ def test_last_line_is_the_innermost_of_the_project(
     with pytest.raises(ValueError, match="Expecting value") as caught:
         failing.outer()
     assert tree.last_line(caught.value.__traceback__) == "lab/failing.py:7"
-
-
-def test_the_real_project_reaches_its_own_errors() -> None:
-    root = Path(__file__).parents[2]
-    files = SourceTree({"replication": root / "replication"}).files_of("replication.audit.store.cache")
-    assert "replication/errors.py" in files
-    assert "replication/cli.py" not in files

@@ -225,11 +225,6 @@ def only(old: ResultsFile, new: ResultsFile) -> tuple[Reason, ...]:
     return change.causes
 
 
-def test_equal_files_have_no_change() -> None:
-    assert compare(OLD, OLD) == []
-    assert render([]) == ["No claim changed."]
-
-
 def test_seconds_and_lines_of_code_are_no_change() -> None:
     other = results_file(altered(record(), seconds=99.0, code="papers/toy.py:7"))
     assert compare(OLD, other) == []

@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import re
-import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from lab import Lab, make_inside
+from lab import Lab, emptied, make_inside
 from sample import claim
 
 from replication.audit.inspect.headline import factor
@@ -159,9 +158,7 @@ FIT = "echo '{\"mean\": 0.751}'"
 def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
     tmp_path: Path, file: str, old: str, new: str, code: int, words: str
 ) -> None:
-    inside = make_inside(tmp_path)
-    shutil.rmtree(inside.path("toy2020"))
-    inside.path("other2021.py").unlink()
+    inside = emptied(make_inside(tmp_path))
     scaffold("toy", inside.root)
     for name, text in {"out/t.csv": CSV, "fit.sh": FIT}.items():
         (inside.root / name).parent.mkdir(exist_ok=True)
