@@ -20,7 +20,7 @@ from replication.audit.model import (
     StatedClaim,
     Verdict,
 )
-from replication.audit.parts import Figure, FigureData, Paper, ScopeItem
+from replication.audit.parts import Paper, ScopeItem
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     ClaimRecord,
@@ -142,21 +142,6 @@ def results_file(*records: ClaimRecord, errata: tuple[ErratumRecord, ...] = ()) 
         figures=(),
         experiments=(EXPERIMENT,),
         certificates=(),
-    )
-
-
-def figure(name: str) -> Figure:
-    """A figure of nothing."""
-    return Figure(
-        name=name,
-        place="Fig. 1",
-        title="A figure",
-        caption="",
-        published=True,
-        uses=(),
-        data=lambda results: FigureData(columns={}),
-        plot=lambda data: None,
-        alt=lambda data: "",
     )
 
 

@@ -1,4 +1,4 @@
-"""The invented results, with their figures, and their report in headless Chromium."""
+"""The invented results, with their figures, their report in headless Chromium, and the toy project."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from lab import Inside, make_inside
 from looking import resize
 from sample import build, results
 from selenium import webdriver
@@ -31,14 +32,31 @@ def page_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def visit(browser: webdriver.Chrome, page_path: Path) -> Callable[..., webdriver.Chrome]:
-    """Open the report in a window of some width and colour scheme, with or without scripts."""
+def lab(tmp_path: Path) -> Inside:
+    """The toy project, run in this process."""
+    return make_inside(tmp_path / "lab")
 
-    def go(width: int = 1440, scheme: str = "light", fragment: str = "", scripts: bool = True) -> webdriver.Chrome:
+
+@pytest.fixture
+def window(browser: webdriver.Chrome) -> Callable[..., webdriver.Chrome]:
+    """A window of some width and colour scheme, with or without scripts."""
+
+    def go(width: int = 1440, scheme: str = "light", scripts: bool = True) -> webdriver.Chrome:
         resize(browser, width)
         scheme_feature = [{"name": "prefers-color-scheme", "value": scheme}]
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme_feature})
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
+        return browser
+
+    return go
+
+
+@pytest.fixture
+def visit(window: Callable[..., webdriver.Chrome], page_path: Path) -> Callable[..., webdriver.Chrome]:
+    """Open the report in such a window."""
+
+    def go(width: int = 1440, scheme: str = "light", fragment: str = "", scripts: bool = True) -> webdriver.Chrome:
+        browser = window(width, scheme, scripts)
         browser.get("about:blank")
         browser.get_log("browser")  # type: ignore[no-untyped-call]  # what other pages complained of
         browser.get(f"{page_path.as_uri()}{fragment}")

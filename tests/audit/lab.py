@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from unittest.mock import patch
 
 import msgspec
@@ -99,6 +99,9 @@ class Lab:
         text = self.path(name).read_text(encoding="utf-8")
         assert old in text
         self.path(name).write_text(text.replace(old, new), encoding="utf-8")
+
+
+LabT = TypeVar("LabT", bound=Lab)
 
 
 @dataclass(frozen=True)
@@ -193,3 +196,10 @@ def make_lab(root: Path) -> Lab:
     (root / "requirements.lock").write_text(lock, encoding="utf-8")
     (root / "pyproject.toml").write_text('[project]\nname = "toy"\ndependencies = ["numpy>=2"]\n', encoding="utf-8")
     return Lab(root)
+
+
+def emptied(lab: LabT) -> LabT:
+    """The project without its papers."""
+    shutil.rmtree(lab.path("toy2020"))
+    lab.path("other2021.py").unlink()
+    return lab

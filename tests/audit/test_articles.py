@@ -1,4 +1,4 @@
-"""The article and the sheet of corrections on each paper: whole, linked to the report, with their data."""
+"""The article and the sheet of corrections on each paper, whole and linked; and the way of a print to a page."""
 
 from __future__ import annotations
 
@@ -9,10 +9,16 @@ from pathlib import Path
 import msgspec
 import pytest
 from cases import altered
+from msgspec.structs import replace
 from sample import HOSTILE, KEY, hostile_results, results
 
-from replication.audit.model import Verdict
+from replication.audit.data import read_printed
+from replication.audit.declare import Part, paper
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import Evidence, Results, Verdict
 from replication.audit.report.article import build_articles
+from replication.audit.report.claim import anchor
+from replication.audit.report.page import build_report
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
@@ -93,3 +99,33 @@ def test_an_article_says_what_is_so_of_its_project(made: tuple[ResultsFile, Path
     assert f"replication list {KEY}<" in page and f"replication show {KEY}<" not in page
     assert "We read the preprint." in page and "We read the preprint." in sheet and "machine conversion" not in page
     assert "no correction that would make" in sheet and "with these corrections" not in sheet
+
+
+PRINTS = {
+    "2.6×10⁻⁶": 2.61e-6, "2.6e-6": 2.61e-6, "−2.6×10⁻⁶": -2.64e-6, "3.1 x 10^-3": 3.06e-3, "1.2×10⁵": 123456.0,
+    "6.674(15)×10⁻¹¹": 6.68e-11, "66,033": 66033.2, "1,33": 1.3312, "1.23 ± 0.04": 1.246, "4.72 %": 4.7193,
+    "−0.0000": -1.2e-5, ".580": 0.58021,
+}  # fmt: skip
+"""What is printed, and what is computed."""
+
+
+def test_every_form_of_a_print_reaches_the_page(tmp_path: Path) -> None:
+    """The finished page is read again: each number on it must be found among the results."""
+    listed = ", ".join(f'"{text}"' for text in PRINTS)
+    (tmp_path / "printed.toml").write_text(f'[level]\nplace = "Table 9"\nvalue = [{listed}]\n', encoding="utf-8")
+    part, file = Part("Table 9", reading="none"), results(tmp_path)
+    for number, text in enumerate(read_printed(tmp_path / "printed.toml")["level"]):
+
+        def answer(results: Results, text: str = str(text)) -> Evidence:
+            """The value."""
+            return Evidence(method="by hand", cross_check="twice", value=PRINTS[text])
+
+        part.value(f"level-{number}", text)(answer)
+    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "") | {"authors": ("A. Author",)}
+    made = paper(key=file.papers[0].key, year=None, parts=[part], experiments=(), **about)
+    records = [make_record(claim, claim.answer({}), code="papers/toy.py:1", seconds=0.0) for claim in made.claims]
+    build_report(replace(file, figures=(), claims=(*file.claims, *records)), tmp_path, tmp_path / "index.html")
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    for record, text in zip(records, PRINTS, strict=True):
+        line = page.partition(f'id="{anchor("claim", record.id)}"')[2].partition("</summary>")[0]
+        assert text.replace("-", "−") in line

@@ -249,17 +249,13 @@ def test_drawing_the_evidence_does_not_lose_the_place_of_the_keyboard(visit: Any
     assert held
 
 
-STOPS = """return [...document.querySelectorAll('a[href], button, input, summary, [tabindex="0"]')]
-  .filter((e) => e.tabIndex >= 0 && e.checkVisibility()).length"""
-
-
 def test_few_stops_lead_to_the_last_paper(visit: Any) -> None:
     """One page at a time, one stop for the whole picture."""
-    page = visit()
-    assert page.execute_script(STOPS) < 45
-    assert (
-        page.execute_script("return document.querySelectorAll('[tabindex]:not([tabindex=\"0\"]):not(.k)').length") == 0
-    )
+    stops = """const all = [...document.querySelectorAll('a[href], button, input, summary, [tabindex="0"]')];
+      return [all.filter((e) => e.tabIndex >= 0 && e.checkVisibility()).length,
+        document.querySelectorAll('[tabindex]:not([tabindex="0"]):not(.k)').length]"""
+    visible, others = visit().execute_script(stops)
+    assert visible < 45 and others == 0
 
 
 def test_the_contents_follow(visit: Any) -> None:

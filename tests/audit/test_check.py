@@ -1,21 +1,22 @@
-"""The check of a results file: no verdict, number or claim can be changed by hand without being found out."""
+"""A results file against itself, the code and another run: what is changed by hand is found, what differs is told."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
-from cases import EXPERIMENT, PROOF, altered, claim, errata_of, figure, file_of, paper, recorded, results_file
+from cases import EXPERIMENT, PROOF, RUN, altered, claim, errata_of, file_of, paper, recorded, results_file
 from msgspec.structs import replace
+from sample import figure
 
 from replication.audit.inspect.check import Cause, check
+from replication.audit.inspect.compare import Cause as Reason
+from replication.audit.inspect.compare import FieldChange, compare, moved, render
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Evidence, Kind, Proof, Reading, Verdict
+from replication.audit.model import Evidence, Kind, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import Formula, Table
-from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, read_results, to_json
-from replication.errors import AuditError
+from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, ResultsFile
 
 PROVED = Proof(holds=True, text="it does")
 GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
@@ -192,19 +193,6 @@ def test_no_part_can_be_taken_out_or_put_in_twice(part: str) -> None:
     assert problem.cause is Cause.SET and "stands 2 times" in problem.message
 
 
-@pytest.mark.parametrize("path", [(), ("run",), ("claims", 0), ("papers", 0, "scope", 0), ("experiments", 0)])
-def test_an_unknown_key_is_refused(tmp_path: Path, path: tuple[Any, ...]) -> None:
-    content = json.loads(to_json(HONEST))
-    inner = content
-    for step in path:
-        inner = inner[step]
-    inner["trusted"] = True
-    file = tmp_path / "results.json"
-    file.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(AuditError, match="trusted"):
-        read_results(file)
-
-
 NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
 
 
@@ -220,3 +208,117 @@ def test_the_readings_of_a_file_are_those_of_the_code_and_decide_again() -> None
     assert "the stored numbers give 'compatible'" in str(problems[0])
     unused = replace(file, papers=(replace(file.papers[0], readings=(NORM, replace(NORM, name="start"))),))
     assert "toy: text: no claim rests on the reading 'start'" in map(str, check(unused, None))
+
+
+def record(value: float = 1.3268, **more: Any) -> ClaimRecord:
+    return recorded(Evidence(method="m", value=value), uses=("toy-run",), **more)
+
+
+WHOLE = file_of(paper(claim()), record())
+OLD = results_file(record())
+MOVED = results_file(record(1.3269))
+SOLVER = SolverRecord(name="s", version="1", status="solved", options={"eps": 1e-9})
+
+
+def only(old: ResultsFile, new: ResultsFile) -> tuple[Reason, ...]:
+    (change,) = compare(old, new)
+    return change.causes
+
+
+def test_seconds_and_lines_of_code_are_no_change() -> None:
+    other = results_file(altered(record(), seconds=99.0, code="papers/toy.py:7"))
+    assert compare(OLD, other) == []
+
+
+@pytest.mark.parametrize(
+    ("new", "causes"),
+    [
+        (MOVED, (Reason.UNEXPLAINED,)),
+        (results_file(record(printed="1.34")), (Reason.CLAIM,)),
+        (results_file(record(statement="Another.")), (Reason.CLAIM,)),
+        (replace(MOVED, experiments=(replace(EXPERIMENT, key="k1"),)), (Reason.CODE,)),
+        (replace(MOVED, experiments=(replace(EXPERIMENT, key="k1", inputs={"n": 3}),)), (Reason.INPUTS,)),
+        (replace(MOVED, experiments=(replace(EXPERIMENT, solvers=(SOLVER,)),)), (Reason.SOLVER,)),
+        (replace(MOVED, run=replace(RUN, lock_sha256="l1")), (Reason.LOCK,)),
+        (replace(MOVED, run=replace(RUN, packages={"numpy": "2.2"})), (Reason.PACKAGES,)),
+        (replace(MOVED, run=replace(RUN, python="3.12.0")), (Reason.PACKAGES,)),
+        (replace(MOVED, run=replace(RUN, cpu="another")), (Reason.MACHINE,)),
+        (replace(MOVED, run=replace(RUN, commit="c1")), (Reason.SOURCES,)),
+        (replace(MOVED, run=replace(RUN, dirty=True)), (Reason.SOURCES,)),
+        (replace(MOVED, run=replace(RUN, lock_sha256="l1", cpu="another")), (Reason.LOCK, Reason.MACHINE)),
+    ],
+)
+def test_causes_are_what_is_known_to_differ(new: ResultsFile, causes: tuple[Reason, ...]) -> None:
+    assert only(OLD, new) == causes
+
+
+def test_another_key_under_another_lock_is_not_blamed_on_the_code() -> None:
+    new = replace(MOVED, run=replace(RUN, lock_sha256="l1"), experiments=(replace(EXPERIMENT, key="k1"),))
+    assert only(OLD, new) == (Reason.LOCK,)
+
+
+def test_a_proof_that_no_longer_holds_is_a_cause() -> None:
+    evidence = Evidence(method="m", value=1.33, as_printed=Evidence(method="m", value=2.0))
+    files = []
+    for proof in (Proof(holds=True, text=""), Proof(holds=False, text="")):
+        made = recorded(evidence, proof, erratum="toy.e1")
+        files.append(results_file(made, errata=tuple(errata_of(made, proof).values())))
+    change, beside = compare(*files)
+    assert beside.record == "erratum toy.e1" and beside.causes == ()
+    assert (change.old, change.new) == (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.DIFFERS)
+    assert change.causes == (Reason.ERRATUM,)
+
+
+def test_changed_verdicts_come_first_then_ids() -> None:
+    old = results_file(*(record(id=f"toy.{name}") for name in "abcd"))
+    new = results_file(
+        record(1.3269, id="toy.a"), record(1.34, id="toy.c"), record(id="toy.d"), record(1.3269, id="toy.e")
+    )
+    changes = compare(old, new)
+    assert [change.record for change in changes] == ["toy.b", "toy.c", "toy.e", "toy.a"]
+    assert [change.causes[0] for change in changes[:3]] == [Reason.GONE, Reason.UNEXPLAINED, Reason.NEW]
+
+
+def test_render_tells_verdicts_numbers_and_causes() -> None:
+    lines = render(compare(OLD, results_file(record(1.34))))
+    assert lines[0] == "toy.value: reproduced → differs"
+    assert any("value: 1.3268 → 1.34 (+9.95e-03 relative)" in line for line in lines)
+    assert lines[-1] == f"    cause: {Reason.UNEXPLAINED}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (-2.0, -1.0, "+5.00e-01 relative"),
+        (0.0, 1.0, ""),
+        (1, 2, ""),
+        (1.0, (2.0,), ""),
+        (1.0, 1.0, "+0.00e+00 relative"),
+    ],
+)
+def test_only_a_number_that_was_not_zero_moves_relative_to_its_size(old: Any, new: Any, words: str) -> None:
+    assert moved(FieldChange(field="value", old=old, new=new)) == words
+
+
+def test_changes_are_plain_json() -> None:
+    decoded = msgspec.json.decode(msgspec.json.encode(compare(OLD, results_file(record(1.34)))))
+    assert decoded[0]["record"] == "toy.value"
+    assert decoded[0]["fields"][0] == {"field": "verdict", "old": "reproduced", "new": "differs"}
+
+
+def test_what_changed_beside_the_claims_is_listed() -> None:
+    assert compare(WHOLE, WHOLE) == [] and render([]) == ["No claim changed."]
+    (erratum,) = WHOLE.errata
+    moved = replace(erratum, holds=False, quantities={"gap": 2.0}, code="elsewhere:9")
+    change = compare(WHOLE, replace(WHOLE, errata=(moved,)))[-1]
+    assert [(field.field, field.old, field.new) for field in change.fields] == [
+        ("holds", True, False),
+        ("quantities", {}, {"gap": 2.0}),
+    ]
+    assert compare(WHOLE, replace(WHOLE, errata=(replace(erratum, code="elsewhere:9"),))) == []
+    (page,) = WHOLE.papers
+    lines = render(compare(WHOLE, replace(WHOLE, papers=(replace(page, findings=("long " * 99,)),))))
+    assert lines[:2] == ["No claim changed.", "paper toy changed"]
+    assert lines[2].startswith("    findings: () → ('long ") and len(lines[2]) < 250
+    gone = compare(WHOLE, replace(WHOLE, errata=()))[-1]
+    assert gone.record == "erratum toy.e1" and all(field.new is None for field in gone.fields)

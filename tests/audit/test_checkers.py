@@ -99,8 +99,7 @@ def test_another_second_arithmetic_has_proved_nothing_yet(tmp_path: Path, monkey
     folder = copied(tmp_path)
     assert all(one.second for one in wanted(tmp_path, [folder.name])[0])
     before = dict(wanted(tmp_path, [folder.name])[0][0].subject)
-    for module in (proofs, proofs):
-        monkeypatch.setattr(module, "second", lambda: "changed")
+    monkeypatch.setattr(proofs, "second", lambda: "changed")
     found, _ = wanted(tmp_path, [folder.name])
     assert not any(one.second for one in found) and dict(found[0].subject) != before
 

@@ -6,8 +6,9 @@ from dataclasses import replace as replace_data
 from typing import Any
 
 import pytest
-from cases import claim, figure, paper, recorded
+from cases import claim, paper, recorded
 from msgspec.structs import replace
+from sample import figure
 
 from replication.audit.declare import Part
 from replication.audit.judge.validate import unused_readings, validate_claims, validate_theorems

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_inside
+from lab import Lab, emptied, make_inside
 
 from replication.audit.declare import command
 from replication.audit.publish.linked_data import Software, filled
@@ -210,9 +210,7 @@ PAPER = paper(key="roe", title="T", authors=("A. Roe",), year=2020, venue="", do
 
 
 def project(root: Path, commands: str, *uses: str, **files: str) -> Lab:
-    lab = make_inside(root / "lab")
-    shutil.rmtree(lab.path("toy2020"))
-    lab.path("other2021.py").unlink()
+    lab = emptied(make_inside(root / "lab"))
     lab.path("roe").mkdir()
     lab.path("roe/__init__.py").write_text(PAPER.format(uses=uses, commands=commands))
     for name, text in files.items():

@@ -19,8 +19,8 @@ from replication.audit.inspect.controls import Control, moved
 from replication.audit.inspect.headline import notes
 from replication.audit.judge.printed import parse, sensitivities, spread
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import AGREES, Evidence, Judgement, Kind, Proof, Verdict
-from replication.audit.parts import Sensitivity
+from replication.audit.model import AGREES, Evidence, Experiment, Judgement, Kind, Proof, Verdict
+from replication.audit.parts import Paper, Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages, rooms
 from replication.audit.run.assemble import assemble
@@ -230,6 +230,22 @@ value = "0.75"
 """
 
 
+@pytest.fixture
+def data(tmp_path: Path) -> Any:
+    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
+    return read_printed(tmp_path / "printed.toml")
+
+
+def asked(
+    printed: str, answer: Callable[[Any], Evidence], done: dict[str, Step], *made: Experiment
+) -> tuple[Paper, ResultsFile]:
+    """A paper with one claim, which rests on these experiments, and the file of its run."""
+    part, about = Part("Sec. 2", reading="none"), dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
+    part.value("it", printed, statement="It is computed.", uses=tuple(one.name for one in made))(answer)
+    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=made, **about)
+    return whole, assemble([whole], done, results_file().run, SourceTree({}), (), {})[0]
+
+
 @pytest.mark.parametrize(
     ("name", "answer", "moved"),
     [
@@ -244,21 +260,9 @@ value = "0.75"
         ("patients", lambda data: Evidence(method="computed", value=0.751), ""),
     ],
 )
-def test_a_claim_does_not_answer_itself(
-    tmp_path: Path, name: str, answer: Callable[[Any], Evidence], moved: str
-) -> None:
-    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
-    data = read_printed(tmp_path / "printed.toml")
-    part = Part("Sec. 2", reading="none")
-
-    @part.value("it", data["doses"]["high"] if name == "high" else data["patients"])
-    def it(results: Any) -> Evidence:
-        """It is computed."""
-        return answer(data)
-
-    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
-    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(), **about)
-    file, _, _ = assemble([whole], {}, results_file().run, SourceTree({}), (), {})
+def test_a_claim_does_not_answer_itself(data: Any, name: str, answer: Callable[[Any], Evidence], moved: str) -> None:
+    printed = data["doses"]["high"] if name == "high" else data["patients"]
+    _, file = asked(printed, lambda results: answer(data), {})
     error = file.claims[0].judgement.reason if file.claims[0].verdict is Verdict.ERROR else ""
     assert ("claim toy.it answers itself: with " + moved in error) if moved else not error, error
 
@@ -280,23 +284,17 @@ def test_a_print_that_is_no_number_may_be_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("value", "told"), [(0.75, True), (0.7501, False)])
-def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, value: float, told: bool) -> None:
-    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
-    print_ = read_printed(tmp_path / "printed.toml")["patients"]
-    part = Part("Sec. 2", reading="none")
-
-    @part.value("it", print_, uses="back")
-    def it(results: Any) -> Evidence:
-        """It is computed."""
-        return Evidence(method="by an experiment", value=results["back"])
-
-    about = dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
-    back = experiment("back", float, x=[{"of": print_}])
-    whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=(back,), **about)
+def test_an_experiment_does_not_hand_its_print_back(tmp_path: Path, data: Any, value: float, told: bool) -> None:
     dependencies = Dependencies(function="", inputs="{}")
     entry = Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=value)
     done = Step("toy.back", Action.COMPUTED, "", 0.0, dependencies, entry)
-    file, _, _ = assemble([whole], {"toy.back": done}, results_file().run, SourceTree({}), (), {})
+    back = experiment("back", float, x=[{"of": data["patients"]}])
+    whole, file = asked(
+        data["patients"],
+        lambda results: Evidence(method="by an experiment", value=results["back"]),
+        {"toy.back": done},
+        back,
+    )
     assert (file.claims[0].verdict is Verdict.ERROR) is told
     assert told is ("toy.back is given 0.75 and its value is exactly that" in file.claims[0].judgement.reason)
     (note,) = [note for note in notes([whole], file, (), tmp_path, tmp_path) if "only comes back" in note]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 import re
@@ -14,6 +13,7 @@ from unittest.mock import patch
 import pytest
 from msgspec.structs import replace
 from sample import KEY, brief, explorer
+from tables import number, read_csv
 
 from replication.audit.brief import Curve
 from replication.audit.model import Policy, Verdict
@@ -21,7 +21,7 @@ from replication.audit.report import explore
 from replication.audit.report.claim import targets, views
 from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import PictureView, explorers, scale_of, ticks
-from replication.audit.store.records import ResultsFile
+from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
 
 FIGURE = f"{KEY}-fig2"
@@ -34,13 +34,8 @@ def shown(made: ResultsFile, figures: Path, **more: Any) -> tuple[PictureView, .
     return pictures
 
 
-def read(text: str) -> float:
-    return float(text.replace("−", "-").replace("×10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")))
-
-
-def column(figures: Path, name: str) -> list[float]:
-    with (figures / f"{FIGURE}.csv").open(encoding="utf-8", newline="") as stream:
-        return [float(row[name]) for row in csv.DictReader(stream)]
+def column(figures: Path, name: str) -> tuple[float, ...]:
+    return read_csv(figures / f"{FIGURE}.csv")[name]
 
 
 def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: ResultsFile, figures: Path) -> None:
@@ -49,11 +44,11 @@ def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: Results
     line, norm, band = moved.curves
     at = moved.begin
     assert moved.x == column(figures, "k")[at] == 20
-    assert read(norm.values.split("|")[at]) == pytest.approx(math.hypot(first[at], second[at]), rel=1e-3)
+    assert number(norm.values.split("|")[at]) == pytest.approx(math.hypot(first[at], second[at]), rel=1e-3)
     for place, text in enumerate(line.values.split("|")):
-        assert read(text) == pytest.approx(first[place], rel=1e-3)
+        assert number(text) == pytest.approx(first[place], rel=1e-3)
     for place, text in enumerate(band.values.split("|")):
-        low, high = map(read, text.split(" to "))
+        low, high = map(number, text.split(" to "))
         assert low <= first[place] and second[place] <= high, "a band is rounded outwards"
         assert (low, high) == (pytest.approx(first[place], rel=2e-3), pytest.approx(second[place], rel=2e-3))
     assert moved.steps + 1 == len(moved.places.split()) == len(line.values.split("|")) == len(line.heights.split())
@@ -149,24 +144,26 @@ def test_the_ladder_tells_the_distance_to_the_nearer_end(made: ResultsFile) -> N
         assert first == 1 and second >= 1 and third >= 1
 
 
+def inside(made: ResultsFile) -> tuple[str, Ladder, tuple[float, float]]:
+    """The name of a claim that is proved to agree, its ladder, and the ends of what its print stands for."""
+    name, ladder = next((name, ladder) for name, ladder in rungs(made).items() if ladder.inside)
+    assert ladder.entry.interval is not None
+    return name, ladder, (float(ladder.entry.interval[0]), float(ladder.entry.interval[1]))
+
+
+def moved_to(made: ResultsFile, ladder: Ladder, value: float, width: float, *more: ClaimRecord, **judged: Any) -> Any:
+    """The ladders where the claim of this one has another bracket and judgement, with more claims beside it."""
+    record = ladder.view.record
+    evidence = replace(record.evidence, value=value, lower=value - width, upper=value + width)
+    moved = replace(record, evidence=evidence, judgement=replace(record.judgement, **judged))
+    others = (moved if other.id == record.id else other for other in made.claims)
+    return rungs(replace(made, claims=(*others, *more)))
+
+
 def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsFile) -> None:
-    name = next(name for name, ladder in rungs(made).items() if ladder.inside)
-
-    def changed(**evidence: Any) -> ResultsFile:
-        claims = [
-            replace(record, evidence=replace(record.evidence, **evidence))
-            if record.claim.id == f"{KEY}.{name}"
-            else record
-            for record in made.claims
-        ]
-        return replace(made, claims=tuple(claims))
-
-    interval = rungs(made)[name].entry.interval
-    assert interval is not None
-    edge = float(interval[0])
-    assert name in rungs(changed(value=edge + 2e-4, lower=edge + 1e-4, upper=edge + 3e-4))
-    across = {"lower": edge - 1e-4, "upper": edge + 1e-4}
-    assert name not in rungs(changed(value=edge, **across)), "neither inside nor outside"
+    name, ladder, (edge, _) = inside(made)
+    assert name in moved_to(made, ladder, edge + 2e-4, 1e-4)
+    assert name not in moved_to(made, ladder, edge, 1e-4), "neither inside nor outside"
     unproved = [replace(r, judgement=replace(r.judgement, proved=False)) for r in made.claims]
     assert rungs(replace(made, claims=tuple(unproved))) == {}
 
@@ -175,31 +172,15 @@ def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsF
 def test_a_ladder_outside_its_box_belongs_to_a_number_that_differs(
     made: ResultsFile, verdict: Verdict, drawn: bool
 ) -> None:
-    name, ladder = next((name, ladder) for name, ladder in rungs(made).items() if ladder.inside)
-    assert ladder.entry.interval is not None
-    beyond = float(ladder.entry.interval[1] * 2 - ladder.entry.interval[0])
-    record = ladder.view.record
-    moved = replace(
-        record,
-        evidence=replace(record.evidence, value=beyond, lower=beyond - 1e-9, upper=beyond + 1e-9),
-        judgement=replace(record.judgement, verdict=verdict),
-    )
-    others = tuple(moved if other.id == record.id else other for other in made.claims)
-    assert (name in rungs(replace(made, claims=others))) is drawn
+    name, ladder, (low, high) = inside(made)
+    assert (name in moved_to(made, ladder, 2 * high - low, 1e-9, verdict=verdict)) is drawn
 
 
 def test_a_ladder_above_the_least_level_names_the_claim_that_finds_the_print(made: ResultsFile) -> None:
-    name, ladder = next((name, ladder) for name, ladder in rungs(made).items() if ladder.inside)
-    assert ladder.beside == () and ladder.entry.interval is not None
-    record, low = ladder.view.record, float(ladder.entry.interval[0]) - 1e-4
-    judgement = replace(record.judgement, verdict=Verdict.COMPATIBLE, policies=(Policy.SOLVER,))
-    least = replace(
-        record,
-        evidence=replace(record.evidence, value=low, lower=low - 1e-9, upper=low + 1e-9),
-        judgement=judgement,
-    )
+    name, ladder, (edge, _) = inside(made)
+    record = ladder.view.record
     attained = replace(record, claim=replace(record.claim, id=f"{record.id}-attained"))
     elsewhere = replace(record, claim=replace(record.claim, id=f"{record.id}-elsewhere", place="another place"))
-    others = [least if other.id == record.id else other for other in made.claims]
-    moved = rungs(replace(made, claims=(*others, attained, elsewhere)))[name]
-    assert [view.record.id for view in moved.beside] == [attained.id]
+    least = {"verdict": Verdict.COMPATIBLE, "policies": (Policy.SOLVER,)}
+    moved = moved_to(made, ladder, edge - 1e-4, 1e-9, attained, elsewhere, **least)[name]
+    assert ladder.beside == () and [view.record.id for view in moved.beside] == [attained.id]

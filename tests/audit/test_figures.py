@@ -237,14 +237,6 @@ def test_curves_differ_without_their_colours() -> None:
     assert len({str(curve["linestyle"]) for curve in curves}) == len(curves)
 
 
-def test_all_text_is_large_enough_on_a_telephone(tmp_path: Path) -> None:
-    write_figures(tmp_path, figure())
-    drawing = (tmp_path / "doe1999-fig2.svg").read_text()
-    width = float(svg.inner(drawing)[0].split()[2])
-    sizes = {float(size) for size in re.findall(r"[:\s]([0-9.]+)px[ ;]", drawing)}
-    assert sizes and min(sizes) * 320 / width >= 11, "a figure takes the whole width of the narrowest telephone"
-
-
 def test_house_style_leaves_the_global_settings_alone() -> None:
     import matplotlib as mpl
 

@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import re
-import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from lab import Lab, make_inside
+from lab import Lab, emptied, make_inside
 from sample import claim
 
 from replication.audit.inspect.headline import factor
@@ -23,11 +22,6 @@ from replication.scaffold.make import scaffold
 
 CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_inside(tmp_path)
 
 
 def test_fields_of_another_type_are_told_together_before_anything_is_computed(lab: Lab) -> None:
@@ -166,9 +160,7 @@ FIT = "echo '{\"mean\": 0.751}'"
 def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
     tmp_path: Path, file: str, old: str, new: str, code: int, words: str
 ) -> None:
-    inside = make_inside(tmp_path)
-    shutil.rmtree(inside.path("toy2020"))
-    inside.path("other2021.py").unlink()
+    inside = emptied(make_inside(tmp_path))
     scaffold("toy", inside.root)
     for name, text in {"out/t.csv": CSV, "fit.sh": FIT}.items():
         (inside.root / name).parent.mkdir(exist_ok=True)

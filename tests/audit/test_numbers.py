@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import make_inside
+from lab import emptied, make_inside
 
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Kind, Verdict
@@ -281,11 +281,7 @@ PROJECT = {
 @pytest.mark.slow
 def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
     """A command makes a file, claims read it and a pinned one; a changed script, table or pin is noticed."""
-    import hashlib
-
-    lab = make_inside(tmp_path / "lab")
-    shutil.rmtree(lab.path("toy2020"))
-    lab.path("other2021.py").unlink()
+    lab = emptied(make_inside(tmp_path / "lab"))
     sha = hashlib.sha256(DATA.encode()).hexdigest()
     texts = {f"{lab.package}/roe/{name}": text for name, text in PROJECT.items()}
     texts |= {f"{lab.package}/roe/claims.toml": PAPER.replace("SHA", sha), "data/d.csv": DATA}

@@ -1,31 +1,30 @@
-"""How numbers are written, and how they are drawn against what a print stands for."""
+"""Numbers: how they are written, drawn against what a print stands for, and set below it digit by digit."""
 
 from __future__ import annotations
 
 import re
 from fractions import Fraction
+from unittest import mock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
+from sample import claim
+from tables import number as read
 
 from replication.audit.judge import numerals
-from replication.audit.judge.agreement import Interval, Measured
+from replication.audit.judge.agreement import Interval, Measured, Target
 from replication.audit.judge.printed import parse
-from replication.audit.report.entries import strip
+from replication.audit.model import Evidence, Kind, Outcome, Policy, Proof, Verdict
+from replication.audit.parts import CELL, Table
+from replication.audit.report import entries as shown
+from replication.audit.report.claim import targets, views
+from replication.audit.report.entries import EntryView, side_by_side, strip
+from replication.audit.report.paper import named, table_view
+from replication.audit.store.records import ClaimRecord
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
-POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-
-
-def read(text: str) -> float:
-    """The number that a typeset text stands for."""
-    text = text.replace(numerals.MINUS, "-")
-    match = re.fullmatch(r"(.*?)×?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", text)
-    if match is None:
-        return float(text)
-    sign = {"": "1", "-": "-1"}.get(match[1], match[1])
-    return float(f"{sign}e{match[2].translate(POWERS)}")
 
 
 @given(FINITE)
@@ -163,23 +162,187 @@ def test_a_bracket_decides_and_its_words_say_so(number: Measured, words: str) ->
     assert f'aria-label="{words} what the print allows"' in strip(number, BAND)
 
 
+def entries(printed: str, value: object, kind: Kind = Kind.VALUE) -> tuple[EntryView, ...]:
+    evidence = Evidence(method="Evaluated directly", value=value)  # type: ignore[arg-type]
+    return seen(claim("case", kind, Verdict.REPRODUCED, printed, evidence))
+
+
+def seen(record: ClaimRecord) -> tuple[EntryView, ...]:
+    return side_by_side(Target.judged(record.claim, record.judgement), record.evidence)
+
+
 @pytest.mark.parametrize(
-    ("printed", "computed", "common"),
+    ("printed", "value", "agreed", "off", "tail"),
     [
-        ("1.33", "1.3287", "1.3"),
-        ("1.14", "1.13", "1.1"),
-        ("1.14", "1.14", "1.14"),
-        ("1.14", "1.1400", "1.14"),
-        ("−0.0000", "−0.0000", "−0.0000"),
-        ("−0.5", "0.5", ""),
-        ("13.89", "43.62", ""),
-        ("1.5", "15.1", ""),
-        (".2357", "0.2357", "0.2357"),
-        ("−.25", "−0.24", "−0.2"),
-        ("<0.001", "0.000", ""),
-        ("73", "7", ""),
-        ("1.2e-3", "0.0012", ""),
+        ("1.33", 1.32871, "1.32", "", "8710"),
+        ("1.14", 1.134687, "1.1", "3", "4687"),
+        ("1.3511", 1.35116518, "1.3511", "6", "518"),
+        ("0.1270", 0.12771501, "0.127", "7", "1501"),
+        ("13.89", 43.62701, "", "43.62", "7010"),
+        ("1", 7, "", "7", ""),
+        ("2", 2.6, "2", "", ".6000"),
+        (".2357", 0.23570226, "0.2357", "", "0226"),
+        ("-0.0000", -0.0000123, "−0.0000", "", "1230"),
+        ("-.25", -0.24, "−0.2", "4", "0000"),
+        ("-0.5", 0.5, "", "0.5", "0000"),
+        ("1.5", 15.1, "", "15.1", "0000"),
+        ("73", 7, "", "7", ""),
+        ("1.14", 1.14, "1.14", "", "0000"),
     ],
 )
-def test_agreement_is_the_common_beginning_with_the_points_aligned(printed: str, computed: str, common: str) -> None:
-    assert computed[: numerals.agreement(printed, computed)] == common
+def test_digits_say_how_far_the_print_agrees(printed: str, value: float, agreed: str, off: str, tail: str) -> None:
+    (entry,) = entries(printed, value)
+    parts = dict(entry.digits)
+    assert parts["agreed"] + parts.get("off", parts.get("head", "")) + parts["tail"] == entry.head + entry.tail
+    if entry.inside:
+        assert parts == {"agreed": agreed, "head": "", "tail": tail}
+    elif off:
+        assert parts == {"agreed": agreed, "off": off, "tail": tail}
+    else:
+        assert parts == {"agreed": agreed, "off": tail[:2], "tail": tail[2:]}
+    assert entry.inside or parts["off"], "a number outside shows a digit that is off"
+
+
+def test_relations_have_no_digits_that_agree() -> None:
+    (entry,) = entries("<0.001", 0.00041, Kind.BOUND)
+    assert (entry.agreed, entry.interval, entry.inside) == (0, None, True)
+    (fails,) = entries("≤2", 2.5, Kind.BOUND)
+    assert dict(fails.digits)["off"] == "2"
+
+
+def test_decimal_points_of_a_claim_stand_below_each_other() -> None:
+    made = entries("[9.5; -0.25; 100.1]", ((10.2,), (0.31,), (100.1,)), Kind.MATRIX)
+    points = {pad + text.index(".") for e in made for pad, text in zip(e.pads, (e.printed, e.head), strict=True)}
+    assert points == {3}
+
+
+def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
+    evidence = Evidence(method="Bisection", value=1.13468738, lower=1.13468737, upper=1.2)
+    (entry,) = seen(claim("case", Kind.VALUE, Verdict.DIFFERS, "1.14", evidence))
+    assert entry.ladder == (
+        ("Printed", 0, "1.14", ""),
+        ("Computed", 0, "1.1", "3468738"),
+        ("Lower bound", 0, "1.1", "3468737"),
+        ("Upper bound", 0, "1.", "2"),
+    )
+    assert entry.interval == (Fraction("1.135"), Fraction("1.145"))
+
+
+def test_each_number_has_the_band_of_its_own_last_place() -> None:
+    evidence = Evidence(method="Evaluated directly", value=(1.0, 2.0))
+    wide = {"tolerance": "0.2", "tolerance_reason": "a test"}
+    record = claim("case", Kind.VALUE, Verdict.REPRODUCED, "(1.0, 2.00)", evidence, **wide)
+    with mock.patch.object(shown, "strip") as drawn:
+        seen(record)
+    assert [call.args[1] for call in drawn.call_args_list] == [(-2.0, 2.0), (-20.0, 20.0)]
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "literal"),
+    [
+        ("2,393", 2392.75, "2,393"),
+        ("7.6×10⁵", 764510.2, "7.6×10⁵"),
+        ("48.3(6)", 48.31, "48.3(6)"),
+        ("78.7 %", 78.73, "78.7 %"),
+        ("-1.5", -1.49, ""),
+        ("1.33", 1.32871, ""),
+    ],
+)
+def test_a_print_of_more_than_digits_is_shown_as_it_stands(printed: str, value: float, literal: str) -> None:
+    (entry,) = entries(printed, value)
+    assert entry.literal == literal
+    assert entry.ladder[0][0] == ("In digits" if literal else "Printed")
+    assert not literal or entry.pads == (0, 0)
+
+
+def test_a_heading_of_numbers_alone_gets_the_name_of_what_it_counts() -> None:
+    assert named("N₁, N₂", "2, 1") == "N₁, N₂ = 2, 1" and named("K", "10") == "K = 10"
+    assert named("Example", "1") == "Example 1"
+    assert named("Reference", "sin(3t/2)") == "sin(3t/2)" and named("", "2") == "2"
+
+
+def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
+    return replace(record, judgement=replace(record.judgement, verdict=verdict))
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "off"),
+    [
+        ("1.14", 1.134687, (0.466, "% below the print")),
+        ("42.03", 58.40, (38.95, "% above the print")),
+        ("16.73", 12.25, (26.78, "% below the print")),
+        ("2.0", 5.0, (150.0, "% above the print")),
+        ("25.92", 15.85, (38.85, "% below the print")),
+        ("0.1", 2.0, (20.0, "times the print")),
+    ],
+)
+def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value: float, off: tuple[float, str]) -> None:
+    record = claim("case", Kind.VALUE, Verdict.DIFFERS, printed, Evidence(method="Evaluated directly", value=value))
+    (view,) = views([record], targets([record]))
+    assert view.off == (pytest.approx(off[0], rel=1e-3), off[1])
+    whole = claim("whole", Kind.VALUE, Verdict.DIFFERS, "1", Evidence(method="Counted", value=7.0))
+    assert views([whole], targets([whole]))[0].off is None, "a count is its own measure"
+    unsettled = judged(record, Verdict.UNDETERMINED)
+    assert views([unsettled], targets([unsettled]))[0].off is None
+
+
+@pytest.mark.parametrize(("proof", "shown"), [(True, [("269", "268", "")]), (False, [])])
+def test_what_is_meant_is_set_beside_the_computed_number_if_it_comes_out(proof: bool, shown: list[object]) -> None:
+    more = {"erratum": "doe1999.e", "meant": "269", "proof": Proof(holds=proof, text="t")}
+    evidence = Evidence(method="ln 2 / k", value=268.6617)
+    verdict = Verdict.REPRODUCED_AFTER_ERRATUM if proof else Verdict.DIFFERS
+    record = claim("case", Kind.VALUE, verdict, "296", evidence, **more)
+    assert record.verdict is verdict
+    (view,) = views([record], targets([record]))
+    found = [entry for row in view.meant for cell in row for entry in cell]
+    assert [
+        (e.printed, dict(e.digits)["agreed"], dict(e.digits)["off" if not e.inside else "head"]) for e in found
+    ] == shown
+    assert view.rows[0][0][0].printed == "296"
+
+
+def test_a_table_counts_its_entries_by_their_verdicts() -> None:
+    verdicts = [
+        *(Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM),
+        *(Verdict.REFUTED, Verdict.CONSISTENT, Verdict.UNDETERMINED, Verdict.ERROR),
+    ]
+    tried = Evidence(method="Tried", value=1.33)
+    records = [
+        judged(claim(f"case-{n}", Kind.VALUE, verdict, "1.33", tried), verdict) for n, verdict in enumerate(verdicts)
+    ]
+    records[2] = replace(records[2], judgement=replace(records[2].judgement, policies=(Policy.ERRATUM,)))
+    # A draw, of which there is a probability and no digit.
+    records[5] = replace(records[5], evidence=Evidence(method="Drawn", probability=0.4))
+    # A run time of another computer, which nothing here can confirm.
+    seconds = replace(records[6].claim, id="case-8", kind=Kind.CITED, unit="s")
+    records.append(replace(records[6], claim=seconds))
+    known = {view.record.id: view for view in views(records, targets(records))}
+    rows = tuple((str(n), f"{CELL}{record.id}", "N/A") for n, record in enumerate(records))
+    made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
+    assert made.numbers == dict.fromkeys(Verdict, 1) and made.drawn == 0, "the run time is no number of these"
+    assert made.counts == dict.fromkeys(Verdict, 1) and made.timed == 1, "as the marks of the table say"
+    assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
+    assert {row[2].text for row in made.rows} == {"N/A"}
+
+
+@pytest.mark.parametrize(
+    ("printed", "own", "other", "told"),
+    [
+        ("0.0952", 0.09512, 0.09519, ("0.09519000", "at-output")),
+        ("(1.0, 2.0)", (1.2, 2.0), (1.0, 2.01), ("all 2 agree", "at-output")),
+        ("0.0952", 0.09519, 0.09512, None),  # the value that is shown agrees itself
+        ("0.0952", 0.09512, 0.09513, None),  # nothing does
+    ],
+)
+def test_what_agrees_under_another_reading_stands_beside_the_verdict(
+    printed: str, own: object, other: object, told: tuple[str, str] | None
+) -> None:
+    outcomes = tuple(
+        Outcome(reading=name, value=value)
+        for name, value in (("at-rest", own), ("at-output", other))  # type: ignore[arg-type]
+    )
+    evidence = Evidence(method="m", value=own, outcomes=outcomes)  # type: ignore[arg-type]
+    kind = Kind.MATRIX if printed.startswith("(") else Kind.VALUE
+    record = claim("case", kind, Verdict.COMPATIBLE, printed, evidence, reading="at-rest")
+    (view,) = views([record], targets([record]))
+    assert view.elsewhere == told

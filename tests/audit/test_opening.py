@@ -101,6 +101,10 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
     marks = [e for e in page.iter() if e.get("class") == "k"]
     expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
+    told = ["".join(e.itertext()) for e in page.iter() if str(e.tag).endswith("}h4")]
+    groups = [re.search(r" (\d+)(?:, and (\d+) that repeat)?", text) for text in told if "not counted" not in text]
+    found = [(int(one[1]), int(one[2] or 0)) for one in groups if one is not None]
+    assert sum(number for number, _ in found) + 1 == len(made.claims) and sum(number for _, number in found) == 1
 
 
 SOUND = Standing(theorems=1, refuted=0, broken=0, sound=True, corrected=False, open=False, failing=0, claims=9)
@@ -452,12 +456,3 @@ def test_each_term_that_is_met_has_its_entry_and_a_paper_adds_its_own(made: Resu
     )
     met = {str(e.get("href"))[1:] for e in page.iter() if e.get("class") == "term"}
     assert {"word-bracket", "word-sensors"} <= met <= {e.get("id") for e in page.iter()}
-
-
-def test_a_group_of_claims_counts_repeats_apart(made: ResultsFile) -> None:
-    again = altered(made.claims[1], repeats=made.claims[0].id)
-    page = html5lib.parse(render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path()))
-    told = ["".join(e.itertext()) for e in page.iter() if str(e.tag).endswith("}h4")]
-    groups = [re.search(r" (\d+)(?:, and (\d+) that repeat)?", text) for text in told if "not counted" not in text]
-    found = [(int(one[1]), int(one[2] or 0)) for one in groups if one is not None]
-    assert sum(number for number, _ in found) + 1 == len(made.claims) and sum(number for _, number in found) == 1

@@ -53,8 +53,10 @@ def stated(kind: Kind, *says: Predicate, printed: str = "1.33", reading: str = "
     return claim(id="toy.c1", kind=kind, printed=printed, says=says or (usual,), reading=reading)
 
 
-def judged(kind: Kind, evidence: Evidence, *certificates: CertificateRecord, **more: Any) -> ClaimRecord:
-    made = stated(kind, **more)
+def judged(
+    kind: Kind, evidence: Evidence, *certificates: CertificateRecord, says: Sequence[Predicate] = (), **more: Any
+) -> ClaimRecord:
+    made = stated(kind, *says, **more)
     return make_record(made, evidence, code="papers/toy.py:1", seconds=0.5, certificates=certificates)
 
 
@@ -157,8 +159,7 @@ def test_brackets_of_a_statement_that_have_nothing_in_common_are_an_error() -> N
 )
 def test_a_stored_bracket_of_a_proved_statement_that_is_not_the_certificates_is_found(change: dict[str, Any]) -> None:
     proof = certificate(lower=ENDS[0], upper=ENDS[1], holds=False)
-    made = stated(Kind.FEASIBLE, ABOVE, printed="")
-    record = make_record(made, FLOATING, code="papers/toy.py:1", seconds=0.5, certificates=[proof])
+    record = judged(Kind.FEASIBLE, FLOATING, proof, says=(ABOVE,), printed="")
     file = replace(results_file(altered(record, expected=record.verdict)), certificates=(proof,))
     assert check(file, None) == []
     forged = replace(file, claims=(altered(file.claims[0], **change),))
@@ -326,13 +327,7 @@ def test_a_theorem_under_another_reading_than_that_of_the_claim_proves_nothing()
     under = Predicate(of=STABLE, unit="yes or no", reading="b")
     evidence, proof = Evidence(method="m", holds=True), certificate(readings=("b",), holds=True)
     for reading, proved in (("a", False), ("none", False), ("b", True)):
-        record = make_record(
-            stated(Kind.FEASIBLE, under, printed="", reading=reading),
-            evidence,
-            code="papers/toy.py:1",
-            seconds=0.5,
-            certificates=[proof],
-        )
+        record = judged(Kind.FEASIBLE, evidence, proof, says=(under,), printed="", reading=reading)
         assert record.judgement.proved is proved
         assert proved or f"othing is said under the reading {reading}" in record.judgement.supported
 

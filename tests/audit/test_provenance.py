@@ -25,8 +25,7 @@ from replication.errors import AuditError
 def project(tmp_path: Path) -> Path:
     root = tmp_path / "project"
     for name in ("papers/a.py", "report/template.html.j2", "report/results.json", "figures/f.svg", "README.md"):
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text("one\n", encoding="utf-8")
+        write(root / name, "one\n")
     return committed(root)
 
 

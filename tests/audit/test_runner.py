@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from lab import AUDIT, Lab, hear_interruptions, make_inside, make_lab
+from lab import AUDIT, Lab, hear_interruptions, make_lab
 
 from tests.patience import PATIENCE, wait_for
 
@@ -19,11 +19,6 @@ pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
 
 ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a", "toy2020.wait-b"}
-
-
-@pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_inside(tmp_path)
 
 
 @pytest.fixture

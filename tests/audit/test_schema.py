@@ -124,7 +124,9 @@ def test_a_damaged_field_is_refused_with_its_path(tmp_path: Path, validator: jso
         ("experiments", 0),
     ],
 )
-def test_every_field_is_required(where: Location, tmp_path: Path, validator: jsonschema.Draft202012Validator) -> None:
+def test_every_field_is_required_and_no_other_is_known(
+    where: Location, tmp_path: Path, validator: jsonschema.Draft202012Validator
+) -> None:
     place = json.loads(to_json(FILE))
     for key in where:
         place = place[key]
@@ -132,6 +134,7 @@ def test_every_field_is_required(where: Location, tmp_path: Path, validator: jso
         content = damaged((*where, field), remove=True)
         assert not validator.is_valid(content)
         assert f"`{field}`" in refusal(content, tmp_path / "results.json")
+    assert "trusted" in refusal(damaged((*where, "trusted"), remove=False), tmp_path / "results.json")
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b"\xff"])

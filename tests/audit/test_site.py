@@ -19,9 +19,8 @@ from xml.etree.ElementTree import Element
 
 import html5lib
 import pytest
-from axe_core import violations
 from lab import make_lab
-from looking import resize
+from looking import violations
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
@@ -77,20 +76,6 @@ def read(site: Path) -> Callable[[str], Element]:
         return html5lib.parse((site / f"{page}.html").read_text(encoding="utf-8"), namespaceHTMLElements=False)
 
     return parse
-
-
-@pytest.fixture
-def window(browser: Any) -> Callable[..., Any]:
-    """A window of some width and colour scheme."""
-
-    def go(width: int = 1440, scheme: str = "light") -> Any:
-        resize(browser, width)
-        features = [{"name": "prefers-color-scheme", "value": scheme}]
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
-        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
-        return browser
-
-    return go
 
 
 @pytest.fixture

@@ -10,14 +10,13 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from lab import Lab, make_lab
+from lab import Lab, emptied, make_lab
 
 pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
@@ -198,9 +197,7 @@ def put(lab: Lab, files: Files, number: int) -> None:
 
 
 def project(root: Path, ways: Sequence[Way]) -> Lab:
-    lab = make_lab(root / "lab")
-    shutil.rmtree(lab.root / "papers" / "toy2020")
-    (lab.root / "papers" / "other2021.py").unlink()
+    lab = emptied(make_lab(root / "lab"))
     for number, way in enumerate(ways):
         put(lab, {"papers/roe/__init__.py": PAPER, "papers/roe/experiments.py": way.code, **way.files}, number)
     return lab

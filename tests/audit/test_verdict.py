@@ -323,9 +323,12 @@ def test_another_tolerance_is_used_and_its_reason_shown() -> None:
     judgement = judge(value_case("1.33", 1.41, tolerance="0.1", tolerance_reason="read off a plot"))
     assert judgement.verdict is Verdict.REPRODUCED
     assert "±0.1: read off a plot" in judgement.reason
-    assert (
-        judge(value_case("1.33", 1.44, tolerance="0.1", tolerance_reason="read off a plot")).verdict is Verdict.DIFFERS
-    )
+    for printed, value, allowed, verdict in (
+        ("1.33", 1.44, "0.1", Verdict.DIFFERS),
+        ("0.5", 0.75, "0.25", judgement.verdict),
+    ):
+        tried = value_case(printed, value, tolerance=allowed, tolerance_reason="read off a plot")
+        assert judge(tried).verdict is verdict, "an end belongs to its interval"
 
 
 @pytest.mark.parametrize(

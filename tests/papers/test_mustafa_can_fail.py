@@ -19,9 +19,8 @@ from papers.mustafa.experiments.levels import output_matrix
 from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES
 from replication.audit.data import PrintedValue
-from replication.audit.judge.numerals import require_short
 from replication.audit.judge.verdict import AGREES
-from replication.audit.model import NO_READING, Kind, Policy, Verdict
+from replication.audit.model import Kind, Verdict
 
 pytestmark = pytest.mark.slow
 """All read what several experiments give, which takes seconds even where they are cheap."""
@@ -245,22 +244,3 @@ def test_the_bounds_between_nodes_are_bounds(results: Results) -> None:
         assert found["modal"] < found["modal_bound"] < 1.01 * found["modal"]
         # No coordinates give less than modal ones for a constant change.
         assert found["modal"] <= found["constant"]
-
-
-def test_every_claim_and_outcome_has_a_reading_of_the_paper(results: Results) -> None:
-    # Where a solver stopped is read into each level that a text minimises, by the policy on it.
-    known = {reading.name for reading in PAPER.readings if reading.policy is not Policy.SOLVER} | {NO_READING}
-    used = set()
-    for claim in PAPER.claims:
-        evidence = claim.answer(full(PAPER, results))
-        answers = [evidence] if evidence.as_printed is None else [evidence, evidence.as_printed]
-        found = {claim.reading, *(outcome.reading for answer in answers for outcome in answer.outcomes)}
-        assert found <= known, claim.id
-        used |= found
-    assert used == known
-
-
-def test_findings_are_short(results: Results) -> None:
-    findings = PAPER.findings(full(PAPER, results))
-    assert [require_short(finding) for finding in findings] == list(findings)
-    assert len(findings) == len(set(findings)) >= 10

@@ -1,4 +1,8 @@
-"""The audit of the multi-rate paper: verdicts, and that they change when the print or the plant does."""
+"""The audit of the multi-rate paper: what is computed, and that each answer, and each proof of an erratum, can fail.
+
+A fault is one number that an experiment might have returned and did not, or one printed number. It must change the
+verdict, to another one than an error.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +10,40 @@ import copy
 import dataclasses
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
+from computed import result
+from faults import Fault, Results, all_of, full, put, times, verdict
 
-from papers.okajima2023 import PAPER
+from papers.okajima2023 import PAPER, errata
+from papers.okajima2023.claims import levels
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
-from papers.okajima2023.experiments.declared import SEED, both, pair
+from papers.okajima2023.experiments.declared import (
+    CASES,
+    DRAWS,
+    GAIN_SETS,
+    PERIOD_TABLE,
+    SEED,
+    TIMINGS,
+    both,
+    case,
+    gain_set,
+    pair,
+)
 from papers.okajima2023.experiments.designs import build, constant_matrix, design, norm_of_gains, of_filters
 from papers.okajima2023.experiments.identities import summation
-from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability, timing_draws
-from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
-from replication.audit.model import Verdict
+from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution, draws, tail_probability, timing_draws
+from papers.okajima2023.printed import DATA, GAINS, PLANT, SCHEDULES, TABLE_1, poles
+from replication.audit.model import Claim, Kind, Verdict
 from replication.audit.parts import ScopeItem
 from replication.audit.run.pool import processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
-from replication.errors import InvalidInputError
+from replication.errors import AuditError, InvalidInputError
 from replication.estimation.multirate.optimum import optimum
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,11 +64,11 @@ def test_theorems_say_every_claim_that_they_are_about(fresh_run: Outcome) -> Non
 def test_three_routes_agree(fresh_run: Outcome) -> None:
     designs = {n: r for n, r in fresh_run.results_by_experiment.items() if n.startswith(f"{KEY}.design.")}
     assert len(designs) == 13
-    for name, result in designs.items():
-        assert result["lmi"]["level"] == pytest.approx(result["optimum"], rel=AGREEMENT), name
-        assert result["reduced_lmi"]["level"] == pytest.approx(result["optimum"], rel=AGREEMENT), name
-        for norm in (result["lmi"]["norm"], result["reduced_lmi"]["norm"], result["norm_central"]["value"]):
-            assert result["lower"] * (1 - 1e-12) <= norm <= result["optimum"] * (1 + NORM_OF_GAINS), name
+    for name, made in designs.items():
+        assert made["lmi"]["level"] == pytest.approx(made["optimum"], rel=AGREEMENT), name
+        assert made["reduced_lmi"]["level"] == pytest.approx(made["optimum"], rel=AGREEMENT), name
+        for norm in (made["lmi"]["norm"], made["reduced_lmi"]["norm"], made["norm_central"]["value"]):
+            assert made["lower"] * (1 - 1e-12) <= norm <= made["optimum"] * (1 + NORM_OF_GAINS), name
 
 
 @pytest.mark.slow
@@ -161,3 +180,183 @@ def test_filters_are_between_predictors_and_smoothers(periods: list[int], sensor
     assert (smallest.value < 0.99 * predictor.value) is better
     if not better:
         assert smallest.value == pytest.approx(predictor.value, rel=AGREEMENT)
+
+
+def copied(source: str, target: str, *entries: str) -> Fault:
+    """Entries of one result in another."""
+
+    def change(results: Results) -> None:
+        results[target] |= {entry: results[source][entry] for entry in entries}
+
+    return change
+
+
+def level(name: str, factor: float = 1.01) -> Fault:
+    """Another optimum, with its bracket."""
+    return all_of(*(put(f"{name}/{end}", times(factor)) for end in ("optimum", "lower", "upper")))
+
+
+def gain(name: str) -> Fault:
+    return all_of(*(put(f"{name}/norm/{end}", times(1.01)) for end in ("value", "lower", "upper")))
+
+
+def drawn(who: str, *path: str, factor: float) -> Fault:
+    return all_of(*(put("/".join((name, who, *path)), times(factor)) for name in DRAWS))
+
+
+def in_order(name: str) -> Fault:
+    """A row of the table of periods in which each longer period has the larger optimum."""
+
+    def alter(results: Results) -> None:
+        for cell in results[name]["cells"]:
+            for timing in ("synchronous", "best"):
+                cell[timing] |= dict.fromkeys(("lower", "upper"), float(sum(cell["periods"])))
+
+    return alter
+
+
+def measured(name: str) -> Fault:
+    """A sensor that measures where it does not, or the other way round."""
+    return put(f"schedule.{name}/diagonals/1/0", lambda entry: 1.0 - entry)
+
+
+LEVELS = {
+    "gamma.proposed": case("proposed"),
+    "blog.proposed": case("proposed"),
+    **{f"{part}.case-{name.lower()}": case(name) for part in ("gamma", "blog") for name in "ABC"},
+    **{f"table1.n{a}{b}": pair((a, b)) for a, b in TABLE_1},
+    **{f"{part}{n}": name for part in ("timing.case-", "blog.timing-") for n, name in enumerate(TIMINGS, start=1)},
+    "blog.n11": pair((1, 1)),
+    "blog.n33": pair((3, 3)),
+}
+RECOVERED = "unstable.recovered"
+FAULTS: dict[str, Fault] = {
+    **{claim: level(name) for claim, name in LEVELS.items()},
+    # It differs, and agrees with a slightly larger optimum.
+    "table1.n21": level(pair((2, 1)), 1.0005),
+    **{f"gains.eq{equation}": gain(gain_set(equation)) for equation in GAIN_SETS},
+    **{f"schedule.{name}": measured(name) for name in SCHEDULES},
+    "schedule.common-period": put("schedule.sec-4a/period", 12),
+    "size.cyclic-larger": put(f"{case('proposed')}/size/cyclic_rows", 9),
+    "size.variables": put(f"{case('proposed')}/size/variables", 72),
+    "size.rows": put(f"{case('proposed')}/size/rows", 8),
+    "theory.observable": put("observability/margin", 0.0),
+    "theory.dual-rate": measured("dual-rate"),
+    "theory.error-system": put("identities/error_system", 1e-6),
+    "theory.dissipation": put("identities/dissipation", 1e-6),
+    "theory.schur": put("identities/schur", 1e-6),
+    "theory.product": put("product-orders/shifted/0", times(1.001)),
+    "theory.summation": put("summation/excess_27", -1e-3),
+    "theory.sufficient-1": put(f"{gain_set('40')}/spectral_radius", 1.001),
+    "theory.sufficient-2": put(f"{pair((3, 3), 1)}/lmi/norm", times(1.01)),
+    "theory.theorem1": put(f"{gain_set('39')}/theorem1", times(1.0001)),
+    "theory.theorem2": put(f"{pair((3, 3), 1)}/lmi/level", times(0.9999)),
+    "theory.gains-attain": put(f"{case('C')}/lmi/norm", times(1.0001)),
+    "theory.stable": put(f"{gain_set('40')}/spectral_radius", 1.001),
+    "order.proposed-best": level(case("A"), 0.5),
+    "order.shorter-in-table": level(pair((1, 3)), 1.2),
+    "order.timing-matters": copied(TIMINGS[2], TIMINGS[1], "lower", "upper"),
+    "order.timing-best": level(TIMINGS[2], 0.99),
+    "order.more-outputs": drawn("B", "errors", factor=0.2),
+    "order.beyond-table": all_of(*map(in_order, PERIOD_TABLE)),
+    "gains.depend-on-timing": copied(TIMINGS[0], TIMINGS[1], "gains"),
+    # The print counts as met while one reading of the denominator allows it, so the fault is in all of them.
+    **{
+        f"gsim.{name.lower()}": all_of(*(drawn(name, "ratios", reading, factor=4.0) for reading in DENOMINATORS))
+        for name in CASES
+    },
+    "gsim.below-level": level(case("B"), 0.25),
+    "gsim.smallest": drawn("proposed", "ratios", DENOMINATORS[2], factor=2.0),
+    "simulation.lowest-error": drawn("B", "errors", factor=0.2),
+    "simulation.truncation": drawn("C", "largest_tail_effect", factor=1e7),
+    "simulation.timing": put("timing-draws/smaller/timing-2/timing-3", 0.45),
+    "unstable.stabilised": put("unstable.any-entries/radius", 1.1),
+    "unstable.one-plant": put(f"{RECOVERED}/outputs/error_poles/0/0", 1.1),
+    "unstable.designable": put("unstable.stated-designs/any entries/reduced_lmi/norm", times(1.001)),
+    "blog.periodic-matrices": put("constant-matrix/analyses/38/constant", 1.43),
+    "blog.idle-instants": put("schedule.case-1/diagonals/1/0", 1.0),
+    "blog.evenness": put("schedule.case-2/diagonals/1/1", 0.0),
+}
+ERRATA: dict[str, Fault] = {
+    "denominator": drawn("A", "ratios", DENOMINATORS[-1], factor=1.5),
+    "diagonal-of-a": put("unstable.diagonals/found/1/fits", 1),
+    "sensor-index": put("schedule.sec-4a/diagonals/0", [1.0, 1.0, 1.0]),
+}
+LACKING = ("poles", "is-unstable", "gains-optimal", "error-poles")
+"""Claims on the matrix that the text at hand lacks."""
+IN_PRINT = {"gains.unmeasured": (levels, "GAINS"), "noise-index": (errata, "PLANT")}
+"""What a claim or erratum reads from the printed data alone."""
+
+
+def results_of(uses: tuple[str, ...]) -> Results:
+    return {name.removeprefix(f"{KEY}."): result(name) for name in uses}
+
+
+def verdict_on(claim: Claim, results: Results) -> Verdict:
+    return verdict(PAPER, claim, results, proof=True)
+
+
+def named(names: dict[str, Any]) -> list[Any]:
+    """The names as parameters; those that need the long search are slow."""
+    long = ("unstable.", "setting", "diagonal")
+    return [pytest.param(name, marks=pytest.mark.slow) if name.startswith(long) else name for name in names]
+
+
+def test_every_claim_and_erratum_has_a_fault() -> None:
+    lacking = {f"{KEY}.unstable.{name}" for name in LACKING}
+    checked = {claim.id for claim in PAPER.claims if claim.kind is not Kind.CITED} - lacking
+    assert {f"{KEY}.{name}" for name in (*FAULTS, "gains.unmeasured")} == checked
+    assert {f"{KEY}.{name}" for name in (*ERRATA, "noise-index")} == {erratum.id for erratum in PAPER.errata}
+
+
+@pytest.mark.parametrize("name", named(FAULTS))
+def test_a_fault_changes_the_verdict(name: str) -> None:
+    (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.{name}")
+    before = verdict_on(claim, results_of(claim.uses))
+    assert before is claim.expected
+    faulty = results_of(claim.uses)
+    FAULTS[name](faulty)
+    assert verdict_on(claim, faulty) not in (before, Verdict.ERROR)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LACKING)
+def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
+    (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.unstable.{name}")
+    results = results_of(claim.uses)
+    assert verdict_on(claim, results) is claim.expected is Verdict.UNDETERMINED
+    put("unstable.as-printed/poles", poles(DATA["poles"]))(results)
+    with pytest.raises(AuditError, match="judge the claims on it by that matrix"):
+        claim.answer(full(PAPER, results))
+
+
+@pytest.mark.parametrize("name", named(ERRATA))
+def test_a_fault_refutes_the_proof_of_an_erratum(name: str) -> None:
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.{name}")
+    results = results_of(erratum.uses)
+    assert erratum.prove(full(PAPER, results)).holds
+    ERRATA[name](results)
+    assert not erratum.prove(full(PAPER, results)).holds
+
+
+def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    gains, plant = copy.deepcopy(GAINS), copy.deepcopy(PLANT)
+    gains["39"][0][1][1] = 0.001
+    plant["D"][0][1] = 0.5
+    (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.gains.unmeasured")
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.noise-index")
+    assert claim.answer({}).holds and erratum.prove({}).holds
+    for (module, name), faulty in zip(IN_PRINT.values(), (gains, plant), strict=True):
+        monkeypatch.setattr(module, name, faulty)
+    assert not claim.answer({}).holds
+    assert not erratum.prove({}).holds
+
+
+def test_repeats_print_the_number_of_another_claim_again() -> None:
+    claims = {claim.id: claim for claim in PAPER.claims}
+    repeats = [claim for claim in PAPER.claims if claim.repeats]
+    assert len(repeats) == 11
+    for claim in repeats:
+        original = claims[claim.repeats]
+        assert (claim.printed, claim.uses, claim.reading) == (original.printed, original.uses, original.reading)
+        assert not original.repeats and original.id != claim.id

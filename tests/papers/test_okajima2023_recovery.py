@@ -41,6 +41,10 @@ def planted(B_d: list[float], C: list[list[float]], noise: list[float], periods:
     return MultirateProblem(plant, SensingSchedule(periods))
 
 
+def with_diagonal(values: list[float] | tuple[float, ...]) -> Array:
+    return A_PLANTED - np.diag(np.diag(A_PLANTED)) + np.diag(values)
+
+
 def rounded(values: Array, decimals: int) -> list[list[list[float]]]:
     return np.round(values, decimals).tolist()
 
@@ -51,7 +55,7 @@ def rounded(values: Array, decimals: int) -> list[list[list[float]]]:
 @pytest.mark.parametrize("diagonal", [(0.8, 1.3, 1.1), (0.5, 0.6, 1.5), (1.2, 1.0, 1.0)])
 def test_exact_diagonals_hold_the_planted_one_and_all_have_its_poles(diagonal: tuple[float, ...]) -> None:
     def poles(values: list[float] | tuple[float, ...]) -> Array:
-        return np.sort_complex(np.linalg.eigvals(A_PLANTED - np.diag(np.diag(A_PLANTED)) + np.diag(values)))
+        return np.sort_complex(np.linalg.eigvals(with_diagonal(values)))
 
     stated = [[pole.real, pole.imag] for pole in poles(diagonal).astype(complex)]
     found = exact_diagonals(A_PLANTED.tolist(), stated)
@@ -89,9 +93,6 @@ def test_exact_diagonals_refuse_entries_that_cannot_be_told_apart() -> None:
 
 @pytest.mark.parametrize("diagonal", [(0.8, 1.3, 1.1), (0.5, 0.6, 1.5)])
 def test_planted_diagonals_are_found_and_no_other_fit_is_missed(diagonal: tuple[float, ...]) -> None:
-    def with_diagonal(values: tuple[float, ...]) -> Array:
-        return A_PLANTED - np.diag(np.diag(A_PLANTED)) + np.diag(values)
-
     def printed(values: tuple[float, ...]) -> list[tuple[float, float]]:
         return sorted((round(p.real, 3), round(p.imag, 3)) for p in np.linalg.eigvals(with_diagonal(values)))
 

@@ -54,7 +54,6 @@ from papers.peet2019.experiments.scaling import (
     small_cone_cost,
 )
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
-from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import delay_system
 from replication.estimation.delay.sos.cone import ConeBlock
@@ -68,7 +67,6 @@ ROUNDING = 1e-10
 
 
 def test_every_printed_cell_of_the_tables_is_a_claim() -> None:
-    validate_claims([PAPER])
     printed = sorted(claim.printed for claim in PAPER.claims if claim.printed)
     cells = [DATA[f"{row}-{name}"][column] for row in ("gamma", "seconds") for name in EXAMPLES for column in COLUMNS]
     cells += [text for *_, text in published()]
@@ -191,16 +189,6 @@ def test_whether_example_4_is_stable_depends_on_the_eigenvalue() -> None:
     for eigenvalue, stable in ((1.0, True), (-1.0, False), (8.0, False)):
         assert bool(rightmost_roots(example_4(1, 3, jordan=eigenvalue), 1)[0].real < 0) is stable
     assert example_4_roots([1, 2, 10], [1, 3], [1.0])["growth"] == [0, 1, 9]
-
-
-def test_with_eigenvalue_zero_two_states_grow() -> None:
-    times = np.linspace(0.0, 40.0, 801)
-    state = np.zeros((801, 2))
-    state[:, 1] = 1.0  # J moves x_2 into x_1, and nothing moves x_2
-    for t in range(1, 801):
-        late = state[max(t - 21, 0), 1]
-        state[t, 0] = state[t - 1, 0] - (times[1] - times[0]) * late
-    assert abs(state[-1, 0]) > 30.0
 
 
 def test_seconds_are_recorded_for_every_published_cell() -> None:

@@ -6,7 +6,6 @@ The results here are made up: of the shape that the experiments give, and such t
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -110,15 +109,11 @@ def _reading(example: str) -> dict[str, Any]:
     return {"gamma": printed, "rescaled": printed, "epsilon": 1e-6, "solved": printed}
 
 
-def by(factor: float) -> Callable[[Any], Any]:
-    return lambda value: value * factor
-
-
 def everywhere(example: str, degree: int) -> Fault:
     """Raise the least gain of Theorem 3 under every degree rule."""
 
     def alter(results: Results) -> None:
-        put(f"sos.ex{example}.d{degree}/tensor/gamma", by(1.0005))(results)  # one object for all rules of the library
+        put(f"sos.ex{example}.d{degree}/tensor/gamma", times(1.0005))(results)  # one object for all rules
         for parts in results["readings"].values():
             for part in (parts[example],) if example in parts and degree == 1 else ():
                 part |= {name: part[name] * 1.0005 for name in ("gamma", "rescaled")}
@@ -142,7 +137,7 @@ def alterations() -> list[tuple[str, Fault]]:
         ("theory.present-only", put("inversion/present_only/l0", WRONG)),
         ("theory.theorem-3", put("identities/theorem_3/none", WRONG)),
         ("theory.no-gains", put("no-gains/gap", 1e-6)),
-        ("ex1.no-lower-bound", put("reference.ex1/chebyshev", by(0.999))),
+        ("ex1.no-lower-bound", put("reference.ex1/chebyshev", times(0.999))),
         *(("examples.one-disturbance", put(f"small.ex{name}/level", 0.0011)) for name in EXAMPLES),
         ("observer.lumped-states", put("lumped.ex2/alone/0", 0.02)),
         ("fig1.below-level", put("fig1/scan/0/gain", 2.34)),
@@ -153,11 +148,11 @@ def alterations() -> list[tuple[str, Fault]]:
     ]
     for example in EXAMPLES:
         name = f"loop.ex{example}"
-        found += [(name, put(f"{name}/norms/-1", by(1.2))), (name, put(f"{name}/abscissa", 1e-9))]
+        found += [(name, put(f"{name}/norms/-1", times(1.2))), (name, put(f"{name}/abscissa", 1e-9))]
     for name in LOOPS:
         found += [
-            ("theory.theorem-1", put(f"{name}/norms/-1", by(1.2))),
-            ("theory.theorem-3", put(f"{name}/norms/-1", by(1.2))),
+            ("theory.theorem-1", put(f"{name}/norms/-1", times(1.2))),
+            ("theory.theorem-3", put(f"{name}/norms/-1", times(1.2))),
             ("theory.vanishing-error", put(f"{name}/abscissa", 1e-9)),
         ]
     found.append(("theory.identity", put("identities/theorem_3/none", WRONG)))
@@ -165,7 +160,7 @@ def alterations() -> list[tuple[str, Fault]]:
         for degree in DEGREES:
             found.append((f"ex{example}.gamma-d{degree}", everywhere(example, degree)))
         found += [
-            (f"ex{example}.gamma-pade", put(f"reference.ex{example}/pade", by(1.0005))),
+            (f"ex{example}.gamma-pade", put(f"reference.ex{example}/pade", times(1.0005))),
             (f"ex{example}.not-conservative", everywhere(example, 3)),
         ]
     for example in ("1", "2"):

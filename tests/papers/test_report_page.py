@@ -8,7 +8,7 @@ from pathlib import Path
 
 import computed
 import pytest
-from looking import overlaps, pages_of, unfold
+from looking import overlaps, pages_of, resize, unfold
 from selenium import webdriver
 
 from replication.audit.report.article import build_articles
@@ -32,8 +32,7 @@ def page(fresh_run: Outcome, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def opened(browser: webdriver.Chrome, page: Path, width: int = 1440) -> webdriver.Chrome:
-    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    resize(browser, width)
     browser.get("about:blank")
     browser.get(page.as_uri())
     return browser
