@@ -24,7 +24,6 @@ from benchmarks.readme import (
     VERDICTS,
     example_block,
     noted,
-    replace_block,
     results_block,
     run_example,
     verdicts,
