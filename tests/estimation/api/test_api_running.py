@@ -75,7 +75,7 @@ def test_delay_agrees_with_the_simulation() -> None:
     expected = delay.simulate(result, TIMES, WAVES).signals["error of x"]
     states = plant_response()
     observer = result.observer(0.01)
-    found = np.array([observer.step(None, x[:1]) for x in states]) - states
+    found = states - np.array([observer.step(None, x[:1]) for x in states])
     assert np.abs(found - expected).max() <= SAMPLED * np.abs(expected).max()
 
 

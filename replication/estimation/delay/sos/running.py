@@ -175,8 +175,9 @@ class HistoryObserver(DelayGains):
         return {"points": points} | {f"L{i}": getattr(values, f"l{i}") for i in (0, 2, 3, 4, 5, 6, 7)}, AXES.copy()
 
     def error_model(self, order: int) -> Stage:
-        """Histories at `order` + 1 points."""
-        return error_system(self.plant, self.operators, order)
+        """Histories at `order` + 1 points; z - z^, where the paper has z^ - z."""
+        A, B, C, D = error_system(self.plant, self.operators, order)
+        return Stage(A, -B, C, -D)
 
     def gain_at(self, omega: Array, order: int) -> Array:
         """Of that model."""
