@@ -266,6 +266,7 @@ def test_reasons_hold_no_raw_exponents(printed: str, value: float, words: str) -
         ("0.75 (95 % CI 0.70 to 0.80)", "", 0.79, C, "the printed 95 % is 1.96"),
         ("33.0 ± 5.1", "sd", 33.04, R, "beside it is a standard deviation of the data"),
         ("33.0 ± 5.1", "sd", 30.85, D, "outside [32.95, 33.05]"),
+        ("33.0 ± 5.1", "sd", 33.04, R, "What is printed beside it was not compared."),
         ("33.0 ± 5.1", "sd", (33.04, 5.12), R, "All 2 entries agree"),
         ("33.0 ± 5.1", "sd", (33.04, 5.2), D, "1 of 2 entries disagree: entry 2: computed 5.2 "),
         ("(3.30 ± 0.51) × 10^1", "sd", (33.04, 5.12), R, "All 2 entries agree"),

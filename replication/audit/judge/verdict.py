@@ -275,7 +275,7 @@ def _compare(case: Case) -> Judgement:
     else:
         judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
     if claim.uncertainty in BY_DIGITS:
-        alone = " It was not compared." if not isinstance(case.evidence.value, tuple) else ""
+        alone = "" if isinstance(case.evidence.value, tuple) else " What is printed beside it was not compared."
         reason = f"{judgement.reason} {BY_DIGITS[claim.uncertainty]}{alone}"
         judgement = msgspec.structs.replace(judgement, reason=reason)
     if claim.tolerance is not None:
