@@ -104,10 +104,11 @@ def audit(chosen: argparse.Namespace) -> int:
     if not chosen.twice:
         return code
     again = audited(cache=replace(cache, read=False, write=False))
-    moved = list(_moved(outcome, again))
-    say(moved or [f"twice: none of {len(again.results_by_experiment)} results differs"])
-    if moved:
-        cache.forget(_differing(outcome, again))
+    second = again.results_by_experiment
+    differing = [name for name, value in outcome.results_by_experiment.items() if second.get(name) != value]
+    cache.forget(differing)
+    moved = list(_moved(outcome, again, differing))
+    say(moved or [f"twice: none of {len(second)} results differs"])
     return max(code, _code(again.results, again.failures), DIFFERENT if moved else FINE)
 
 
@@ -126,18 +127,11 @@ def _dated(results: ResultsFile, path: Path) -> ResultsFile:
     return results
 
 
-def _differing(first: Outcome, second: Outcome) -> list[str]:
-    again = second.results_by_experiment
-    return [name for name, value in first.results_by_experiment.items() if again.get(name) != value]
-
-
-def _moved(first: Outcome, second: Outcome) -> Iterator[str]:
-    """What differs the second time."""
-    again = second.results_by_experiment
-    moved = _differing(first, second)
+def _moved(first: Outcome, second: Outcome, differing: Sequence[str]) -> Iterator[str]:
+    """What differs the second time; differing: the experiments whose results do."""
     verdicts = {claim.id: claim.verdict for claim in second.results.claims}
-    if moved:
-        yield f"twice: {len(moved)} of {len(again)} results differ: {', '.join(moved)}"
+    if differing:
+        yield f"twice: {len(differing)} of {len(second.results_by_experiment)} results differ: {', '.join(differing)}"
     for claim in first.results.claims:
         if claim.verdict is not verdicts[claim.id]:
             yield f"twice: {claim.id} is {claim.verdict}, then {verdicts[claim.id]}"

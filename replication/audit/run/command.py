@@ -166,7 +166,7 @@ def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
 
 def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden: Iterable[str]) -> bytes:
     kept = {name: os.environ[name] for name in ("PATH", *variables) if name in os.environ}
-    line, own = " ".join(command), str(folder.with_name("tmp"))
+    line, own = " ".join(command), str(folder.with_name("tmp"))  # R_PROFILE: R's start-up file that is not in HOME
     try:
         process = subprocess.Popen(
             list(command),
