@@ -13,17 +13,7 @@ from papers.peet2019.printed import DEGREES, published
 from replication.audit.judge.numerals import short
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.style import (
-    FOREGROUND,
-    GREY,
-    OURS,
-    line,
-    name_axes,
-    name_line,
-    new_axes,
-    out_of_bounds,
-    say,
-)
+from replication.drawing.style import FOREGROUND, GREY, OURS, line, name_axes, name_line, new_axes, out_of_bounds, say
 
 
 def fig_1(results: Results) -> FigureData:

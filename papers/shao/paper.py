@@ -8,6 +8,7 @@ from math import floor
 from typing import Any
 
 from papers._common import Told, common_levels, curve, dots, label, signal, ticks
+from papers.shao import printed
 from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
 from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
 from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
@@ -17,20 +18,7 @@ from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.experiments.motor import PREDICTORS
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import stability, tracking
-from papers.shao.printed import (
-    APO,
-    COLUMNS,
-    COUNTEREXAMPLE,
-    DATA,
-    DESIGN,
-    FAST,
-    FREQUENCIES,
-    PMI,
-    SRC,
-    SRC_SINGLE,
-    START,
-    table_1,
-)
+from papers.shao.printed import APO, COUNTEREXAMPLE
 from replication.audit.brief import Curve, Draws, Sketch, Traces
 from replication.audit.declare import paper
 from replication.audit.judge.numerals import at_most, short
@@ -38,10 +26,10 @@ from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.project import about
 
-TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in DATA["frequency"].items()})
+TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in printed.DATA["frequency"].items()})
 STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
-PERIOD = STEP * DESIGN.ratio
+PERIOD = STEP * printed.DESIGN.ratio
 _SLOW = range(14, 303, PERIOD)
 _FAST = [x for x in range(14, 303, STEP) if x not in _SLOW]
 
@@ -74,8 +62,8 @@ BRIEF = TOLD.brief(
         ),
     ),
     sketch=Sketch(
-        alt=f"A slow sensor measures at every {DESIGN.ratio}th fast instant; a model fills in virtual measurements "
-        "between, which drift away from the output.",
+        alt=f"A slow sensor measures at every {printed.DESIGN.ratio}th fast instant; a model fills in virtual "
+        "measurements between, which drift away from the output.",
         strokes=(
             curve(Draws.TRUTH),
             dots(Draws.VIRTUAL, _FAST, _virtual),
@@ -96,13 +84,13 @@ def facts(results: Results) -> dict[str, Any]:
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
     constants = results["transients"]["time_constants"]
     pairs = ordering_counts(printed_forms(results["orderings"]))
-    gaps = [own / fast - 1 for own, fast in zip(table["ratios"][APO], table["ratios"][FAST], strict=True)]
+    gaps = [own / fast - 1 for own, fast in zip(table["ratios"][APO], table["ratios"][printed.FAST], strict=True)]
     moduli = results["eigenvalues"]["moduli"][APO]
     return {
         "allowed": floor(theorem["scalar"]["allowed_period"] * 1e5) / 1e5,
         "M": [min(unstable), max(unstable)],
         "longer": [results["longer"]["ratio"] - 1, results["longer"]["ratio"]],
-        "first": [table["ratios"][APO][0], table_1("DRC-APO")[0]],
+        "first": [table["ratios"][APO][0], printed.table_1("DRC-APO")[0]],
         "starts": _starts(results),
         "condition": short(theorem["motor"]["condition"], 2),
         "exact": [table["innovation"]["1.0"][row] for row in (0, -1)],
@@ -110,19 +98,19 @@ def facts(results: Results) -> dict[str, Any]:
         "hits": sum(search.hits.values()) or "No",
         "distinct": sum(search.distinct.values()),
         "not_searched": NOT_SEARCHED,
-        "start": abs(START[0]),
+        "start": abs(printed.START[0]),
         "pairs": sum(pairs.values()),
         "holds": pairs["holds"],
         **_slowest(*settling(results)),
-        "fast": constants[FAST],
+        "fast": constants[printed.FAST],
         "own": constants[APO],
-        "frequencies": FREQUENCIES,
+        "frequencies": printed.FREQUENCIES,
         "upper": at_most(100 * max(map(abs, gaps[1:]))),
         "lowest": abs(gaps[0]),
         "larger": "larger" if gaps[0] > 0 else "smaller",
         "shares": [100 * end(weak_gain_shares(table)) for end in (min, max)],
         "ranges": sum(stable for stable, _ in groupby(row[0] < 1.0 for row in moduli)),
-        "src": [table["radius"][observer] for observer in (SRC, SRC_SINGLE)],
+        "src": [table["radius"][observer] for observer in (printed.SRC, printed.SRC_SINGLE)],
     }
 
 
@@ -138,7 +126,9 @@ def _starts(results: Results) -> str:
     energy = results["transients"]["energy"]
     told = []
     for choice, start in words.items():
-        wins = {own < other for own, other in zip(*(energy[choice][n].values() for n in (APO, PMI)), strict=True)}
+        wins = {
+            own < other for own, other in zip(*(energy[choice][n].values() for n in (APO, printed.PMI)), strict=True)
+        }
         outcome = "is mixed" if len(wins) > 1 else "wins" if wins == {True} else "loses"
         told.append(f"{outcome} from {start}")
     return " and ".join(told)
@@ -150,7 +140,7 @@ def _largest_move(results: Results) -> float:
     moves = (
         abs(value / literal - 1)
         for readings in table["readings"].values()
-        for observer in COLUMNS.values()
+        for observer in printed.COLUMNS.values()
         for value, literal in zip(readings[observer], table["ratios"][observer], strict=True)
     )
     return float(max(moves))
@@ -159,18 +149,7 @@ def _largest_move(results: Results) -> float:
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=TOLD.parts(
-        ABSTRACT,
-        INTRODUCTION,
-        OBSERVER,
-        THEOREM,
-        MOTOR,
-        STABILITY,
-        RESPONSES,
-        TABLE,
-        WHOLE,
-        CONCLUDED,
-    ),
+    parts=TOLD.parts(ABSTRACT, INTRODUCTION, OBSERVER, THEOREM, MOTOR, STABILITY, RESPONSES, TABLE, WHOLE, CONCLUDED),
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
     figures=TOLD.figures({**tracking.FIGURES, **stability.FIGURES}),

@@ -104,11 +104,7 @@ INTERPOLATIONS: Mapping[str, str] = {
 """Observers that may be meant by DRC-PMI, by reading."""
 SINGLE_RATES: Mapping[str, str] = {LITERAL: SRC, "src-one-correction": SRC_SINGLE}
 """Observers that may be meant by SRC, by reading."""
-STARTS: Mapping[str, Start] = {
-    "start-zero": Start.ZERO,
-    "start-output": Start.OUTPUT,
-    "start-true": Start.TRUE,
-}
+STARTS: Mapping[str, Start] = {"start-zero": Start.ZERO, "start-output": Start.OUTPUT, "start-true": Start.TRUE}
 """Readings of ζ(0), which is not printed."""
 SLOWEST = "slowest-mode"
 EVERY = "every-open-choice"

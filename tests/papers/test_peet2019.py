@@ -16,34 +16,12 @@ from papers.peet2019.claims.gains import attained
 from papers.peet2019.claims.theory import GROUPS, OF_OUR_COPY
 from papers.peet2019.errata import WRONG
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, EXPERIMENTS, OFF_THE_PRINT, SMALL_CONE_CELLS
-from papers.peet2019.experiments.examples import (
-    as_printed,
-    references,
-    refuted,
-    synthesised,
-    without_histories,
-)
+from papers.peet2019.experiments.examples import as_printed, references, refuted, synthesised, without_histories
 from papers.peet2019.experiments.finite import lmi_3, matrix_3
-from papers.peet2019.experiments.identities import (
-    DELAYS,
-    MISPRINTS,
-    Poly,
-    coercive,
-    identities,
-    sample,
-    storage,
-)
+from papers.peet2019.experiments.identities import DELAYS, MISPRINTS, Poly, coercive, identities, sample, storage
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.measured import RECORD, recorded, recorded_seconds
-from papers.peet2019.experiments.readings import (
-    HOUSE,
-    READINGS,
-    Rule,
-    Shape,
-    attainable,
-    blocks_of,
-    inside,
-)
+from papers.peet2019.experiments.readings import HOUSE, READINGS, Rule, Shape, attainable, blocks_of, inside
 from papers.peet2019.experiments.scaling import (
     SMALL_LEVEL,
     cost,

@@ -272,12 +272,7 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
         for name in MISPRINTS:
             left = dissipation(x, name)
             residuals[name].append(abs(left - theorem_3(x, name)) / (1.0 if name != "none" else 1.0 + abs(left)))
-    return {
-        "trials": trials,
-        "delays": list(DELAYS),
-        "theorem_3": summaries(residuals),
-        "coercive": summaries(margins),
-    }
+    return {"trials": trials, "delays": list(DELAYS), "theorem_3": summaries(residuals), "coercive": summaries(margins)}
 
 
 def summaries(residuals: dict[str, list[float]]) -> dict[str, dict[str, float]]:

@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from papers.shao import printed
 from papers.shao.experiments.motor import radius
 from papers.shao.method.motor import (
     Motor,
@@ -21,31 +22,7 @@ from papers.shao.method.motor import (
 )
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
 from papers.shao.method.search import BlockResult, Column, merge, search_block
-from papers.shao.printed import (
-    APO,
-    APO_READINGS,
-    COLUMNS,
-    DATA,
-    DESIGN,
-    FAST,
-    FREQUENCIES,
-    HELD,
-    INTERPOLATIONS,
-    LITERAL,
-    MEASURES,
-    MOTOR,
-    PMI,
-    PMI_READINGS,
-    READINGS,
-    RESTARTED,
-    SINGLE,
-    SINGLE_RATES,
-    START,
-    STARTS,
-    STATE,
-    literal_loop,
-    table_1,
-)
+from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import (
     MARGINAL,
@@ -68,7 +45,7 @@ from replication.estimation.dualrate.response import (
 )
 from replication.estimation.validation import Array
 
-COMPARED = (PMI, HELD, SINGLE, APO, RESTARTED, FAST, STATE)
+COMPARED = (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST, printed.STATE)
 DISTURBED = (PMI, HELD, APO, RESTARTED, FAST)
 LOW_FREQUENCY = 0.02
 """σ in rad/s, below the frequencies of Table I."""
@@ -84,7 +61,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
     radius where the state itself is fed back at the slow instants.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
-    slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[STATE](model), slow_command=True))
+    slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[printed.STATE](model), slow_command=True))
     stable = [name for name in OBSERVERS if radii[name] < 1]
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
     return {
@@ -93,7 +70,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
             choice: {
                 name: _percent((READINGS.loop(name, structure, f) for f in FREQUENCIES), points) for name in stable
             }
-            for choice, (structure, points) in MEASURES.items()
+            for choice, (structure, points) in printed.MEASURES.items()
         },
         "innovation": {str(share): _percent(_corrected_at_once(f, share) for f in FREQUENCIES) for share in (1.0, 0.5)},
         "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
@@ -103,7 +80,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
         "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
-            for name in (PMI, HELD, SINGLE, APO, RESTARTED, FAST)
+            for name in (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST)
         },
     }
 
@@ -113,7 +90,7 @@ def orderings() -> list[dict[str, Any]]:
 
     None for an unstable loop.
     """
-    names = (*PMI_READINGS, *APO_READINGS)
+    names = (*printed.PMI_READINGS, *printed.APO_READINGS)
     return [
         {
             "structure": [structure.feedforward, structure.timing, structure.discrete_gain, structure.current],
@@ -144,26 +121,28 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
     energy: integral of the square of what the tracking error is apart from its steady state, rad² s. excited: for each
     observer of SRC and each reference of Table I, the share of the unstable mode in the offset at t = 0.
     """
-    sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
+    sigmas = [float(sigma) for sigma in printed.DATA["frequency"].values()]
     return {
         "responses": {
             choice: {
                 name: {str(f): _response(name, f, choice, slow_periods, substeps) for f in sigmas}
                 for name in (PMI, APO)
             }
-            for choice in STARTS
+            for choice in printed.STARTS
         },
         "energy": {
             choice: {
                 name: {str(f): _energy(literal_loop(name, f), choice)[0] for f in sigmas}
-                for name in (PMI, HELD, SINGLE, APO, RESTARTED, FAST)
+                for name in (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST)
             }
-            for choice in STARTS
+            for choice in printed.STARTS
         },
         "time_constants": {name: _time_constant(literal_loop(name, 1.0)) for name in COMPARED},
         "excited": {
-            name: {choice: [_excitation(literal_loop(name, f), choice) for f in FREQUENCIES] for choice in STARTS}
-            for name in SINGLE_RATES.values()
+            name: {
+                choice: [_excitation(literal_loop(name, f), choice) for f in FREQUENCIES] for choice in printed.STARTS
+            }
+            for name in printed.SINGLE_RATES.values()
         },
     }
 
@@ -205,7 +184,7 @@ def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -
 def _corrected_at_once(frequency: float, share: float) -> DualRateLoop:
     """The literal loop of an exact innovation form: ζ moves by a share of L (y − C ζ) at measurements, else freely."""
     weaker = replace(READINGS, design=replace(DESIGN, injection=share * DESIGN.injection))
-    return weaker.loop(SINGLE, Structure(discrete_gain=True), frequency)
+    return weaker.loop(printed.SINGLE, Structure(discrete_gain=True), frequency)
 
 
 def _percent(loops: Iterable[DualRateLoop], points: Points = Points.BETWEEN) -> list[float]:
@@ -220,7 +199,7 @@ def _time_constant(loop: DualRateLoop) -> float | None:
 
 def _estimate(choice: str) -> Array:
     """ζ(0) under a reading of the start of the observer."""
-    return first_estimate(STARTS[choice], START, DESIGN.model.C[0])
+    return first_estimate(printed.STARTS[choice], START, DESIGN.model.C[0])
 
 
 def _energy(loop: DualRateLoop, choice: str) -> tuple[float, float]:
@@ -276,7 +255,7 @@ def _response(name: str, frequency: float, choice: str, slow_periods: int, subst
 
 def _motor_with(parameter: str, factor: float) -> Motor:
     parameters = (parameter, "torque_constant") if parameter == "flux" else (parameter,)
-    return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
+    return replace(printed.MOTOR, **{name: getattr(printed.MOTOR, name) * factor for name in parameters})
 
 
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
@@ -297,31 +276,37 @@ def windows() -> dict[str, Any]:
     t₀ grows this maximum falls without a jump from that of the whole run to that of the steady state.
     """
     columns = table_columns()
-    return {name: [_over_windows(name, columns[name], row) for row in range(len(FREQUENCIES))] for name in COLUMNS}
+    return {
+        name: [_over_windows(name, columns[name], row) for row in range(len(FREQUENCIES))] for name in printed.COLUMNS
+    }
 
 
 def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
-    frequency, printed, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
-    tried = [(COLUMNS[name], *measure) for measure in MEASURES.values()]
+    frequency, target, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
+    tried = [(printed.COLUMNS[name], *measure) for measure in printed.MEASURES.values()]
     if name == "pmi":
-        tried += [(other, *MEASURES[LITERAL]) for other in INTERPOLATIONS.values() if other != COLUMNS[name]]
+        tried += [
+            (other, *printed.MEASURES[printed.LITERAL])
+            for other in printed.INTERPOLATIONS.values()
+            if other != printed.COLUMNS[name]
+        ]
     loops = [(READINGS.loop(observer, structure, frequency), points) for observer, structure, points in tried]
     found = np.array([windowed_errors(READINGS, loop)[:, list(Points).index(points)] for loop, points in loops])
     lasting = READINGS.design.slow_period * np.array([end - start for start, end in READINGS.windows])
     long = lasting >= np.pi / frequency
-    hit = np.abs(found - printed) <= half
+    hit = np.abs(found - target) <= half
     whole = found[..., long].ravel()
     run = found[..., READINGS.windows.index((0, READINGS.horizon))]
     reached = [
-        np.clip(printed, steady, max(steady, largest))
+        np.clip(target, steady, max(steady, largest))
         for (loop, points), starts in zip(loops, run, strict=True)
         if points is Points.BETWEEN and stability_radius(loop) < 1 - MARGINAL
         for steady in [tracking_error_ratio(loop)]
         for largest in starts
     ]
     return {
-        "nearest": float(100 * whole[np.argmin(np.abs(np.log(whole / printed)))]),
-        "from_some_time": float(100 * min(reached, key=lambda value: abs(np.log(value / printed)))),
+        "nearest": float(100 * whole[np.argmin(np.abs(np.log(whole / target)))]),
+        "from_some_time": float(100 * min(reached, key=lambda value: abs(np.log(value / target)))),
         "long": whole.size,
         "hits": {"long": int(hit[..., long].sum()), "short": int(hit[..., ~long].sum())},
     }
@@ -330,10 +315,10 @@ def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
 def table_columns() -> dict[str, Column]:
     """The printed columns as ratios, with half a unit of the last printed place."""
     columns = {}
-    for name, observers in (("pmi", PMI_READINGS), ("apo", APO_READINGS)):
-        printed = table_1(f"DRC-{name.upper()}")
-        values = np.array([float(text) for text in printed]) / 100
-        half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in printed]) / 100
+    for name, observers in (("pmi", printed.PMI_READINGS), ("apo", printed.APO_READINGS)):
+        texts = printed.table_1(f"DRC-{name.upper()}")
+        values = np.array([float(text) for text in texts]) / 100
+        half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in texts]) / 100
         columns[name] = Column(observers, values, half_widths)
     return columns
 

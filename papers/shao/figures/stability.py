@@ -7,20 +7,10 @@ from itertools import groupby, pairwise
 from typing import Any
 
 from papers._common import figure_data
+from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import NAMES, look
-from papers.shao.printed import (
-    APO,
-    APO_READINGS,
-    COLUMNS,
-    COUNTEREXAMPLE,
-    DESIGN,
-    FAST,
-    PMI,
-    PMI_READINGS,
-    RESTARTED,
-    table_1,
-)
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_line, new_axes, out_of_bounds, say
@@ -223,14 +213,14 @@ def _observers(drawn: FigureData) -> dict[str, tuple[float, ...]]:
 
 def rounding() -> float:
     """The largest distance that half a unit of the last printed place makes in either column."""
-    texts = [text for short in COLUMNS for text in table_1(f"DRC-{short.upper()}")]
+    texts = [text for short in printed.COLUMNS for text in printed.table_1(f"DRC-{short.upper()}")]
     return max(math.log1p(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text)) for text in texts)
 
 
 def _told_reading_scores(drawn: FigureData) -> dict[str, Any]:
     """The factors by which the nearest readings miss the worst number of a column, by observer and by column."""
     observers = {name: math.exp(min(distances)) for name, distances in _observers(drawn).items()}
-    pmi, apo = (min(observers[name] for name in group) for group in (PMI_READINGS, APO_READINGS))
+    pmi, apo = (min(observers[name] for name in group) for group in (printed.PMI_READINGS, printed.APO_READINGS))
     return {
         "structures": len(drawn.columns["structure"]),
         "observers": "; ".join(f"{NAMES[name]}: {factor:.2f}" for name, factor in observers.items()),

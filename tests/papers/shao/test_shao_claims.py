@@ -284,10 +284,7 @@ def test_the_single_correction_of_a_single_rate_loop_by_hand() -> None:
     rest, sums = np.linalg.matrix_power(free, M - 1), sum(np.linalg.matrix_power(free, k) for k in range(M))
     late = sums - np.linalg.matrix_power(free, M - 1)
     transition = np.block(
-        [
-            [rest @ free, sums @ drive @ K],
-            [rest @ GH[:, 1:] @ C, rest @ (F + GH[:, :1] @ K) + late @ drive @ K],
-        ]
+        [[rest @ free, sums @ drive @ K], [rest @ GH[:, 1:] @ C, rest @ (F + GH[:, :1] @ K) + late @ drive @ K]]
     )
     radius = np.abs(np.linalg.eigvals(transition)).max()
     assert result("shao.table")["radius"][SRC_SINGLE] == pytest.approx(radius, rel=1e-9)
