@@ -93,7 +93,7 @@ def facts(results: Results) -> dict[str, Any]:
         "first": [table["ratios"][APO][0], printed.table_1("DRC-APO")[0]],
         "starts": _starts(results),
         "condition": short(theorem["motor"]["condition"], 2),
-        "exact": [table["innovation"]["1.0"][row] for row in (0, -1)],
+        "exact": [table["ratios"][printed.STATE][row] for row in (0, -1)],
         "moved": at_most(100 * _largest_move(results)),
         "hits": sum(search.hits.values()) or "No",
         "distinct": sum(search.distinct.values()),

@@ -56,7 +56,6 @@ def table(simulated_periods: int) -> dict[str, Any]:
 
     ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
-    innovation: the model alone, corrected at each measurement by a gain on y − C ζ, for L and for half of it.
     weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
     radius where the state itself is fed back at the slow instants.
     """
@@ -72,7 +71,6 @@ def table(simulated_periods: int) -> dict[str, Any]:
             }
             for choice, (structure, points) in printed.MEASURES.items()
         },
-        "innovation": {str(share): _percent(_corrected_at_once(f, share) for f in FREQUENCIES) for share in (1.0, 0.5)},
         "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
         "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
         "radius": radii,
@@ -132,7 +130,7 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
         },
         "energy": {
             choice: {
-                name: {str(f): _energy(literal_loop(name, f), choice)[0] for f in sigmas}
+                name: {str(f): _energy(literal_loop(name, f), choice) for f in sigmas}
                 for name in (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST)
             }
             for choice in printed.STARTS
@@ -181,12 +179,6 @@ def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -
     return found
 
 
-def _corrected_at_once(frequency: float, share: float) -> DualRateLoop:
-    """The literal loop of an exact innovation form: ζ moves by a share of L (y − C ζ) at measurements, else freely."""
-    weaker = replace(READINGS, design=replace(DESIGN, injection=share * DESIGN.injection))
-    return weaker.loop(printed.SINGLE, Structure(discrete_gain=True), frequency)
-
-
 def _percent(loops: Iterable[DualRateLoop], points: Points = Points.BETWEEN) -> list[float]:
     return [100 * tracking_error_ratio(loop, points) for loop in loops]
 
@@ -202,7 +194,7 @@ def _estimate(choice: str) -> Array:
     return first_estimate(printed.STARTS[choice], START, DESIGN.model.C[0])
 
 
-def _energy(loop: DualRateLoop, choice: str) -> tuple[float, float]:
+def _energy(loop: DualRateLoop, choice: str) -> float:
     """`transient_energy` of what the output is apart from its steady state, from a reading of the start."""
     offset = start_state(loop, START, _estimate(choice)) - np.imag(steady_state(loop).states[0])
     return transient_energy(loop, offset)

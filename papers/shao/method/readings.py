@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep, SampledModel
 from replication.estimation.dualrate.problem import DualRateDesign
@@ -30,7 +30,7 @@ from replication.estimation.dualrate.response import (
     start_state,
     tracking_error_ratio,
 )
-from replication.estimation.validation import Array, one_of
+from replication.estimation.validation import Array
 
 Window = tuple[int, int]
 """Start and end of a time window, in slow periods."""
@@ -53,11 +53,6 @@ class Structure:
     discrete_gain: bool = False
     current: bool = False
 
-    def __post_init__(self) -> None:
-        """Raise InvalidInputError for an unknown feedforward or timing."""
-        object.__setattr__(self, "feedforward", one_of(Feedforward, self.feedforward))
-        object.__setattr__(self, "timing", one_of(ReferenceTiming, self.timing))
-
     @property
     def words(self) -> tuple[str, str, str, str]:
         """Feedforward, timing of the reference, kind of gain, form of the observer."""
@@ -65,7 +60,7 @@ class Structure:
         return self.feedforward, self.timing, gain, "current" if self.current else "predictor"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Reading:
     """One way to read the text; the defaults, with no window (steady state), are the literal one."""
 
@@ -74,13 +69,6 @@ class Reading:
     start: Start = Start.ZERO
     points: Points = Points.BETWEEN
     window: Window | None = None
-
-    def __post_init__(self) -> None:
-        """Raise InvalidInputError for an unknown observer, start or kind of points."""
-        if self.observer not in OBSERVERS:
-            raise InvalidInputError(f"observer must be one of {', '.join(OBSERVERS)}, got {self.observer!r}")
-        object.__setattr__(self, "start", one_of(Start, self.start))
-        object.__setattr__(self, "points", one_of(Points, self.points))
 
 
 STRUCTURES: tuple[Structure, ...] = tuple(
@@ -117,16 +105,10 @@ class ReadingSpace:
         """The reading that row `row` of `error_ratios` stands for."""
         points = list(Points)
         if row < len(points):
-            return Reading(observer=observer, structure=structure, points=points[row])
+            return Reading(observer, structure, points=points[row])
         start, rest = divmod(row - len(points), len(points) * len(self.windows))
         point, window = divmod(rest, len(self.windows))
-        return Reading(
-            observer=observer,
-            structure=structure,
-            start=list(Start)[start],
-            points=points[point],
-            window=self.windows[window],
-        )
+        return Reading(observer, structure, list(Start)[start], points[point], self.windows[window])
 
     def loop(self, observer: str, structure: Structure, frequency: float) -> DualRateLoop:
         """The loop of a reading at one reference frequency."""
@@ -201,20 +183,14 @@ def _window_maxima(peaks: Array) -> Array:
 
 def current(builder: Builder, *, discrete_gain: bool = False) -> Builder:
     """A builder of the current form of what `builder` builds; `discrete_gain` as in `close_loop`."""
-    return partial(_current, builder, discrete_gain)
 
+    def built(model: SampledModel) -> Observer:
+        F = model.predictor.state if discrete_gain else model.F
+        predictor, free = builder(model), builder(replace(model, F=F, H=np.zeros_like(model.H)))
+        steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
+        return replace(predictor, steps=steps)
 
-def _current(builder: Builder, discrete_gain: bool, model: SampledModel) -> Observer:
-    predictor = builder(model)
-    free = builder(_without_correction(model, discrete_gain=discrete_gain))
-    steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
-    return replace(predictor, steps=steps)
-
-
-def _without_correction(model: SampledModel, *, discrete_gain: bool) -> SampledModel:
-    """The same model with H = 0, and with F = Ā if the gain is discrete."""
-    F = model.predictor.state if discrete_gain else model.F
-    return replace(model, F=F, H=np.zeros_like(model.H))
+    return built
 
 
 def _current_step(step: ObserverStep, bare: ObserverStep) -> ObserverStep:

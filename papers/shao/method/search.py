@@ -15,10 +15,6 @@ import numpy.typing as npt
 from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, error_ratios
 from replication.estimation.validation import Array
 
-Whole = npt.NDArray[np.int64]
-LARGEST = 2**62
-"""Numbers up to this are counted exactly."""
-
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -90,7 +86,7 @@ def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int)
         nearest={name: part.near(int(np.argmin(nearest[name])), index) for name, part in found.items()},
         tried={name: int(finite.sum()) for name, finite in tried.items()},
         distinct={
-            name: _distinct(np.rint(part.values[tried[name]] / (2 * part.column.half_widths)))
+            name: len(np.unique(np.rint(part.values[tried[name]] / (2 * part.column.half_widths)), axis=0))
             for name, part in found.items()
         },
         hits={name: int(part.hits.sum()) for name, part in found.items()},
@@ -135,25 +131,3 @@ def merge(blocks: Sequence[BlockResult]) -> BlockResult:
 def reading_of(space: ReadingSpace, near: Near) -> Reading:
     """The reading behind a `Near`."""
     return space.reading(near.observer, STRUCTURES[near.structure], near.row)
-
-
-def _distinct(rows: Array) -> int:
-    """Number of different rows of whole numbers: digits of one number, counted anew where it would get too large."""
-    labels: Whole = np.zeros(len(rows), dtype=np.int64)
-    count = 1
-    for column in rows.T if len(rows) else ():
-        digits, base = _counted(column)
-        if count * base > LARGEST:
-            labels, count = _counted(labels, LARGEST // base)
-        labels, count = labels * base + digits, count * base
-    return len(np.unique(labels))
-
-
-def _counted(numbers: Array | Whole, most: int = 2**31) -> tuple[Whole, int]:
-    """Whole numbers from 0 on that differ where these do, and how many they are at most: by their distance from the
-    least, by their rank if there would be more than `most`."""
-    base = int(np.ptp(numbers)) + 1
-    if base <= most:
-        return (numbers - numbers.min()).astype(np.int64), base
-    distinct, ranks = np.unique(numbers, return_inverse=True)
-    return ranks.astype(np.int64), len(distinct)
