@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import msgspec
@@ -12,14 +12,7 @@ import numpy as np
 
 from papers.shao import printed
 from papers.shao.experiments.motor import radius
-from papers.shao.method.motor import (
-    Motor,
-    bandwidth,
-    estimation_error_ratio,
-    estimation_lag,
-    simulate,
-    transient_energy,
-)
+from papers.shao.method.motor import bandwidth, estimation_error_ratio, estimation_lag, simulate, transient_energy
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
 from papers.shao.method.search import BlockResult, Column, merge, search_block
 from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
@@ -33,7 +26,7 @@ from replication.estimation.dualrate.loop import (
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import Plant
+from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.dualrate.response import (
     Points,
     period_response,
@@ -56,29 +49,27 @@ def table(simulated_periods: int) -> dict[str, Any]:
 
     ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
-    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
+    weak_gain: DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
     radius where the state itself is fed back at the slow instants.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
     slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[printed.STATE](model), slow_command=True))
-    stable = [name for name in OBSERVERS if radii[name] < 1]
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
+    readings = {
+        choice: {name: _percent(name, structure, points) for name in OBSERVERS if radii[name] < 1}
+        for choice, (structure, points) in printed.MEASURES.items()
+    }
     return {
-        "ratios": {name: _percent(literal_loop(name, f) for f in FREQUENCIES) for name in stable},
-        "readings": {
-            choice: {
-                name: _percent((READINGS.loop(name, structure, f) for f in FREQUENCIES), points) for name in stable
-            }
-            for choice, (structure, points) in printed.MEASURES.items()
-        },
-        "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
-        "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
+        "ratios": readings[printed.LITERAL],
+        "readings": readings,
+        "weak_gain": {PMI: _percent(PMI, Structure(), design=weak)},
+        "slow": {name: 100 * tracking_error_ratio(literal_loop(name, LOW_FREQUENCY)) for name in (PMI, APO)},
         "radius": radii,
         "slow_feedback": stability_radius(slow_feedback),
         "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
-            for name in (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST)
+            for name in (PMI, HELD, printed.SINGLE, APO)
         },
     }
 
@@ -92,18 +83,18 @@ def orderings() -> list[dict[str, Any]]:
     return [
         {
             "structure": [structure.feedforward, structure.timing, structure.discrete_gain, structure.current],
-            "ratios": {name: _structure_ratios(name, structure) for name in names},
-            "time_constants": {name: _time_constant(READINGS.loop(name, structure, 1.0)) for name in names},
+            "ratios": {name: _percent(name, structure) if settles else None for name, settles in constants.items()},
+            "time_constants": constants,
         }
         for structure in STRUCTURES
+        for constants in [{name: _time_constant(READINGS.loop(name, structure, 1.0)) for name in names}]
     ]
 
 
 def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
     """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
-    ratios = {
-        name: cache(lambda f, name=name: tracking_error_ratio(literal_loop(name, f))) for name in COMPARED
-    }  # a bandwidth is looked for on the same grid
+    # A bandwidth is looked for on the same grid.
+    ratios = {name: cache(lambda f, name=name: tracking_error_ratio(literal_loop(name, f))) for name in COMPARED}
     return {
         "frequencies": list(frequencies),
         "ratios": {name: [100 * at(f) for f in frequencies] for name, at in ratios.items()},
@@ -120,26 +111,19 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
     observer of SRC and each reference of Table I, the share of the unstable mode in the offset at t = 0.
     """
     sigmas = [float(sigma) for sigma in printed.DATA["frequency"].values()]
+
+    def by_start(names: Sequence[str], value: Callable[[DualRateLoop, str], Any]) -> dict[str, Any]:
+        return {
+            choice: {name: {str(f): value(literal_loop(name, f), choice) for f in sigmas} for name in names}
+            for choice in printed.STARTS
+        }
+
     return {
-        "responses": {
-            choice: {
-                name: {str(f): _response(name, f, choice, slow_periods, substeps) for f in sigmas}
-                for name in (PMI, APO)
-            }
-            for choice in printed.STARTS
-        },
-        "energy": {
-            choice: {
-                name: {str(f): _energy(literal_loop(name, f), choice) for f in sigmas}
-                for name in (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST)
-            }
-            for choice in printed.STARTS
-        },
+        "responses": by_start((PMI, APO), partial(_response, slow_periods=slow_periods, substeps=substeps)),
+        "energy": by_start((PMI, HELD, printed.SINGLE, APO), _energy),
         "time_constants": {name: _time_constant(literal_loop(name, 1.0)) for name in COMPARED},
         "excited": {
-            name: {
-                choice: [_excitation(literal_loop(name, f), choice) for f in FREQUENCIES] for choice in printed.STARTS
-            }
+            name: {start: [_excitation(literal_loop(name, f), start) for f in FREQUENCIES] for start in printed.STARTS}
             for name in printed.SINGLE_RATES.values()
         },
     }
@@ -158,29 +142,30 @@ def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
 def robustness(factors: Sequence[float]) -> dict[str, Any]:
     """[radius, percent error or None if unstable] at σ = 1 rad/s when J, Ψ_f (with K_T) or R is off by a factor."""
     result: dict[str, Any] = {"factors": list(factors)}
-    for parameter in ("inertia", "flux", "resistance"):
-        plants = [_motor_with(parameter, factor).system() for factor in factors]
-        result[parameter] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
+    for moved in (("inertia",), ("flux", "torque_constant"), ("resistance",)):
+        nominal = {name: getattr(printed.MOTOR, name) for name in moved}
+        motors = [replace(printed.MOTOR, **{name: n * factor for name, n in nominal.items()}) for factor in factors]
+        plants = [motor.system() for motor in motors]
+        result[moved[0]] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
     return result
 
 
 def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -> list[list[float | None]]:
-    """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant.
-
-    The observer, the gains and the command stay those of the model. Raises InvalidInputError for a plant that does
-    not fit, or a loop without a reference.
-    """
-    harmonic = reference(nominal)
+    """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant."""
     found: list[list[float | None]] = []
     for plant in plants:
-        loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=harmonic)
+        loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=reference(nominal))
         size = stability_radius(loop)
         found.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
     return found
 
 
-def _percent(loops: Iterable[DualRateLoop], points: Points = Points.BETWEEN) -> list[float]:
-    return [100 * tracking_error_ratio(loop, points) for loop in loops]
+def _percent(
+    name: str, structure: Structure, points: Points = Points.BETWEEN, design: DualRateDesign = DESIGN
+) -> list[float]:
+    """The column of Table I by one observer."""
+    space = replace(READINGS, design=design)
+    return [100 * tracking_error_ratio(space.loop(name, structure, f), points) for f in FREQUENCIES]
 
 
 def _time_constant(loop: DualRateLoop) -> float | None:
@@ -212,11 +197,6 @@ def _excitation(loop: DualRateLoop, choice: str) -> float:
     return float(np.abs(mode @ offset) / (np.linalg.norm(mode) * np.linalg.norm(offset)))
 
 
-def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
-    loops = [READINGS.loop(name, structure, f) for f in FREQUENCIES]
-    return _percent(loops) if stability_radius(loops[0]) < 1 else None
-
-
 def _bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
     try:
         return bandwidth(ratio_at, level, frequencies)
@@ -232,8 +212,7 @@ def _agreement(name: str, frequency: float, periods: int) -> float:
     return float(max(np.abs(gap).max() for gap in gaps))
 
 
-def _response(name: str, frequency: float, choice: str, slow_periods: int, substeps: int) -> dict[str, list[float]]:
-    loop = literal_loop(name, frequency)
+def _response(loop: DualRateLoop, choice: str, slow_periods: int, substeps: int) -> dict[str, list[float]]:
     response = time_response(loop, START, _estimate(choice), slow_periods=slow_periods, substeps=substeps)
     return {
         "time": response.time.tolist(),
@@ -243,11 +222,6 @@ def _response(name: str, frequency: float, choice: str, slow_periods: int, subst
         "estimate": response.estimate[:, 0].tolist(),
         "estimation_error": (response.state - response.estimate)[:, 0].tolist(),
     }
-
-
-def _motor_with(parameter: str, factor: float) -> Motor:
-    parameters = (parameter, "torque_constant") if parameter == "flux" else (parameter,)
-    return replace(printed.MOTOR, **{name: getattr(printed.MOTOR, name) * factor for name in parameters})
 
 
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
@@ -267,21 +241,15 @@ def windows() -> dict[str, Any]:
     ones, give the print. from_some_time: nearest to the print among the largest errors from a time t₀ on, percent. As
     t₀ grows this maximum falls without a jump from that of the whole run to that of the steady state.
     """
-    columns = table_columns()
-    return {
-        name: [_over_windows(name, columns[name], row) for row in range(len(FREQUENCIES))] for name in printed.COLUMNS
-    }
+    rows = range(len(FREQUENCIES))
+    return {name: [_over_windows(name, column, row) for row in rows] for name, column in table_columns().items()}
 
 
 def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
     frequency, target, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
     tried = [(printed.COLUMNS[name], *measure) for measure in printed.MEASURES.values()]
     if name == "pmi":
-        tried += [
-            (other, *printed.MEASURES[printed.LITERAL])
-            for other in printed.INTERPOLATIONS.values()
-            if other != printed.COLUMNS[name]
-        ]
+        tried += [(other, *printed.MEASURES[printed.LITERAL]) for other in [*printed.INTERPOLATIONS.values()][1:]]
     loops = [(READINGS.loop(observer, structure, frequency), points) for observer, structure, points in tried]
     found = np.array([windowed_errors(READINGS, loop)[:, list(Points).index(points)] for loop, points in loops])
     lasting = READINGS.design.slow_period * np.array([end - start for start, end in READINGS.windows])
