@@ -1,7 +1,6 @@
 """The motor of eq. (23), the numbers of a loop that the paper speaks of, and the algorithm simulated step by step.
 
-The motor is permanent magnet synchronous, in position coordinates x = (θ, ω, dω/dt) with the input u_q. Its parameters
-carry SI units; they are data of an example, not of a measured motor.
+The motor is permanent magnet synchronous; x = (θ, ω, dω/dt), with the input u_q. Its data are those of an example.
 """
 
 from __future__ import annotations
@@ -98,10 +97,7 @@ def estimation_error_ratio(loop: DualRateLoop) -> float:
 
 
 def estimation_lag(loop: DualRateLoop) -> float:
-    """Mean time in s by which C x̂ lags y in the steady state: mean of (y − C x̂)/(s y) over the fast instants.
-
-    Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
-    """
+    """Mean time in s by which C x̂ lags y in the steady state, of (y − C x̂)/(s y) over the fast instants, for slow σ."""
     steady, n = steady_state(loop), loop.plant.order
     outputs = steady.states[:-1, :n] @ loop.plant.C[0]
     return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
@@ -201,11 +197,10 @@ def simulate(
     plant: Plant | None = None,
     output: int = 0,
 ) -> Trace:
-    """Simulate one of `SIMULATED` by brute force, with commands held over T.
+    """Simulate one of `SIMULATED` by brute force, commands held over T; plant: the true one, if not the model.
 
     Plant and observer's equation are integrated by series over sub-steps, and the observer acts as the text says,
     instant by instant: no matrix is shared with `dualrate.loop` or `dualrate.response`.
-    plant: the true plant if it differs from the model. output: which of its outputs to return, from 0.
     """
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     plant = plant or design.model
@@ -226,9 +221,8 @@ def simulate(
             model = zeta
         xhat = {"model_interpolation": model, "state_feedback": x}.get(observer, zeta)
         if slow_instant or observer != "single_rate":
-            u = design.feedback @ xhat + np.imag(
-                harmonic.amplitude * np.exp(1j * harmonic.frequency * k * design.period)
-            )
+            turn = np.exp(1j * harmonic.frequency * k * design.period)
+            u = design.feedback @ xhat + np.imag(harmonic.amplitude * turn)
         estimates.append(xhat)
         inputs.append(u)
         before, ahead = zeta, zeta
@@ -244,11 +238,8 @@ def simulate(
 
 
 def _hold(state: Array, inputs: Array, time: float) -> tuple[Array, Array]:
-    """Zero-order hold by the integral as a series in the state matrix, doubled from a short step.
-
-    The state is scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude.
-    """
-    n = state.shape[0]
+    """Zero-order hold by the integral as a series in the state matrix, doubled from a short step."""
+    n = state.shape[0]  # scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude
     scale = scipy.linalg.matrix_balance(state, permute=False, separate=True)[1][0]
     state, inputs = state * scale[None, :] / scale[:, None], inputs / scale[:, None]
     halvings = max(0, int(np.ceil(np.log2(np.linalg.norm(state, 2) * time + 1e-300))) + 4)

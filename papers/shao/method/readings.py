@@ -1,8 +1,5 @@
 """Readings of an under-specified simulation: every structural choice as data, and the error ratios that each implies.
 
-A `Structure` fixes the loop; within it, the start of the observer, the points at which the error is looked at and the
-time window give the rows of one table, all computed from one lifted response.
-
 The printed order is the predictor form of an observer, ζ(k+1) = F ζ(k) + G u(k) + H ȳ(k) with x̂(k) = ζ(k): a
 measurement acts one fast period later. In the current form x̂(k) = ζ(k) + H ȳ(k) and ζ(k+1) = F x̂(k) + G u(k); with a
 discrete gain this is the textbook current observer x̂(k) = ζ(k) + L (ȳ(k) − C ζ(k)), ζ(k+1) = Ā x̂(k) + B̄ u(k).

@@ -1,7 +1,6 @@
-"""Search of all readings for the one nearest to printed columns.
+"""Search of all readings for the one nearest to printed columns, a block for each `Structure`.
 
-Distance of a reading from a column: max over the frequencies of |ln(computed / printed)|. The search goes block by
-block, one block per `Structure`, each a pure function of its inputs.
+Distance of a reading from a column: max over the frequencies of |ln(computed / printed)|.
 """
 
 from __future__ import annotations
