@@ -71,8 +71,8 @@ def facts(results: Results) -> dict[str, Any]:
         "wide": len(gains.conservative(results)) or "no",
         "misses": len(gains.missed(results)),
         "rules": len(RULES),
-        "alone": at_most(100 * max(gains.followed(example, results) for example in EXAMPLES)),
-        "lumped": 100 * max(abs(gains.lumped_error(example, results)) for example in EXAMPLES),
+        "alone": at_most(100 * max(gains.lumped_errors("alone", results).values())),
+        "lumped": 100 * max(map(abs, gains.lumped_errors("relative", results).values())),
         "one": JORDAN["jordan-one"],
         "negative": -JORDAN["jordan-negative"],
         "stable": [

@@ -103,7 +103,6 @@ def loops_that_meet(results: Results) -> tuple[int, float]:
     pinned=CORRECTED,
     uses=("lmi-3", "self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
-    reading=NO_READING,
     says=Predicate(of=term("bound (7)", along=ALONG)),
 )
 def theorem_1(results: Results) -> Evidence:
@@ -152,7 +151,6 @@ def without_symmetry(results: Results) -> Evidence:
     pinned=CORRECTED,
     uses=("self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
-    reading=NO_READING,
     says=Predicate(of=term("error vanishes with w", along=ALONG)),
 )
 def vanishing(results: Results) -> Evidence:
@@ -309,9 +307,7 @@ def theorem_3(results: Results) -> Evidence:
     )
 
 
-@INTRODUCTION.feasible(
-    "theory.no-gains", place="Sec. I, below eq. (2)", uses="no-gains", reading=NO_READING, consequence="remark"
-)
+@INTRODUCTION.feasible("theory.no-gains", place="Sec. I, below eq. (2)", uses="no-gains", consequence="remark")
 def without_gains(results: Results) -> Evidence:
     """With all gains removed the observer (2) is the system (1) without w."""
     found = results["no-gains"]
