@@ -34,25 +34,16 @@ class Motor:
     torque_constant: float
 
     @property
-    def velocity_coefficient(self) -> float:
-        """a₂ = (R B_ω + K_T p Ψ_f)/(J L_q), 1/s²."""
-        back_emf = self.torque_constant * self.pole_pairs * self.flux
-        return (self.resistance * self.friction + back_emf) / (self.inertia * self.inductance)
-
-    @property
-    def acceleration_coefficient(self) -> float:
-        """a₃ = R/L_q + B_ω/J, 1/s."""
-        return self.resistance / self.inductance + self.friction / self.inertia
-
-    @property
-    def input_gain(self) -> float:
-        """b = K_T/(J L_q), rad/s³ per V."""
-        return self.torque_constant / (self.inertia * self.inductance)
+    def coefficients(self) -> tuple[float, float, float]:
+        """a₂ = (R B_ω + K_T p Ψ_f)/(J L_q) in 1/s², a₃ = R/L_q + B_ω/J in 1/s, b = K_T/(J L_q) in rad/s³ per V."""
+        back_emf, both = self.torque_constant * self.pole_pairs * self.flux, self.inertia * self.inductance
+        damping = self.resistance / self.inductance + self.friction / self.inertia
+        return (self.resistance * self.friction + back_emf) / both, damping, self.torque_constant / both
 
     def system(self) -> Plant:
         """θ''' + a₃ θ'' + a₂ θ' = b u_q in continuous time; output θ."""
-        state = [[0, 1, 0], [0, 0, 1], [0, -self.velocity_coefficient, -self.acceleration_coefficient]]
-        return make_plant(state, [[0], [0], [self.input_gain]], [[1, 0, 0]])
+        a2, a3, b = self.coefficients
+        return make_plant([[0, 1, 0], [0, 0, 1], [0, -a2, -a3]], [[0], [0], [b]], [[1, 0, 0]])
 
 
 class Feedforward(StrEnum):
@@ -64,9 +55,8 @@ class Feedforward(StrEnum):
 
 def feedforward(motor: Motor, s: complex, form: Feedforward) -> complex:
     """ȳ_d/y_d at exp(st). Corrected: (s³ + a₃ s² + a₂ s)/b, the inverse of the motor; printed: (s² + a₂ s + a₃)/b."""
-    a2, a3 = motor.velocity_coefficient, motor.acceleration_coefficient
-    numerator = s**3 + a3 * s**2 + a2 * s if form is Feedforward.CORRECTED else s**2 + a2 * s + a3
-    return numerator / motor.input_gain
+    a2, a3, b = motor.coefficients
+    return (s**3 + a3 * s**2 + a2 * s if form is Feedforward.CORRECTED else s**2 + a2 * s + a3) / b
 
 
 class ReferenceTiming(StrEnum):
@@ -93,14 +83,13 @@ def tracking_command(
 
 def estimation_error_ratio(loop: DualRateLoop) -> float:
     """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
-    return float(np.max(np.abs(_estimation_errors(loop))))
+    return float(np.max(np.abs(_estimation_errors(loop)[1])))
 
 
 def estimation_lag(loop: DualRateLoop) -> float:
     """Mean time in s by which C x̂ lags y in the steady state, of (y − C x̂)/(s y) over the fast instants, for slow σ."""
-    steady, n = steady_state(loop), loop.plant.order
-    outputs = steady.states[:-1, :n] @ loop.plant.C[0]
-    return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
+    outputs, errors = _estimation_errors(loop)
+    return float(np.real(np.mean(errors / (reference(loop).exponent * outputs))))
 
 
 def bandwidth(
@@ -129,11 +118,12 @@ def bandwidth(
     raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
 
 
-def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
-    """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
-    steady, n = steady_state(loop), loop.plant.order
-    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
-    return np.asarray(steady.states[:-1, :n] @ loop.plant.C[0] - estimates @ loop.design.model.C[0])
+def _estimation_errors(loop: DualRateLoop) -> tuple[ComplexArray, ComplexArray]:
+    """Complex amplitudes of y and of y − C x̂ at the phases, shape (M,) each."""
+    states = steady_state(loop).states[:-1]
+    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, states, strict=True)]
+    outputs = states[:, : loop.plant.order] @ loop.plant.C[0]
+    return outputs, np.asarray(outputs - estimates @ loop.design.model.C[0])
 
 
 def transient_energy(loop: DualRateLoop, offset: Array) -> float:
