@@ -16,7 +16,6 @@ from papers.shao.method.motor import bandwidth, estimation_error_ratio, estimati
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
 from papers.shao.method.search import BlockResult, Column, merge, search_block
 from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
-from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
@@ -99,7 +98,7 @@ def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> di
         "frequencies": list(frequencies),
         "ratios": {name: [100 * at(f) for f in frequencies] for name, at in ratios.items()},
         "levels": list(levels),
-        "bandwidth": {name: [_bandwidth(at, level, frequencies) for level in levels] for name, at in ratios.items()},
+        "bandwidth": {name: [bandwidth(at, level, frequencies) for level in levels] for name, at in ratios.items()},
         "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in COMPARED},
     }
 
@@ -195,13 +194,6 @@ def _excitation(loop: DualRateLoop, choice: str) -> float:
     values, modes = np.linalg.eig(transition.T)
     mode = modes[:, np.argmax(np.abs(values))]
     return float(np.abs(mode @ offset) / (np.linalg.norm(mode) * np.linalg.norm(offset)))
-
-
-def _bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
-    try:
-        return bandwidth(ratio_at, level, frequencies)
-    except InfeasibleError:  # the level is not crossed within the sweep
-        return None
 
 
 def _agreement(name: str, frequency: float, periods: int) -> float:

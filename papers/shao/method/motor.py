@@ -12,12 +12,11 @@ from enum import StrEnum
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
 from replication.estimation.dualrate.response import reference, steady_state
-from replication.estimation.validation import Array, ComplexArray, increasing_grid, positive_scalar
+from replication.estimation.validation import Array, ComplexArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,30 +91,16 @@ def estimation_lag(loop: DualRateLoop) -> float:
     return float(np.real(np.mean(errors / (reference(loop).exponent * outputs))))
 
 
-def bandwidth(
-    ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
-) -> float:
+def bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
     """The first σ (rad/s) with an error ratio of `level`, searched on an increasing grid, then refined.
 
-    Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
-    or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
+    None if the ratio stays below the level, or is above it from the first σ on.
     """
     from scipy.optimize import brentq  # slow to load
 
-    level = positive_scalar("error level", level)
-    grid = increasing_grid("frequencies", frequencies)
-
-    def excess(frequency: float) -> float:
-        return ratio_at(frequency) - level
-
-    previous = float(grid[0])
-    if excess(previous) >= 0:
-        raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
-    for frequency in grid[1:]:
-        if excess(frequency) >= 0:
-            return float(brentq(excess, previous, frequency, xtol=tolerance))
-        previous = float(frequency)
-    raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
+    crossed = next((k for k, frequency in enumerate(frequencies) if ratio_at(frequency) >= level), 0)
+    ends = frequencies[crossed - 1], frequencies[crossed]
+    return float(brentq(lambda frequency: ratio_at(frequency) - level, *ends, xtol=1e-10)) if crossed else None
 
 
 def _estimation_errors(loop: DualRateLoop) -> tuple[ComplexArray, ComplexArray]:
