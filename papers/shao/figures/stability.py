@@ -31,34 +31,25 @@ def plot_counter_example(drawn: FigureData) -> Any:
     """Above the printed predictor at M = 5, below the restarted one where the sensor is slower."""
     figure, axes = new_axes(2, row_height=2.3, share_x=False)
     c = drawn.columns
-    period = COUNTEREXAMPLE.period
-    panels = (
-        (COUNTEREXAMPLE.ratio, {name: name for name in (FAST, RESTARTED, APO)}, WORDS_ABOVE),
-        (int(c["longer_ratio"][0]), {name: f"longer_{name}" for name in (FAST, RESTARTED)}, WORDS_BELOW),
-    )
-    for axis, (ratio, curves, words) in zip(axes, panels, strict=True):
-        for name, column in curves.items():
-            (curve,) = axis.plot(c["time_s"], c[column], **look(name))
-            text, at, side, ha = words[name]
-            if text:
-                name_line(axis, curve, text, at, side=side, ha=ha)
-        every = ratio * period
+    panels = ("", COUNTEREXAMPLE.ratio, ABOVE), ("longer_", int(c["longer_ratio"][0]), BELOW)
+    for axis, (front, ratio, curves) in zip(axes, panels, strict=True):
+        for name, (text, at, side, ha) in curves.items():
+            (curve,) = axis.plot(c["time_s"], c[f"{front}{name}"], **look(name))
+            name_line(axis, curve, text, at, side=side, ha=ha)
+        every = ratio * COUNTEREXAMPLE.period
         name_axes(axis, f"x, measured every {f'{every:g} s' if every >= 1 else f'{1000 * every:g} ms'}")
-    axes[0].set_xlim(0.0, ENDS[0])
-    axes[0].set_ylim(-1.0, ENDS[1])
-    axes[1].set_xlim(0.0, c["time_s"][-1])
-    axes[1].set_ylim(bottom=-8.0)
-    axes[1].set_xlabel("time (s)")
+    axes[0].set(xlim=(0.0, ENDS[0]), ylim=(-1.0, ENDS[1]))
+    axes[1].set(xlim=(0.0, c["time_s"][-1]), ylim=(-8.0, None), xlabel="time (s)")
     return figure
 
 
-WORDS_ABOVE = {
-    APO: ("DRC-APO as printed", 3.0, 1, "right"),
-    RESTARTED: ("", 0.0, 0, "left"),
+ABOVE = {
     FAST: ("restarted predictor, fast sensor", 1.5, 1, "left"),
+    RESTARTED: ("", 0.0, 0, "left"),
+    APO: ("DRC-APO as printed", 3.0, 1, "right"),
 }
-WORDS_BELOW = {RESTARTED: ("restarted predictor", 6.4, 1, "right"), FAST: ("fast sensor", 5.0, -1, "left")}
-"""By panel: the name of each curve, at which time it stands, on which side, and which end of the words is there."""
+BELOW = {FAST: ("fast sensor", 5.0, -1, "left"), RESTARTED: ("restarted predictor", 6.4, 1, "right")}
+"""By panel the curves: the name of each, at which time it stands, on which side, and which end of it is there."""
 
 
 def _grown(drawn: FigureData) -> float:
@@ -198,8 +189,8 @@ def plot_reading_scores(drawn: FigureData) -> Any:
         axis.plot(factors, [row] * len(factors), "o", color=GREY, markerfacecolor="none", markersize=5)
         axis.plot(min(factors), row, "D", color=OURS, markersize=6)
         axis.text(min(factors), row - 0.2, f"×{min(factors):.2f}", color=OURS, ha="left", va="bottom")
-    axis.set(xscale="log", xlim=(0.98, 1.1 * math.exp(max(map(max, observers.values())))))
-    axis.set_ylim(len(observers) - 0.5, -1.1)
+    xlim = 0.98, 1.1 * math.exp(max(map(max, observers.values())))
+    axis.set(xscale="log", xlim=xlim, ylim=(len(observers) - 0.5, -1.1))
     axis.set_yticks(range(len(observers)), [NAMES[name].replace(", ", ",\n") for name in observers])
     axis.set_xticks((1, 1.5, 2, 3, 5), ("×1", "×1.5", "×2", "×3", "×5"))
     axis.minorticks_off()

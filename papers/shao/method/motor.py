@@ -139,17 +139,6 @@ def _held_energy(plant: Plant, time: float) -> Array:
     return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
 
 
-SIMULATED = (
-    "single_rate",
-    "held_measurement",
-    "model_interpolation",
-    "alternating_predictive",
-    "running_prediction",
-    "fast_sensor",
-    "state_feedback",
-)
-
-
 @dataclass(frozen=True, eq=False)
 class Trace:
     """time (N,) in s and output (N,) at the sub-steps; estimate (Nf, n) and input (Nf, m) at the fast instants."""
@@ -172,10 +161,10 @@ def simulate(
     plant: Plant | None = None,
     output: int = 0,
 ) -> Trace:
-    """Simulate one of `SIMULATED` by brute force, commands held over T; plant: the true one, if not the model.
+    """Simulate a loop with one of the observers below by brute force; plant: the true one, if not the model.
 
     Plant and observer's equation are integrated by series over sub-steps, and the observer acts as the text says,
-    instant by instant: no matrix is shared with `dualrate.loop` or `dualrate.response`.
+    instant by instant, with commands held over T: no matrix is shared with `dualrate.loop` or `dualrate.response`.
     """
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     plant = plant or design.model

@@ -8,7 +8,6 @@ from scipy.optimize import minimize_scalar
 from slow_loops import MOTOR_DESIGN, START, motor_loop
 
 from papers.shao.method.motor import (
-    SIMULATED,
     Feedforward,
     ReferenceTiming,
     bandwidth,
@@ -29,6 +28,8 @@ from replication.estimation.dualrate.response import (
 )
 
 AGREEMENT = 1e-10
+NOT_SIMULATED = {"single_rate_correction", "single_correction", "slow_input_interpolation", "open_loop_prediction"}
+SIMULATED = [name for name in OBSERVERS if name not in NOT_SIMULATED]
 STABLE = [name for name in SIMULATED if name != "single_rate"]
 
 
