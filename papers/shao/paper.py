@@ -127,12 +127,11 @@ def _starts(results: Results) -> str:
 
 def _largest_move(results: Results) -> float:
     """How far a number of the literal reading moves under the other readings of the command and of the maximum."""
-    table = results["table"]
     moves = (
         abs(value / literal - 1)
-        for readings in table["readings"].values()
-        for observer in printed.COLUMNS.values()
-        for value, literal in zip(readings[observer], table["ratios"][observer], strict=True)
+        for readings in results["table"]["readings"].values()
+        for choice in printed.MEASURES
+        for value, literal in zip(readings[choice], readings[printed.LITERAL], strict=True)
     )
     return float(max(moves))
 

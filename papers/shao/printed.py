@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from papers.shao.method.motor import Feedforward, Motor
-from papers.shao.method.readings import ReadingSpace, Start, Structure
+from papers.shao.method.readings import Reading, ReadingSpace, Start, Structure
 from replication.audit.data import PrintedValue, read_printed
 from replication.audit.judge.printed import number
 from replication.estimation.dualrate.loop import DualRateLoop
@@ -88,11 +88,12 @@ def literal_loop(
 
 
 LITERAL = "literal"
+CORRECTED = Structure(feedforward=Feedforward.CORRECTED)
 MEASURES: Mapping[str, tuple[Structure, Points]] = {
     LITERAL: (Structure(), Points.BETWEEN),
     "fast-instants": (Structure(), Points.FAST),
-    "corrected-feedforward": (Structure(feedforward=Feedforward.CORRECTED), Points.BETWEEN),
-    "corrected-feedforward-fast-instants": (Structure(feedforward=Feedforward.CORRECTED), Points.FAST),
+    "corrected-feedforward": (CORRECTED, Points.BETWEEN),
+    "corrected-feedforward-fast-instants": (CORRECTED, Points.FAST),
 }
 """Readings of the command and of the maximum in Table I."""
 INTERPOLATIONS: Mapping[str, str] = {
@@ -102,6 +103,12 @@ INTERPOLATIONS: Mapping[str, str] = {
     "pmi-slow-input": SLOW_INPUT,
 }
 """Observers that may be meant by DRC-PMI, by reading."""
+READ: Mapping[str, dict[str, Reading]] = {
+    column: {name: Reading(observer, structure, points=points) for name, (structure, points) in MEASURES.items()}
+    for column, observer in COLUMNS.items()
+}
+READ["pmi"] |= {name: Reading(other) for name, other in INTERPOLATIONS.items() if other not in (PMI, SLOW_INPUT)}
+"""By column of Table I its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 SINGLE_RATES: Mapping[str, str] = {LITERAL: SRC, "src-one-correction": SRC_SINGLE}
 """Observers that may be meant by SRC, by reading."""
 STARTS: Mapping[str, Start] = {"start-zero": Start.ZERO, "start-output": Start.OUTPUT, "start-true": Start.TRUE}

@@ -158,10 +158,7 @@ def _matrix(p: Array, h: Array, s: list[Array], gamma: Array, right: list[Array]
 
 def _inverse(case: dict[str, Any], divided: bool, squared: bool) -> dict[str, Any]:
     """Theorem 4, as printed or corrected; divided: Γ/τ_K in its formulas; squared: Ŝ/τ_K² in its result."""
-    s_hat = [np.linalg.inv(value) for value in case["s"]]
-    moment = np.zeros((K * WIDTH, K * WIDTH))
-    for i in EACH:
-        moment[PART[i], PART[i]] = np.einsum("t,twi,tij,tvj->wv", NODES[i][1], Z[i], s_hat[i], Z[i])
+    s_hat, moment = [np.linalg.inv(value) for value in case["s"]], _moment(case["slope"], POINTS)
     gamma = case["gamma"] / LAST if divided else case["gamma"]
     h, eye, p_inv = case["h"], np.eye(K * WIDTH), np.linalg.inv(case["p"])
     h_hat = p_inv @ h @ np.linalg.inv(moment @ h.T @ p_inv @ h - eye - moment @ gamma)

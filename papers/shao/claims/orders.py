@@ -10,16 +10,7 @@ from typing import Any
 
 from papers._common import by_margin
 from papers.shao import printed
-from papers.shao.claims.table import (
-    READ,
-    SIMULATED,
-    STEADY,
-    TIED,
-    error_under,
-    family,
-    none_gives_the_table,
-    printed_forms,
-)
+from papers.shao.claims.table import SIMULATED, STEADY, TIED, error_under, none_gives_the_table, printed_forms
 from papers.shao.experiments.tracking import LOW_FREQUENCY
 from papers.shao.printed import APO, LITERAL, PMI, PMI_OPEN
 from replication.audit.declare import Part
@@ -41,21 +32,18 @@ CONCLUDED = Part("Order of the printed numbers of Table I", reading=LITERAL)
             to=error_under("pmi", one, i),
             reading=one,
         )
-        for one in READ["pmi"]
+        for one in printed.READ["pmi"]
         for i in range(len(printed.FREQUENCIES))
     ],
 )
 def smaller_error(results: Results) -> Evidence:
     """DRC-APO has a smaller error than DRC-PMI at every frequency of Table I."""
-    table = results["table"]
-    shares, counts = weak_gain_shares(table), ordering_counts(printed_forms(results["orderings"]))
+    table, forms = results["table"], printed_forms(results["orderings"])
+    shares, counts, own = weak_gain_shares(table), ordering_counts(forms), table["readings"]["apo"]
     return by_margin(
         {
-            choice: min(
-                1 - a / p
-                for a, p in zip(table["readings"].get(choice, table["readings"][LITERAL])[APO], column, strict=True)
-            )
-            for choice, column in family("pmi", table).items()
+            choice: min(1 - a / p for a, p in zip(own.get(choice, own[LITERAL]), column, strict=True))
+            for choice, column in table["readings"]["pmi"].items()
         },
         method=f"{STEADY}; the frequency with the smallest gain counts",
         quantities={
@@ -69,7 +57,7 @@ def smaller_error(results: Results) -> Evidence:
             f"DRC-APO at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][APO],
         },
         note="It depends on DRC-PMI, which the text leaves open. "
-        f"{where_larger(printed_forms(results['orderings']))}{none_gives_the_table(results)} The outcomes "
+        f"{where_larger(forms)}{none_gives_the_table(results)} The outcomes "
         "listed are with the printed feedforward. The steady state is our choice of window: from the printed "
         "start a maximum over the whole time is half the amplitude at least. This is also the better static "
         "tracking of Sec. V; how much better is not judged. The pairs counted take each feedforward, with "
@@ -81,7 +69,7 @@ def in_order(column: str) -> list[Predicate]:
     """That each error of a column is less than the next, under each reading."""
     return [
         Predicate(of=error_under(column, one, i), relation="less than", to=error_under(column, one, i + 1), reading=one)
-        for one in READ[column]
+        for one in printed.READ[column]
         for i in range(len(printed.FREQUENCIES) - 1)
     ]
 
@@ -98,7 +86,7 @@ def growing(column: str, results: Results) -> Evidence:
     only_excluded = len(every) > among and holds == len(open_loops)
     return by_margin(
         {
-            **{choice: least_growth(found) for choice, found in family(column, results["table"]).items()},
+            **{choice: least_growth(found) for choice, found in results["table"]["readings"][column].items()},
             printed.EVERY: min(map(least_growth, open_loops)),
         },
         method=f"{STEADY}; the step with the smallest growth counts",

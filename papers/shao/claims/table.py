@@ -12,7 +12,7 @@ from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.method.motor import ReferenceTiming
 from papers.shao.method.search import Near, reading_of
-from papers.shao.printed import COLUMNS, INTERPOLATIONS, LABELS, MEASURES, SINGLE_RATES
+from papers.shao.printed import COLUMNS, LABELS, SINGLE_RATES
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Outcome, Results
 from replication.estimation.dualrate.response import Points
@@ -176,24 +176,12 @@ def unbounded(index: int, results: Results) -> Evidence:
     )
 
 
-def family(column: str, table: Mapping[str, Any]) -> dict[str, list[float]]:
-    """The columns that the readings of the command, of the maximum and, for DRC-PMI, of the observer give, percent."""
-    found = {choice: table["readings"][choice][COLUMNS[column]] for choice in MEASURES}
-    if column == "pmi":
-        found |= {
-            choice: table["ratios"][observer]
-            for choice, observer in INTERPOLATIONS.items()
-            if observer in table["ratios"]
-        }
-    return found
-
-
 def cell(column: str, index: int, results: Results) -> Evidence:
     """One entry of Table I in percent under the literal reading."""
     table, observer, searched = results["table"], COLUMNS[column], results["windows"][column][index]
     return by_value(
         {
-            **{choice: ratios[index] for choice, ratios in family(column, table).items()},
+            **{choice: ratios[index] for choice, ratios in table["readings"][column].items()},
             FROM_SOME_TIME: searched["from_some_time"],
         },
         method=STEADY,
@@ -217,22 +205,19 @@ MEASURED = {Points.BETWEEN: "all", Points.FAST: "fast"}
 
 def error_under(column: str, reading: str, index: int) -> Term:
     """The largest tracking error of a cell under a reading of the command, of the maximum, or of the observer."""
-    structure, points = MEASURES.get(reading, MEASURES[printed.LITERAL])
-    observer = INTERPOLATIONS.get(reading, COLUMNS[column]) if column == "pmi" else COLUMNS[column]
+    read = printed.READ[column][reading]
     return term(
         "largest tracking error",
         "motor",
-        observer=observer,
-        feedforward=structure.feedforward,
-        instants=MEASURED[points],
+        observer=read.observer,
+        feedforward=read.structure.feedforward,
+        instants=MEASURED[read.points],
         frequency=str(Fraction(printed.FREQUENCIES[index])),
     )
 
 
 BELOW_STEADY = (1, 2, 3)
 """The rows whose print for DRC-APO lies below the steady state, which no start of the window gives."""
-READ: Mapping[str, tuple[str, ...]] = {"apo": tuple(MEASURES), "pmi": (*MEASURES, *list(INTERPOLATIONS)[1:-1])}
-"""By column its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 
 
 for number, (reference, row) in enumerate(printed.DATA["table-1"].items(), 1):
@@ -257,6 +242,6 @@ for number, (reference, row) in enumerate(printed.DATA["table-1"].items(), 1):
                     to=str(row[f"DRC-{column.upper()}"]),
                     reading=one,
                 )
-                for one in READ[column]
+                for one in printed.READ[column]
             ],
         )(partial(cell, column, number - 1))

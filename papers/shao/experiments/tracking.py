@@ -13,7 +13,7 @@ import numpy as np
 from papers.shao import printed
 from papers.shao.experiments.motor import radius
 from papers.shao.method.motor import bandwidth, estimation_error_ratio, estimation_lag, simulate, transient_energy
-from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
+from papers.shao.method.readings import STRUCTURES, Reading, first_estimate, windowed_errors
 from papers.shao.method.search import BlockResult, Column, merge, search_block
 from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
 from replication.estimation.dualrate.loop import (
@@ -46,7 +46,7 @@ LOW_FREQUENCY = 0.02
 def table(simulated_periods: int) -> dict[str, Any]:
     """Table I by the lifted form, in percent; the radius of each loop; the check by brute-force simulation.
 
-    ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
+    ratios: the literal reading, by observer. readings: by column, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
     weak_gain: DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
     radius where the state itself is fed back at the slow instants.
@@ -54,14 +54,12 @@ def table(simulated_periods: int) -> dict[str, Any]:
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
     slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[printed.STATE](model), slow_command=True))
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
-    readings = {
-        choice: {name: _percent(name, structure, points) for name in OBSERVERS if radii[name] < 1}
-        for choice, (structure, points) in printed.MEASURES.items()
-    }
     return {
-        "ratios": readings[printed.LITERAL],
-        "readings": readings,
-        "weak_gain": {PMI: _percent(PMI, Structure(), design=weak)},
+        "ratios": {name: _percent(Reading(name)) for name in OBSERVERS if radii[name] < 1},
+        "readings": {
+            column: {name: _percent(one) for name, one in read.items()} for column, read in printed.READ.items()
+        },
+        "weak_gain": {PMI: _percent(Reading(PMI), weak)},
         "slow": {name: 100 * tracking_error_ratio(literal_loop(name, LOW_FREQUENCY)) for name in (PMI, APO)},
         "radius": radii,
         "slow_feedback": stability_radius(slow_feedback),
@@ -82,7 +80,7 @@ def orderings() -> list[dict[str, Any]]:
     return [
         {
             "structure": [structure.feedforward, structure.timing, structure.discrete_gain, structure.current],
-            "ratios": {name: _percent(name, structure) if settles else None for name, settles in constants.items()},
+            "ratios": {name: T and _percent(Reading(name, structure)) for name, T in constants.items()},
             "time_constants": constants,
         }
         for structure in STRUCTURES
@@ -159,12 +157,10 @@ def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -
     return found
 
 
-def _percent(
-    name: str, structure: Structure, points: Points = Points.BETWEEN, design: DualRateDesign = DESIGN
-) -> list[float]:
-    """The column of Table I by one observer."""
-    space = replace(READINGS, design=design)
-    return [100 * tracking_error_ratio(space.loop(name, structure, f), points) for f in FREQUENCIES]
+def _percent(reading: Reading, design: DualRateDesign = DESIGN) -> list[float]:
+    """A column of Table I under a reading."""
+    loops = [replace(READINGS, design=design).loop(reading.observer, reading.structure, f) for f in FREQUENCIES]
+    return [100 * tracking_error_ratio(loop, reading.points) for loop in loops]
 
 
 def _time_constant(loop: DualRateLoop) -> float | None:
@@ -239,10 +235,8 @@ def windows() -> dict[str, Any]:
 
 def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
     frequency, target, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
-    tried = [(printed.COLUMNS[name], *measure) for measure in printed.MEASURES.values()]
-    if name == "pmi":
-        tried += [(other, *printed.MEASURES[printed.LITERAL]) for other in [*printed.INTERPOLATIONS.values()][1:]]
-    loops = [(READINGS.loop(observer, structure, frequency), points) for observer, structure, points in tried]
+    tried = [*printed.READ[name].values(), *([Reading(printed.SLOW_INPUT)] if name == "pmi" else [])]
+    loops = [(READINGS.loop(one.observer, one.structure, frequency), one.points) for one in tried]
     found = np.array([windowed_errors(READINGS, loop)[:, list(Points).index(points)] for loop, points in loops])
     lasting = READINGS.design.slow_period * np.array([end - start for start, end in READINGS.windows])
     long = lasting >= np.pi / frequency

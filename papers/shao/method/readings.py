@@ -19,14 +19,7 @@ from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep, SampledModel
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.response import (
-    Points,
-    output_rows,
-    reference,
-    slow_states,
-    start_state,
-    tracking_error_ratio,
-)
+from replication.estimation.dualrate.response import Points, time_response, tracking_error_ratio
 from replication.estimation.validation import Array
 
 Window = tuple[int, int]
@@ -135,8 +128,7 @@ def _column(space: ReadingSpace, observer: str, structure: Structure, frequency:
 
 def windowed_errors(space: ReadingSpace, loop: DualRateLoop) -> Array:
     """Error ratios of a loop from each ζ(0), at each kind of points, over all windows: (starts, points, windows)."""
-    starts = np.array([_start(space, loop, start) for start in Start])
-    return _window_maxima(np.moveaxis(_peaks(space, loop, starts), 2, 0))
+    return _window_maxima(np.array([_peaks(space, loop, start) for start in Start]))
 
 
 def first_estimate(start: Start, x: Array, output: Array) -> Array:
@@ -144,30 +136,13 @@ def first_estimate(start: Start, x: Array, output: Array) -> Array:
     return {Start.ZERO: 0 * x, Start.TRUE: x, Start.OUTPUT: output * (output @ x)}[start]
 
 
-def _start(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
+def _peaks(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
+    """Largest |y − y_d| in each slow period from a start, shape (points, periods)."""
     x = np.array(space.start)
-    return start_state(loop, x, first_estimate(start, x, loop.plant.C[0]))
-
-
-def _peaks(space: ReadingSpace, loop: DualRateLoop, starts: Array) -> Array:
-    """Largest |y − y_d| in each slow period, shape (points, periods, starts)."""
-    harmonic, design, n = reference(loop), loop.design, loop.plant.order
-    rows = output_rows(loop, space.substeps)
-    z = slow_states(loop, starts, space.horizon)
-    slow = design.slow_period * np.arange(space.horizon)
-    between = np.zeros((space.horizon, len(starts)))
-    fast, first = between.copy(), between.copy()
-    for phase, step in enumerate(loop.steps):
-        w = np.exp(harmonic.exponent * (slow + phase * design.period))
-        r = np.imag(np.outer(w, harmonic.amplitude))[:, None, :] * (not harmonic.continuous)
-        u = z @ step.input_state.T + r @ step.input_command.T
-        exact = np.imag(w[:, None] * (rows.forcing - np.exp(harmonic.exponent * rows.offsets)))
-        error = np.abs(z[..., :n] @ rows.state.T + u @ rows.input.T + exact[:, None, :])
-        between, fast = np.maximum(between, error.max(axis=2)), np.maximum(fast, error[..., 0])
-        if phase == 0:
-            first = error[..., 0]
-        z = z @ step.state.T + r @ step.command.T + np.imag(np.outer(w, step.forcing))[:, None, :]
-    return np.stack([between, fast, first])
+    estimate = first_estimate(start, x, loop.plant.C[0])
+    response = time_response(loop, x, estimate, slow_periods=space.horizon, substeps=space.substeps)
+    error = np.abs(response.error).reshape(space.horizon, space.design.ratio, space.substeps)
+    return np.stack([error.max(axis=(1, 2)), error[..., 0].max(axis=1), error[:, 0, 0]])
 
 
 def _window_maxima(peaks: Array) -> Array:

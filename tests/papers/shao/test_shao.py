@@ -51,11 +51,10 @@ def test_the_verifier_is_given_the_plants_that_are_computed_with() -> None:
 
 
 def test_a_table_that_agrees_is_reproduced() -> None:
-    table = dict(result("shao.table"))
-    column = {printed.APO: [float(v) for v in printed.table_1("DRC-APO")]}
-    readings = {choice: {**found, **column} for choice, found in table["readings"].items()}
-    agreeing = {**table, "ratios": {**table["ratios"], **column}, "readings": readings}
-    found = {"table": agreeing, "windows": result("shao.windows")}
+    found = {name: result(f"shao.{name}") for name in ("table", "windows")}
+    found["table"]["readings"]["apo"] = dict.fromkeys(
+        printed.READ["apo"], tuple(map(float, printed.table_1("DRC-APO")))
+    )
     assert verdict(PAPER, CLAIMS["shao.table.apo-3"], found) is Verdict.REPRODUCED
 
 

@@ -71,26 +71,15 @@ def quick(results: Results) -> None:
         energy[APO] = dict.fromkeys(energy[APO], 0.0)
 
 
-def every_column(observer: str | None, changed: Callable[[list[float]], list[float]]) -> Fault:
-    """Fault the errors of an observer, or of all, under every reading."""
-
-    def change(results: Results) -> None:
-        for found in (*results["table"]["readings"].values(), results["table"]["ratios"]):
-            found |= {name: changed(column) for name, column in found.items() if observer in (None, name)}
-
-    return change
+def every_reading(of: str, changed: Callable[[list[float]], list[float]]) -> Fault:
+    """Fault the errors of a column under every reading."""
+    return put(f"table/readings/{of}", lambda found: {name: changed(column) for name, column in found.items()})
 
 
 def as_printed(column: str) -> Fault:
     """The column of Table I comes out under every reading."""
     target = [float(text) for text in printed.table_1(f"DRC-{column.upper()}")]
-    names = (APO,) if column == "apo" else printed.INTERPOLATIONS.values()
-
-    def change(results: Results) -> None:
-        for found in (*results["table"]["readings"].values(), results["table"]["ratios"]):
-            found.update(dict.fromkeys(names, target))
-
-    return change
+    return put(f"table/readings/{column}", dict.fromkeys(printed.READ[column], target))
 
 
 def windows_as_printed(results: Results) -> None:
@@ -131,8 +120,8 @@ CHANGES: dict[str, Fault] = {
     },
     "table.any-window": windows_as_printed,
     **{f"table.{column}-{row}": as_printed(column) for column in COLUMNS for row in range(1, 7)},
-    "order.apo-below-pmi": every_column(APO, lambda column: [100 * value for value in column]),
-    **{f"order.growth-{column}": every_column(None, lambda found: sorted(found, reverse=True)) for column in COLUMNS},
+    "order.apo-below-pmi": every_reading("apo", lambda column: [100 * value for value in column]),
+    **{f"order.growth-{name}": every_reading(name, lambda found: sorted(found, reverse=True)) for name in COLUMNS},
 }
 SETTLED = {"theory.condition"}
 """What no computation can settle."""
