@@ -60,19 +60,21 @@ PMI_OPEN = (PMI, SINGLE)
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 
-LABELS = {
-    SRC: "SRC, slow observer",
-    SRC_SINGLE: "SRC, one correction and model",
-    PMI: "DRC-PMI, slow observer and model",
-    HELD: "DRC-PMI, y held",
-    SINGLE: "DRC-PMI, one correction and model",
-    SLOW_INPUT: "DRC-PMI, slow observer with slow input",
-    APO: "DRC-APO as printed",
-    "open_loop_prediction": "DRC-APO, open-loop prediction",
-    RESTARTED: "APO, restarted predictor",
-    FAST: "true fast sensor",
-    STATE: "state feedback",
+CALLED = {
+    SRC: ("SRC, slow observer", "SRC"),
+    SRC_SINGLE: ("SRC, one correction and model", "SRC, one correction"),
+    PMI: ("DRC-PMI, slow observer and model", "DRC-PMI"),
+    HELD: ("DRC-PMI, y held", "PMI, y held"),
+    SINGLE: ("DRC-PMI, one correction and model", "PMI, one correction"),
+    SLOW_INPUT: ("DRC-PMI, slow observer with slow input", "PMI, slow input"),
+    APO: ("DRC-APO as printed", "DRC-APO"),
+    "open_loop_prediction": ("DRC-APO, open-loop prediction", "APO, open loop"),
+    RESTARTED: ("APO, restarted predictor", "APO, restarted"),
+    FAST: ("true fast sensor", "fast sensor"),
+    STATE: ("state feedback", "state feedback"),
 }
+"""What the loop with each observer is called in words, and in figures, where the literal ones have the text's names."""
+LABELS, NAMES = ({observer: called[place] for observer, called in CALLED.items()} for place in (0, 1))
 
 COUNTEREXAMPLE = dual_rate_design(
     make_plant([[1.0]], [[1.0]], [[1.0]]), feedback=[[-2.0]], injection=[[2.0]], period=1e-3, ratio=5

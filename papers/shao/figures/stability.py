@@ -9,8 +9,8 @@ from typing import Any
 from papers._common import figure_data
 from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
-from papers.shao.figures import NAMES, look
-from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
+from papers.shao.figures import look
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, NAMES, PMI, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_line, new_axes, out_of_bounds, say

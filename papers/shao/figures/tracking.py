@@ -7,8 +7,8 @@ from typing import Any
 
 from papers._common import Drawn, figure_data
 from papers.shao import printed
-from papers.shao.figures import NAMES, look
-from papers.shao.printed import APO, COLUMNS, FAST, HELD, PMI, RESTARTED, SINGLE, STATE
+from papers.shao.figures import look
+from papers.shao.printed import APO, COLUMNS, FAST, HELD, NAMES, PMI, RESTARTED, SINGLE, STATE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes, rms

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, error_ratios
 from replication.estimation.validation import Array
@@ -59,52 +58,43 @@ class BlockResult:
         return max(near.distance for near in self.joint.values())
 
 
-@dataclass(frozen=True, eq=False)
-class _Compared:
-    """A column under one structure: ratios (observers, rows, frequencies), distances (observers, rows), hits (rows)."""
-
-    column: Column
-    values: Array
-    distances: Array
-    hits: npt.NDArray[np.bool_]
-
-    def near(self, row: int, structure: int) -> Near:
-        which = int(np.argmin(self.distances[:, row]))
-        values = tuple(self.values[which, row].tolist())
-        return Near(float(self.distances[which, row]), self.column.observers[which], structure, row, values)
-
-
 def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int) -> BlockResult:
-    """Search all readings of structure number `index`; deterministic, ties go to the first reading."""
-    found = {name: _compared(space, column, index) for name, column in columns.items()}
-    nearest = {name: part.distances.min(axis=0) for name, part in found.items()}
-    tried = {name: np.isfinite(part.distances) for name, part in found.items()}
+    """Search all readings of structure number `index`; deterministic, ties go to the first reading.
+
+    Per column, in arrays over (observers, readings): NaN marks one without a steady state, infinitely far from all.
+    """
+    values, distances, hits = {}, {}, {}
+    for name, column in columns.items():
+        found = np.stack([error_ratios(space, observer, STRUCTURES[index]) for observer in column.observers])
+        away = np.abs(np.log(found) - np.log(column.values)).max(axis=2)
+        values[name], distances[name] = found, np.nan_to_num(away, nan=np.inf)
+        hits[name] = np.any(np.all(np.abs(found - column.values) <= column.half_widths, axis=2), axis=0)
+
+    def near(name: str, row: int) -> Near:
+        which = int(np.argmin(distances[name][:, row]))
+        ratios = tuple(values[name][which, row].tolist())
+        return Near(float(distances[name][which, row]), columns[name].observers[which], index, row, ratios)
+
+    nearest = {name: away.min(axis=0) for name, away in distances.items()}
+    tried = {name: np.isfinite(away) for name, away in distances.items()}
     row = int(np.argmin(np.max(list(nearest.values()), axis=0)))
     return BlockResult(
         structure=index,
-        nearest={name: part.near(int(np.argmin(nearest[name])), index) for name, part in found.items()},
+        nearest={name: near(name, int(np.argmin(away))) for name, away in nearest.items()},
         tried={name: int(finite.sum()) for name, finite in tried.items()},
         distinct={
-            name: len(np.unique(np.rint(part.values[tried[name]] / (2 * part.column.half_widths)), axis=0))
-            for name, part in found.items()
+            name: len(np.unique(np.rint(values[name][tried[name]] / (2 * column.half_widths)), axis=0))
+            for name, column in columns.items()
         },
-        hits={name: int(part.hits.sum()) for name, part in found.items()},
+        hits={name: int(hit.sum()) for name, hit in hits.items()},
         by_observer={
-            observer: value
-            for part in found.values()
-            for observer, value in zip(part.column.observers, part.distances.min(axis=1).tolist(), strict=True)
+            observer: float(away.min())
+            for name, column in columns.items()
+            for observer, away in zip(column.observers, distances[name], strict=True)
         },
-        joint={name: part.near(row, index) for name, part in found.items()},
-        joint_hits=int(np.sum(np.all([part.hits for part in found.values()], axis=0))),
+        joint={name: near(name, row) for name in columns},
+        joint_hits=int(np.sum(np.all(list(hits.values()), axis=0))),
     )
-
-
-def _compared(space: ReadingSpace, column: Column, index: int) -> _Compared:
-    """NaN marks a reading without a steady state: it is at an infinite distance from everything."""
-    values = np.stack([error_ratios(space, observer, STRUCTURES[index]) for observer in column.observers])
-    distances = np.abs(np.log(values) - np.log(column.values)).max(axis=2)
-    hits = np.any(np.all(np.abs(values - column.values) <= column.half_widths, axis=2), axis=0)
-    return _Compared(column, values, np.nan_to_num(distances, nan=np.inf), hits)
 
 
 def merge(blocks: Sequence[BlockResult]) -> BlockResult:
