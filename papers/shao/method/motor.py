@@ -16,6 +16,7 @@ from replication.estimation.dualrate.loop import DualRateLoop, monodromy, requir
 from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
 from replication.estimation.dualrate.response import reference, steady_state
+from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import Array, ComplexArray
 
 
@@ -114,12 +115,14 @@ def _estimation_errors(loop: DualRateLoop) -> tuple[ComplexArray, ComplexArray]:
 def transient_energy(loop: DualRateLoop, offset: Array) -> float:
     """∫₀^∞ y² dt of the loop left to itself from z(0) = offset, rad² s; raises InfeasibleError if it is unstable.
 
-    Exact in time: over a fast period the integral is a form in (x, u) from one exponential, over all slow periods one
-    in z, X = Φ'XΦ + Q.
+    Exact in time: over a fast period the integral is a form in (x, u), over all slow periods one in z, X = Φ'XΦ + Q.
     """
     require_stable(loop, "the energy of its transient is infinite")
     free, n, size = replace(loop, harmonic=None), loop.plant.order, loop.size
-    within, reached, period = _held_energy(loop.plant, loop.design.period), np.eye(size), np.zeros((size, size))
+    plant, m = loop.plant, loop.plant.B_u.shape[1]
+    flow, row = np.block([[plant.A, plant.B_u], [np.zeros((m, n + m))]]), np.hstack([plant.C[:1], np.zeros((1, m))])
+    within = Transition.of(flow.T, flow[:, :0], row.T @ row).at(loop.design.period)[2]
+    reached, period = np.eye(size), np.zeros((size, size))
     for step in free.steps:
         joint = np.vstack([np.eye(size)[:n], step.input_state]) @ reached
         period += joint.T @ within @ joint
@@ -127,16 +130,6 @@ def transient_energy(loop: DualRateLoop, offset: Array) -> float:
     transition = monodromy(free)
     total = scipy.linalg.solve_discrete_lyapunov(transition.T, period)
     return float(offset @ total @ offset)
-
-
-def _held_energy(plant: Plant, time: float) -> Array:
-    """∫₀^T y² dt as a form in (x, u) with u held, by the exponential of a block matrix (Van Loan 1978)."""
-    n, m = plant.B_u.shape
-    flow, row = np.zeros((n + m, n + m)), np.hstack([plant.C[0], np.zeros(m)])
-    flow[:n] = np.hstack([plant.A, plant.B_u])
-    blocks = np.block([[-flow.T, np.outer(row, row)], [np.zeros_like(flow), flow]])
-    power = scipy.linalg.expm(blocks * time)
-    return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
 
 
 @dataclass(frozen=True, eq=False)
