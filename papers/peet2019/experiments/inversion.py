@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 
 from papers.peet2019.experiments.identities import DELAYS, EACH, LAST, NODES, POINTS, Array, K, summaries
 
@@ -146,9 +147,7 @@ def _matrix(p: Array, h: Array, s: list[Array], gamma: Array, right: list[Array]
         q = np.einsum("mw,twi->mti", h[:, PART[i]], z[i])
         out[:N, rows] = (q * NODES[i][1][None, :, None]).reshape(N, -1)
         out[rows, :N] = LAST * np.einsum("mti->tim", q).reshape(-1, N)
-        for t in range(POINTS):
-            at = slice(rows.start + t * N, rows.start + (t + 1) * N)
-            out[at, at] += LAST * s[i][t]
+        out[rows, rows] += LAST * scipy.linalg.block_diag(*s[i])
         for j in EACH:
             columns = slice(N + j * N * POINTS, N + (j + 1) * N * POINTS)
             kernel = np.einsum("twi,wv,uvj,u->tiuj", z[i], gamma[PART[i], PART[j]], z[j], NODES[j][1])

@@ -202,22 +202,18 @@ def _observers(drawn: FigureData) -> dict[str, tuple[float, ...]]:
     return {name: values for name, values in drawn.columns.items() if name != "structure"}
 
 
-def rounding() -> float:
-    """The largest distance that half a unit of the last printed place makes in either column."""
-    texts = [text for short in printed.COLUMNS for text in printed.table_1(f"DRC-{short.upper()}")]
-    return max(math.log1p(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text)) for text in texts)
-
-
 def _told_reading_scores(drawn: FigureData) -> dict[str, Any]:
     """The factors by which the nearest readings miss the worst number of a column, by observer and by column."""
     observers = {name: math.exp(min(distances)) for name, distances in _observers(drawn).items()}
+    texts = [text for short in printed.COLUMNS for text in printed.table_1(f"DRC-{short.upper()}")]
+    half_a_unit = max(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text) for text in texts)
     pmi, apo = (min(observers[name] for name in group) for group in (printed.PMI_READINGS, printed.APO_READINGS))
     return {
         "structures": len(drawn.columns["structure"]),
         "observers": "; ".join(f"{NAMES[name]}: {factor:.2f}" for name, factor in observers.items()),
         "pmi": pmi,
         "apo": apo,
-        "more": "more" if min(pmi, apo) > math.exp(rounding()) else "not more",
+        "more": "more" if min(pmi, apo) > 1.0 + half_a_unit else "not more",
     }
 
 
