@@ -196,4 +196,16 @@ def simulate(
 
 def _hold(state: Array, inputs: Array, time: float) -> tuple[Array, Array]:
     """Zero-order hold by the integral as a series in the state matrix, doubled from a short step."""
-    return Transition.of(state, inputs, 0 * state).at(time)[:2]
+    n = state.shape[0]  # scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude
+    scale = scipy.linalg.matrix_balance(state, permute=False, separate=True)[1][0]
+    state, inputs = state * scale[None, :] / scale[:, None], inputs / scale[:, None]
+    halvings = max(0, int(np.ceil(np.log2(np.linalg.norm(state, 2) * time + 1e-300))) + 4)
+    short = time / 2**halvings
+    integral, term = np.zeros((n, n)), np.eye(n) * short
+    for order in range(2, 22):
+        integral, term = integral + term, term @ state * (short / order)
+    transition = np.eye(n) + state @ integral
+    for _ in range(halvings):
+        integral = integral + transition @ integral
+        transition = transition @ transition
+    return transition * scale[:, None] / scale[None, :], integral @ inputs * scale[:, None]
