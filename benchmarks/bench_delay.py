@@ -21,7 +21,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -32,7 +32,6 @@ import cvxpy
 from benchmarks.clock import append, machine, markdown, processor_seconds
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.experiments import scaling
-from papers.peet2019.experiments.measured import PLAIN, RECORD, SECONDS, Cell, Timed, recorded
 from papers.peet2019.method import lmi_gain, pade_model
 from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, STATES, published
 from papers.peet2019.printed import seconds as printed_seconds
@@ -43,6 +42,8 @@ from replication.estimation.delay.sos.certificate import STATED_GAP, solved
 from replication.estimation.delay.sos.synthesis import assemble, program, reduced
 from replication.estimation.delay.units import natural_units
 
+PLAIN = "plain"
+"""The full cone of degree 1, written with cvxpy and given to Clarabel: the straightforward way."""
 TABLE = Path(__file__).parent / "delay_full.md"
 CONES = {
     DegreeRule.BESSEL.value: "The small cone, one moment: a certificate, with its residual in the full program",
@@ -51,6 +52,59 @@ CONES = {
 }
 SECONDS_LIMIT = 7200.0
 BYTES_LIMIT = 10 * 10**9
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of a cell: seconds by the clock and of the processor, peak memory [GB], and what came out.
+
+    cone: the rule of the cone, total or bessel, or PLAIN; residual: of a certificate of the small cone, in the full
+    program. A run that failed or was stopped has no equalities, CPU seconds, peak and γ. load is the machine's load
+    average when the run ended: with more load than processors, only CPU seconds compare.
+    """
+
+    cone: str
+    states: int
+    delays: int
+    equalities: int | None
+    seconds: float
+    cpu_seconds: float | None
+    peak: float | None
+    gamma: float | None
+    outcome: str
+    threads: int
+    load: float
+    processors: int
+    machine: str
+    date: str
+    residual: float | None
+
+    @property
+    def product(self) -> int:
+        """States times delays."""
+        return self.states * self.delays
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One cell: CPU seconds of assembly, and of the solver if it was run, on one thread.
+
+    cell: ex1.d1 .. ex3.pade, or n1k1 .. of Table I (full cone of degree 1). For Padé the solver's seconds hold what
+    cvxpy takes to translate the program. load: of the machine when it ended.
+    """
+
+    cell: str
+    assembly: float
+    solver: float | None
+    machine: str
+    date: str
+    load: float
+
+
+def recorded() -> list[Cell]:
+    """The cells of the full run measured so far, in the order of their product."""
+    cells = [Cell(**line) for line in scaling.recorded(scaling.FULL_RUN)]
+    return sorted(cells, key=lambda cell: (cell.product, cell.states))
 
 
 def solve_plain(task: Program) -> dict[str, Any]:
@@ -205,7 +259,7 @@ def run_full(cone: str, largest: int, threads: int) -> None:
     for states, delays in cells_of(cone, largest):
         if (cone, states, delays) not in done:
             cell = isolated(cone, states, delays, threads)
-            append(RECORD, asdict(cell))
+            append(scaling.FULL_RUN, asdict(cell))
             TABLE.write_text(page(recorded()), encoding="utf-8")
             print(f"n = {states}, K = {delays}: {cell.seconds:.2f} s, {cell.outcome}", flush=True)
     TABLE.write_text(page(recorded()), encoding="utf-8")
@@ -264,7 +318,7 @@ def run_seconds() -> None:
     first = delay_system(**EXAMPLES["1"])
     _least(_theorem_3(first, 1))  # loads what is loaded once, so that nothing is while the clock runs
     lmi_gain(pade_model(first, 2))
-    SECONDS.write_text("".join(f"{json.dumps(asdict(cell))}\n" for cell in timed_cells()), encoding="utf-8")
+    scaling.SECONDS.write_text("".join(f"{json.dumps(asdict(cell))}\n" for cell in timed_cells()), encoding="utf-8")
 
 
 def main() -> None:

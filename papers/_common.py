@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import msgspec
@@ -217,3 +218,8 @@ def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:
         raise AuditError(
             f"told.toml and the modules do not name the same {what}; only one of them has {', '.join(lost)}"
         )
+
+
+def parts_of(*modules: ModuleType) -> tuple[Part, ...]:
+    """The parts that are names of modules of claims."""
+    return tuple(value for module in modules for value in vars(module).values() if isinstance(value, Part))

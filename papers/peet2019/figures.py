@@ -13,17 +13,7 @@ from papers.peet2019.printed import DEGREES, published
 from replication.audit.judge.numerals import short
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.style import (
-    FOREGROUND,
-    GREY,
-    OURS,
-    line,
-    name_axes,
-    name_line,
-    new_axes,
-    out_of_bounds,
-    say,
-)
+from replication.drawing.style import FOREGROUND, GREY, OURS, line, name_axes, name_line, new_axes, out_of_bounds, say
 
 
 def fig_1(results: Results) -> FigureData:
@@ -46,8 +36,7 @@ def plot_fig_1(figure: FigureData) -> Any:
         peak = t[_peak(c[name])]
         beside = side == 0
         name_line(axis, curve, _SIGNALS[name], peak / (1 + beside), side=side, ha="right" if beside else "left")
-    axis.set_ylim(1.25 * min(c["e_1"]), 1.25 * max(c["w"]))
-    axis.set_xlim(-0.2 * t[-1], t[-1])
+    axis.set(xlim=(-0.2 * t[-1], t[-1]), ylim=(1.25 * min(c["e_1"]), 1.25 * max(c["w"])))
     axis.set_xticks([share * t[-1] for share in (0, 0.25, 0.5, 0.75, 1)])
     name_axes(axis, "disturbance and errors", "time (s)")
     return drawing
@@ -113,11 +102,10 @@ def plot_convergence(figure: FigureData) -> Any:
     say(degrees, "Theorem 3", (c["degree"][1], c["sos"][1]), ha="left")
     for axis in (orders, degrees):
         out_of_bounds(axis, BOTTOM, c["floor"][0], "in the bracket" if axis is orders else "")
-    orders.set_ylim(BOTTOM, 3)
+    orders.set(ylim=(BOTTOM, 3), xticks=[order for order in c["order"] if order % 2 == 0])
+    degrees.set(xticks=c["degree"])
     name_axes(orders, "relative distance from the optimum", "order of the model")
     name_axes(degrees, "", "degree d")
-    orders.set_xticks([order for order in c["order"] if order % 2 == 0])
-    degrees.set_xticks(c["degree"])
     return drawing
 
 
@@ -149,8 +137,7 @@ def plot_against_delay(figure: FigureData) -> Any:
     (sos,) = axis.semilogy(c["tau"], c["sos"], **line(0))
     axis.semilogy(c["tau"], c["chebyshev"], "o", color=FOREGROUND, markersize=5)
     name_line(axis, sos, "Theorem 3 (line)\nand collocation (points)", c["tau"][8], ha="right")
-    ticks = (1, 2, 5, 10)
-    axis.set_yticks(ticks, [str(tick) for tick in ticks])
+    axis.set_yticks((1, 2, 5, 10), ("1", "2", "5", "10"))
     axis.set_yticks([], minor=True)
     name_axes(axis, "least gain γ", "delay τ (s)")
     return drawing
@@ -205,10 +192,9 @@ def plot_cost(figure: FigureData) -> Any:
     for name, x, y in CLOUDS:
         _plot_cloud(panels["equalities" in y], name, *(figure.columns[key] for key in (x, y)))
     for axis, label in zip(panels, ("CPU time (s)", "equalities of our program"), strict=True):
-        axis.set_xlim(0.8, NAMES_AT)
+        axis.set(xlim=(0.8, NAMES_AT), ylim=(None, 10 * axis.get_ylim()[1]))
         axis.set_xticks((1, 10, 100), ("1", "10", "100"))
         axis.minorticks_off()
-        axis.set_ylim(top=10 * axis.get_ylim()[1])
         name_axes(axis, label)
     panels[-1].set_xlabel("product nK")
     return drawing

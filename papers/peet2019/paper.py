@@ -5,28 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from papers._common import POSITION, Told, common_levels, curve, dots, label, signal
-from papers.peet2019.claims.cost import EXAMPLE_4, FROM_PRODUCT, largest_ratio, printed_seconds
-from papers.peet2019.claims.examples import COMPARISON, EXAMPLES_1_TO_3, FIG_1
-from papers.peet2019.claims.gains import (
-    CLOSED_LOOPS,
-    IMPLEMENTATION,
-    conservative,
-    followed,
-    lumped_error,
-    missed,
-    optimum_of,
-)
-from papers.peet2019.claims.theory import (
-    COROLLARY_2,
-    FRAME,
-    GROUPS,
-    INTRODUCTION,
-    OF_OUR_COPY,
-    THEOREM_1,
-    THEOREM_3,
-    THEOREM_4,
-)
+from papers._common import POSITION, Told, common_levels, curve, dots, label, parts_of, signal
+from papers.peet2019.claims import cost, examples, gains, theory
 from papers.peet2019.errata import PROOFS
 from papers.peet2019.experiments.declared import EXPERIMENTS, MOVED
 from papers.peet2019.experiments.examples import LATE
@@ -49,9 +29,8 @@ TOLD = Told.read(
     order=DATA["pade-order"],
     memory=MEMORY,
     largest=DATA["largest-product"],
-    first=FROM_PRODUCT,
+    first=cost.FROM_PRODUCT,
 )
-ERRATA = TOLD.errata(PROOFS)
 
 
 def _estimate(x: float) -> float:
@@ -84,36 +63,32 @@ BRIEF = TOLD.brief(
 def facts(results: Results) -> dict[str, Any]:
     """The numbers of the sentences that lead the page."""
     roots = [results["roots"]["roots"][f"{JORDAN[name]:g}"] for name in ("jordan-one", "jordan-negative")]
+    levels = {e: results[f"sos.ex{e}.d3"]["tensor"]["gamma"] for e in EXAMPLES}
     return {
-        "groups": len(GROUPS),
-        "of_our_copy": len(OF_OUR_COPY),
-        "worst": at_most(
-            max(abs(results[f"sos.ex{e}.d3"]["tensor"]["gamma"] / optimum_of(e, results) - 1.0) for e in EXAMPLES), 1
-        ),
-        "wide": len(conservative(results)) or "no",
-        "misses": len(missed(results)),
+        "groups": len(theory.GROUPS),
+        "of_our_copy": len(theory.OF_OUR_COPY),
+        "worst": at_most(max(abs(level / gains.optimum_of(e, results) - 1.0) for e, level in levels.items()), 1),
+        "wide": len(gains.conservative(results)) or "no",
+        "misses": len(gains.missed(results)),
         "rules": len(RULES),
-        "alone": at_most(100 * max(followed(example, results) for example in EXAMPLES)),
-        "lumped": 100 * max(abs(lumped_error(example, results)) for example in EXAMPLES),
+        "alone": at_most(100 * max(gains.lumped_errors("alone", results).values())),
+        "lumped": 100 * max(map(abs, gains.lumped_errors("relative", results).values())),
         "one": JORDAN["jordan-one"],
         "negative": -JORDAN["jordan-negative"],
         "stable": [
             "stable" if ends["largest"] < 0.0 else "unstable" if ends["smallest"] > 0.0 else "unstable for some K"
             for ends in roots
         ],
-        "ratio": at_most(largest_ratio(printed_seconds()), 3),
+        "ratio": at_most(cost.largest_ratio(cost.printed_seconds()), 3),
     }
 
 
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=TOLD.parts(
-        FRAME, INTRODUCTION, THEOREM_1, COROLLARY_2, THEOREM_3, THEOREM_4, IMPLEMENTATION, COMPARISON, CLOSED_LOOPS,
-        EXAMPLES_1_TO_3, FIG_1, EXAMPLE_4,
-    ),
+    parts=TOLD.parts(*parts_of(theory, gains, examples, cost)),
     experiments=EXPERIMENTS,
-    errata=ERRATA,
+    errata=TOLD.errata(PROOFS),
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
@@ -121,4 +96,4 @@ PAPER = paper(
     sensitivity=lambda results: tuple(
         move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"])
     ),
-)  # fmt: skip
+)

@@ -19,9 +19,7 @@ def mechanical_speed(text: str, results: Results) -> Proof:
     """The power balance of the motor."""
     ideal, printed = results["motor"]["torque_constant"], float(DATA["torque_constant"])
     return Proof(
-        holds=abs(ideal - printed) < ROUND_OFF,
-        text=text,
-        quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed},
+        holds=abs(ideal - printed) < ROUND_OFF, text=text, quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed}
     )
 
 

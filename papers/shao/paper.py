@@ -7,30 +7,15 @@ from itertools import groupby
 from math import floor
 from typing import Any
 
-from papers._common import Told, common_levels, curve, dots, label, signal, ticks
-from papers.shao.claims.comparison import ABSTRACT, INTRODUCTION, RESPONSES, STABILITY, settling
-from papers.shao.claims.orders import CONCLUDED, ordering_counts, weak_gain_shares
-from papers.shao.claims.table import NOT_SEARCHED, TABLE, WHOLE, printed_forms
-from papers.shao.claims.theory import MOTOR, OBSERVER, THEOREM
+from papers._common import Told, common_levels, curve, dots, label, parts_of, signal, ticks
+from papers.shao import printed
+from papers.shao.claims import comparison, orders, table, theory
 from papers.shao.errata import PROOFS
 from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.experiments.motor import PREDICTORS
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import stability, tracking
-from papers.shao.printed import (
-    APO,
-    COLUMNS,
-    COUNTEREXAMPLE,
-    DATA,
-    DESIGN,
-    FAST,
-    FREQUENCIES,
-    PMI,
-    SRC,
-    SRC_SINGLE,
-    START,
-    table_1,
-)
+from papers.shao.printed import APO, COUNTEREXAMPLE
 from replication.audit.brief import Curve, Draws, Sketch, Traces
 from replication.audit.declare import paper
 from replication.audit.judge.numerals import at_most, short
@@ -38,10 +23,10 @@ from replication.audit.judge.printed import sensitivities
 from replication.audit.model import Results
 from replication.audit.project import about
 
-TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in DATA["frequency"].items()})
+TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in printed.DATA["frequency"].items()})
 STEP_MS = 1000 * COUNTEREXAMPLE.period
 STEP = 14
-PERIOD = STEP * DESIGN.ratio
+PERIOD = STEP * printed.DESIGN.ratio
 _SLOW = range(14, 303, PERIOD)
 _FAST = [x for x in range(14, 303, STEP) if x not in _SLOW]
 
@@ -74,8 +59,8 @@ BRIEF = TOLD.brief(
         ),
     ),
     sketch=Sketch(
-        alt=f"A slow sensor measures at every {DESIGN.ratio}th fast instant; a model fills in virtual measurements "
-        "between, which drift away from the output.",
+        alt=f"A slow sensor measures at every {printed.DESIGN.ratio}th fast instant; a model fills in virtual "
+        "measurements between, which drift away from the output.",
         strokes=(
             curve(Draws.TRUTH),
             dots(Draws.VIRTUAL, _FAST, _virtual),
@@ -91,45 +76,40 @@ BRIEF = TOLD.brief(
 
 def facts(results: Results) -> dict[str, Any]:
     """The stability result, Table I, comparisons that depend on what is open, what the loop does, what was searched."""
-    theorem, table = results["theorem"], results["table"]
+    theorem, found = results["theorem"], results["table"]
     search = merged(results[name] for name in SEARCH)
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
-    constants = results["transients"]["time_constants"]
-    pairs = ordering_counts(printed_forms(results["orderings"]))
-    gaps = [own / fast - 1 for own, fast in zip(table["ratios"][APO], table["ratios"][FAST], strict=True)]
+    own, others = comparison.settling(results)
+    pairs = orders.ordering_counts(table.printed_forms(results["orderings"]))
+    gaps = [ours / fast - 1 for ours, fast in zip(found["ratios"][APO], found["ratios"][printed.FAST], strict=True)]
     moduli = results["eigenvalues"]["moduli"][APO]
     return {
         "allowed": floor(theorem["scalar"]["allowed_period"] * 1e5) / 1e5,
         "M": [min(unstable), max(unstable)],
         "longer": [results["longer"]["ratio"] - 1, results["longer"]["ratio"]],
-        "first": [table["ratios"][APO][0], table_1("DRC-APO")[0]],
+        "first": [found["ratios"][APO][0], printed.table_1("DRC-APO")[0]],
         "starts": _starts(results),
         "condition": short(theorem["motor"]["condition"], 2),
-        "exact": [table["innovation"]["1.0"][row] for row in (0, -1)],
+        "exact": [found["ratios"][printed.STATE][row] for row in (0, -1)],
         "moved": at_most(100 * _largest_move(results)),
         "hits": sum(search.hits.values()) or "No",
         "distinct": sum(search.distinct.values()),
-        "not_searched": NOT_SEARCHED,
-        "start": abs(START[0]),
+        "not_searched": table.NOT_SEARCHED,
+        "start": abs(printed.START[0]),
         "pairs": sum(pairs.values()),
         "holds": pairs["holds"],
-        **_slowest(*settling(results)),
-        "fast": constants[FAST],
-        "own": constants[APO],
-        "frequencies": FREQUENCIES,
+        "slower": "each" if others[-1] < own else "not each" if others[0] < own else "no",
+        "others": others[-1],
+        "fast": results["transients"]["time_constants"][printed.FAST],
+        "own": own,
+        "frequencies": printed.FREQUENCIES,
         "upper": at_most(100 * max(map(abs, gaps[1:]))),
         "lowest": abs(gaps[0]),
         "larger": "larger" if gaps[0] > 0 else "smaller",
-        "shares": [100 * end(weak_gain_shares(table)) for end in (min, max)],
+        "shares": [100 * end(orders.weak_gain_shares(found)) for end in (min, max)],
         "ranges": sum(stable for stable, _ in groupby(row[0] < 1.0 for row in moduli)),
-        "src": [table["radius"][observer] for observer in (SRC, SRC_SINGLE)],
+        "src": [found["radius"][observer] for observer in (printed.SRC, printed.SRC_SINGLE)],
     }
-
-
-def _slowest(own: float, others: list[float]) -> dict[str, Any]:
-    """How the slowest mode of DRC-APO compares with that of the DRC-PMI that decays slowest."""
-    slower = "each" if others[-1] < own else "not each" if others[0] < own else "no"
-    return {"slower": slower, "others": others[-1]}
 
 
 def _starts(results: Results) -> str:
@@ -138,7 +118,8 @@ def _starts(results: Results) -> str:
     energy = results["transients"]["energy"]
     told = []
     for choice, start in words.items():
-        wins = {own < other for own, other in zip(*(energy[choice][n].values() for n in (APO, PMI)), strict=True)}
+        pairs = zip(energy[choice][APO].values(), energy[choice][printed.PMI].values(), strict=True)
+        wins = {own < other for own, other in pairs}
         outcome = "is mixed" if len(wins) > 1 else "wins" if wins == {True} else "loses"
         told.append(f"{outcome} from {start}")
     return " and ".join(told)
@@ -146,12 +127,11 @@ def _starts(results: Results) -> str:
 
 def _largest_move(results: Results) -> float:
     """How far a number of the literal reading moves under the other readings of the command and of the maximum."""
-    table = results["table"]
     moves = (
         abs(value / literal - 1)
-        for readings in table["readings"].values()
-        for observer in COLUMNS.values()
-        for value, literal in zip(readings[observer], table["ratios"][observer], strict=True)
+        for readings in results["table"]["readings"].values()
+        for choice in printed.MEASURES
+        for value, literal in zip(readings[choice], readings[printed.LITERAL], strict=True)
     )
     return float(max(moves))
 
@@ -159,18 +139,7 @@ def _largest_move(results: Results) -> float:
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=TOLD.parts(
-        ABSTRACT,
-        INTRODUCTION,
-        OBSERVER,
-        THEOREM,
-        MOTOR,
-        STABILITY,
-        RESPONSES,
-        TABLE,
-        WHOLE,
-        CONCLUDED,
-    ),
+    parts=TOLD.parts(*parts_of(theory, comparison, table, orders)),
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
     figures=TOLD.figures({**tracking.FIGURES, **stability.FIGURES}),

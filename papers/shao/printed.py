@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from papers.shao.method.motor import Feedforward, Motor
-from papers.shao.method.readings import ReadingSpace, Start, Structure
+from papers.shao.method.readings import Reading, ReadingSpace, Start, Structure
 from replication.audit.data import PrintedValue, read_printed
 from replication.audit.judge.printed import number
 from replication.estimation.dualrate.loop import DualRateLoop
@@ -60,19 +60,21 @@ PMI_OPEN = (PMI, SINGLE)
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 
-LABELS = {
-    SRC: "SRC, slow observer",
-    SRC_SINGLE: "SRC, one correction and model",
-    PMI: "DRC-PMI, slow observer and model",
-    HELD: "DRC-PMI, y held",
-    SINGLE: "DRC-PMI, one correction and model",
-    SLOW_INPUT: "DRC-PMI, slow observer with slow input",
-    APO: "DRC-APO as printed",
-    "open_loop_prediction": "DRC-APO, open-loop prediction",
-    RESTARTED: "APO, restarted predictor",
-    FAST: "true fast sensor",
-    STATE: "state feedback",
+CALLED = {
+    SRC: ("SRC, slow observer", "SRC"),
+    SRC_SINGLE: ("SRC, one correction and model", "SRC, one correction"),
+    PMI: ("DRC-PMI, slow observer and model", "DRC-PMI"),
+    HELD: ("DRC-PMI, y held", "PMI, y held"),
+    SINGLE: ("DRC-PMI, one correction and model", "PMI, one correction"),
+    SLOW_INPUT: ("DRC-PMI, slow observer with slow input", "PMI, slow input"),
+    APO: ("DRC-APO as printed", "DRC-APO"),
+    "open_loop_prediction": ("DRC-APO, open-loop prediction", "APO, open loop"),
+    RESTARTED: ("APO, restarted predictor", "APO, restarted"),
+    FAST: ("true fast sensor", "fast sensor"),
+    STATE: ("state feedback", "state feedback"),
 }
+"""What the loop with each observer is called in words, and in figures, where the literal ones have the text's names."""
+LABELS, NAMES = ({observer: called[place] for observer, called in CALLED.items()} for place in (0, 1))
 
 COUNTEREXAMPLE = dual_rate_design(
     make_plant([[1.0]], [[1.0]], [[1.0]]), feedback=[[-2.0]], injection=[[2.0]], period=1e-3, ratio=5
@@ -88,11 +90,12 @@ def literal_loop(
 
 
 LITERAL = "literal"
+CORRECTED = Structure(feedforward=Feedforward.CORRECTED)
 MEASURES: Mapping[str, tuple[Structure, Points]] = {
     LITERAL: (Structure(), Points.BETWEEN),
     "fast-instants": (Structure(), Points.FAST),
-    "corrected-feedforward": (Structure(feedforward=Feedforward.CORRECTED), Points.BETWEEN),
-    "corrected-feedforward-fast-instants": (Structure(feedforward=Feedforward.CORRECTED), Points.FAST),
+    "corrected-feedforward": (CORRECTED, Points.BETWEEN),
+    "corrected-feedforward-fast-instants": (CORRECTED, Points.FAST),
 }
 """Readings of the command and of the maximum in Table I."""
 INTERPOLATIONS: Mapping[str, str] = {
@@ -102,13 +105,15 @@ INTERPOLATIONS: Mapping[str, str] = {
     "pmi-slow-input": SLOW_INPUT,
 }
 """Observers that may be meant by DRC-PMI, by reading."""
+READ: Mapping[str, dict[str, Reading]] = {
+    column: {name: Reading(observer, structure, points=points) for name, (structure, points) in MEASURES.items()}
+    for column, observer in COLUMNS.items()
+}
+READ["pmi"] |= {name: Reading(other) for name, other in INTERPOLATIONS.items() if other not in (PMI, SLOW_INPUT)}
+"""By column of Table I its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 SINGLE_RATES: Mapping[str, str] = {LITERAL: SRC, "src-one-correction": SRC_SINGLE}
 """Observers that may be meant by SRC, by reading."""
-STARTS: Mapping[str, Start] = {
-    "start-zero": Start.ZERO,
-    "start-output": Start.OUTPUT,
-    "start-true": Start.TRUE,
-}
+STARTS: Mapping[str, Start] = {"start-zero": Start.ZERO, "start-output": Start.OUTPUT, "start-true": Start.TRUE}
 """Readings of ζ(0), which is not printed."""
 SLOWEST = "slowest-mode"
 EVERY = "every-open-choice"

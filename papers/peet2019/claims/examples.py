@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import partial
+from typing import Any
 
 from papers._common import solvers
 from papers.peet2019.claims.gains import OF_ITS_OWN, by_pade, least_gain, optimum_of, reaches
@@ -71,21 +72,24 @@ def _unstable(example: str) -> None:
     )(partial(unstable, example))
 
 
-def at_degree(example: str, degree: int, to: str) -> list[Predicate]:
-    """That a print is the least level of Theorem 3 at a degree, under each rule that is tried."""
-    level = term("least level of Theorem 3", f"ex{example}", degree=degree)
-    return [Predicate(of=level, relation="is", to=to, reading=rule) for rule in RULES]
+def by_theorem_3(example: str, degree: int, to: str) -> dict[str, Any]:
+    """What a claim on a level of Theorem 3 is declared with; to: the print that it is to have."""
+    off, level = example in OFF_THE_PRINT, term("least level of Theorem 3", f"ex{example}", degree=degree)
+    return {
+        "pinned": "undetermined" if off and degree == 1 else "compatible" if off else CORRECTED,
+        "erratum": SIGNS,
+        "uses": (f"sos.ex{example}.d{degree}", f"reference.ex{example}", "rules", "printed-signs")
+        + (("readings",) if off and degree == 1 else ()),
+        "says": [Predicate(of=level, relation="is", to=to, reading=rule) for rule in RULES],
+    }
 
 
-def _text(example: str, degree: int, statement: str) -> None:
+def _level(name: str, printed: str, example: str, degree: int, statement: str) -> None:
     EXAMPLES_1_TO_3.value(
-        f"ex{example}.text",
-        DATA[f"text-{example}"],
-        pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
-        erratum=SIGNS,
-        statement=f"Example {example}: the gain that the text states for Theorem 3{statement}.",
-        uses=(f"sos.ex{example}.d{degree}", f"reference.ex{example}", "rules", "printed-signs"),
-        says=at_degree(example, degree, str(DATA[f"text-{example}"])),
+        f"ex{example}.{name}",
+        printed,
+        statement=f"Example {example}: {statement}.",
+        **by_theorem_3(example, degree, str(printed)),
     )(partial(least_gain, example, degree))
 
 
@@ -94,16 +98,8 @@ def _table(example: str) -> None:
     name, reference = f"ex{example}", f"reference.ex{example}"
     gamma, seconds = DATA[f"gamma-{example}"], DATA[f"seconds-{example}"]
     for degree in DEGREES:
-        off = degree == 1 and example in OFF_THE_PRINT
-        EXAMPLES_1_TO_3.value(
-            f"{name}.gamma-d{degree}",
-            gamma[f"d{degree}"],
-            statement=f"Example {example}: least gain of Theorem 3 with polynomials of degree {degree}.",
-            pinned="undetermined" if off else "compatible" if example in OFF_THE_PRINT else CORRECTED,
-            erratum=SIGNS,
-            uses=(f"sos.{name}.d{degree}", reference, "rules", "printed-signs", *(["readings"] if off else [])),
-            says=at_degree(example, degree, str(gamma[f"d{degree}"])),
-        )(partial(least_gain, example, degree))
+        words = f"least gain of Theorem 3 with polynomials of degree {degree}"
+        _level(f"gamma-d{degree}", gamma[f"d{degree}"], example, degree, words)
     EXAMPLES_1_TO_3.value(
         f"{name}.gamma-pade",
         gamma["pade"],
@@ -127,10 +123,7 @@ def _table(example: str) -> None:
         place="Secs. I and X",
         statement=f"Example {example}: the bound is not conservative: at degree 3 the least level of Theorem 3 rounds "
         f"to the gain printed for Padé, {gamma['pade']}.",
-        pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
-        erratum=SIGNS,
-        uses=(f"sos.{name}.d3", reference, "rules", "printed-signs"),
-        says=at_degree(example, 3, str(gamma["pade"])),
+        **by_theorem_3(example, 3, str(gamma["pade"])),
     )(partial(reaches, example))
 
 
@@ -175,7 +168,8 @@ EXAMPLES_1_TO_3.cited(
     settled_by=THE_OTHER,
     reading=NO_READING,
 )
-_text("1", 3, "")
+OF_TEXT = "the gain that the text states for Theorem 3"
+_level("text", DATA["text-1"], "1", 3, OF_TEXT)
 _table("1")
 EXAMPLES_1_TO_3.cited(
     "ex1.least-improvement",
@@ -227,7 +221,8 @@ EXAMPLES_1_TO_3.cited(
     settled_by=THE_OTHER,
     reading=NO_READING,
 )
-_text("2", DATA["text-2-degree"], f" with polynomials of degree {DATA['text-2-degree']}")
+_last = DATA["text-2-degree"]
+_level("text", DATA["text-2"], "2", _last, f"{OF_TEXT} with polynomials of degree {_last}")
 _table("2")
 _table("3")
 

@@ -49,14 +49,9 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
     """Least γ of Theorem 3 under each degree rule that is tried."""
     found, optimum = results[f"sos.ex{example}.d{degree}"], optimum_of(example, results)
     off = degree == 1 and example in OFF_THE_PRINT
-    gammas, reached = _runs(example, degree, results), fitted(results["readings"]) if off else {}
-    gamma = found["tensor"]["gamma"]
-    variants: dict[str, float] = {}
-    if degree == 1:
-        variants = {
-            "γ by Clarabel on the same program": found["clarabel"],
-            **{f"γ with ε = {epsilon}": value for epsilon, value in found["epsilon"].items()},
-        }
+    gammas, gamma = _runs(example, degree, results), found["tensor"]["gamma"]
+    reached = fitted(results["readings"]).get(example) if off else None
+    variants = {f"γ with ε = {epsilon}": value for epsilon, value in found["epsilon"].items()} if degree == 1 else {}
     return Evidence(
         method=f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by "
         f"SDPA at ε = 0; {len(RULES)} degree rules.",
@@ -66,12 +61,12 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
         quantities={
             "excess over the optimum": gamma - optimum,
             "excess, Z₂ of total degree d": found["total"]["gamma"] - optimum,
-            **variants,
-            **({"ε fitted to the print": reached[example]["epsilon"]} if reached else {}),
+            **({"γ by Clarabel on the same program": found["clarabel"], **variants} if degree == 1 else {}),
+            **({"ε fitted to the print": reached["epsilon"]} if reached else {}),
         },
         outcomes=(
             *outcomes(gammas, optimum, degree),
-            *((Outcome(reading=POSITIVE, value=reached[example]["solved"]),) if reached else ()),
+            *((Outcome(reading=POSITIVE, value=reached["solved"]),) if reached else ()),
         ),
         settled_by=BY_PART_1 if example in OFF_THE_PRINT else "",
         note=f"{UNMET} {_on_the_rule(results['readings'], unsharp(gammas)) if off else ONE_RULE_OF_MANY}"
@@ -81,14 +76,15 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
 
 def _runs(example: str, degree: int, results: Results) -> dict[str, list[float]]:
     """γ at ε = 0 under each reading, in every run that there is; of some rules there is none."""
-    found = results[f"sos.ex{example}.d{degree}"]
+    found, rules = results[f"sos.ex{example}.d{degree}"], results["rules"]
+    off = degree == 1 and example in OFF_THE_PRINT
+
+    def more(name: str) -> list[float]:
+        gains = rules[name][example]
+        return runs(results["readings"], name, example) if off else [gains[d] for d in gains if d == str(degree)]
+
     ours = {name: [found[rule]["gamma"]] for name, rule in RUNS.items() if rule in found}
-    if degree == 1 and example in OFF_THE_PRINT:
-        more = {name: runs(results["readings"], name, example) for name in RULES}
-    else:
-        by_rule = {name: results["rules"][name][example] for name in RULES}
-        more = {name: [gains[str(degree)]] for name, gains in by_rule.items() if str(degree) in gains}
-    return {name: [*ours.get(name, []), *more.get(name, [])] for name in RULES}
+    return {name: [*ours.get(name, []), *more(name)] for name in RULES}
 
 
 def unsharp(gammas: Mapping[str, list[float]]) -> tuple[str, ...]:
@@ -121,7 +117,7 @@ def outcomes(gammas: Mapping[str, list[float]], optimum: float, degree: int) -> 
 
 def fitted(rules: Results) -> dict[str, Mapping[str, float]]:
     """What the degree rule gives, by example, that reaches the prints of degree 1 with the smallest ε > 0 of each."""
-    reached = [parts for parts in rules.values() if all("solved" in part for part in parts.values())]
+    reached = [rules[name] for name in attained(rules)]
     return min(reached, key=lambda parts: max(part["epsilon"] for part in parts.values()), default={})
 
 
@@ -169,10 +165,6 @@ def room(printed: str, level: float) -> float:
     return 0.5 * 10.0 ** -len(printed.partition(".")[2]) - abs(level - float(printed))
 
 
-def _decimals(example: str, column: str) -> Decimal:
-    return Decimal(str(DATA[f"gamma-{example}"][column]))
-
-
 def conservative(results: Results) -> tuple[str, ...]:
     """The rules under which, in some example, degree 3 misses the gain printed for Padé."""
     return _missing([(example, 3, str(DATA[f"gamma-{example}"]["pade"])) for example in EXAMPLES], results)
@@ -193,8 +185,9 @@ def _missing(prints: Iterable[tuple[str, int, str]], results: Results) -> tuple[
 def reaches(example: str, results: Results) -> Evidence:
     """Degree 3 under each rule against the gain printed for Padé, and against the least gain."""
     optimum, levels = optimum_of(example, results), levels_at(3, example, results)
+    first, pade = (str(DATA[f"gamma-{example}"][column]) for column in ("d1", "pade"))
     return by_margin(
-        {name: room(str(DATA[f"gamma-{example}"]["pade"]), level) for name, level in levels.items()},
+        {name: room(pade, level) for name, level in levels.items()},
         method=f"Theorem 3 at degree 3 under {len(RULES)} degree rules, solved by SDPA at ε = 0: how far the least "
         "level found lies inside what rounds to the gain printed for Padé.",
         cross_check=f"Least gain of any observer, from the plant's gain or the Riccati equation: {optimum:.7f}.",
@@ -206,7 +199,7 @@ def reaches(example: str, results: Results) -> Evidence:
         note=(
             "The text compares with Padé and gives no measure of what is conservative: taken are its printed digits. "
             "Sec. I calls the bounds accurate to several decimal places in all problems; that is judged at degree 3. "
-            f"At degree 1 the print is {abs(_decimals(example, 'd1') - _decimals(example, 'pade'))} from that by Padé. "
+            f"At degree 1 the print is {abs(Decimal(first) - Decimal(pade))} from that by Padé. "
             "The degree rule is its open choice; the largest excess over the least gain is at most "
             f"{at_most(100 * (max(levels.values()) / optimum - 1.0))} %, under {max(levels, key=levels.__getitem__)}. "
         )
@@ -225,16 +218,12 @@ CLOSED_LOOPS = Part("Secs. I and X: closed loops", reading=HOUSE)
 LUMPED = tuple(f"lumped.ex{name}" for name in EXAMPLES)
 
 
-def lumped_error(example: str, results: Results) -> float:
-    """Relative error of the H∞ norm of an example's closed loop with the printed number of lumped states."""
-    found = results[f"lumped.ex{example}"]
-    return float(dict(zip(found["states"], found["relative"], strict=True))[DATA["lumped-states"]])
-
-
-def followed(example: str, results: Results) -> float:
-    """|z_e| over |z| along the rightmost motion of an example's plant, the observer alone lumped as the text says."""
-    found = results[f"lumped.ex{example}"]
-    return float(dict(zip(found["states"], found["alone"], strict=True))[DATA["lumped-states"]])
+def lumped_errors(what: str, results: Results) -> dict[str, float]:
+    """By example, with the printed number of lumped states: `relative` error of the H∞ norm of the closed loop, or of
+    the observer `alone` |z_e| over |z| along the rightmost motion of the plant.
+    """
+    loops = {example: results[f"lumped.ex{example}"] for example in EXAMPLES}
+    return {example: found[what][found["states"].index(DATA["lumped-states"])] for example, found in loops.items()}
 
 
 @IMPLEMENTATION.order(
@@ -246,10 +235,9 @@ def followed(example: str, results: Results) -> float:
 )
 def lumped_states(results: Results) -> Evidence:
     """Twenty lumped states are typically more than enough for accurate results."""
-    errors = {example: lumped_error(example, results) for example in EXAMPLES}
-    worst = max(map(abs, errors.values()))
-    alone = {example: followed(example, results) for example in EXAMPLES}
-    allowed = ACCURATE["lumps-1-percent"]
+    errors, alone = (lumped_errors(what, results) for what in ("relative", "alone"))
+    worst, allowed = max(map(abs, errors.values())), ACCURATE["lumps-1-percent"]
+    second = results["lumped.ex2"]
     unseen = {  # how far a norm lies above the gain from w₁, which no observer changes
         name: results[f"lumped.ex{name}"]["collocation"] / optimum_of(name, results) - 1.0 for name in ("2", "3")
     }
@@ -266,9 +254,7 @@ def lumped_states(results: Results) -> Evidence:
             **{f"plant too, relative error, Example {example}": error for example, error in errors.items()},
             **{
                 f"plant too, relative error, Example 2, {count} states": relative
-                for count, relative in zip(
-                    results["lumped.ex2"]["states"], results["lumped.ex2"]["relative"], strict=True
-                )
+                for count, relative in zip(second["states"], second["relative"], strict=True)
             },
             **{f"norm over the gain from w₁, relative excess, Example {name}": gap for name, gap in unseen.items()},
             "plant too, relative error of the simulated gain, Example 2, sinc(t - τ)": sinc,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-
-import msgspec
+from typing import Any
 
 from papers._common import solvers
 from papers.peet2019.experiments.readings import HOUSE
@@ -104,7 +103,6 @@ def loops_that_meet(results: Results) -> tuple[int, float]:
     pinned=CORRECTED,
     uses=("lmi-3", "self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
-    reading=NO_READING,
     says=Predicate(of=term("bound (7)", along=ALONG)),
 )
 def theorem_1(results: Results) -> Evidence:
@@ -153,7 +151,6 @@ def without_symmetry(results: Results) -> Evidence:
     pinned=CORRECTED,
     uses=("self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
-    reading=NO_READING,
     says=Predicate(of=term("error vanishes with w", along=ALONG)),
 )
 def vanishing(results: Results) -> Evidence:
@@ -171,16 +168,16 @@ def vanishing(results: Results) -> Evidence:
     )
 
 
-def _residuals(method: str, corrected: float, as_printed: float) -> Evidence:
+def rounded(residual: float, **told: Any) -> Evidence:
+    """Evidence that an identity holds up to rounding."""
+    return below(residual, ROUNDING, WHY_ROUNDING, **told)
+
+
+def _residuals(method: str, corrected: float, as_printed: float, told: dict[str, float], note: str) -> Evidence:
     """An identity holds as corrected, and as printed it does not."""
-    return below(
-        corrected,
-        ROUNDING,
-        WHY_ROUNDING,
-        method=method,
-        quantities={"largest residual, corrected": corrected, "median residual, as printed": as_printed},
-        as_printed=below(as_printed, ROUNDING, WHY_ROUNDING, method=method),
-    )
+    quantities = {"largest residual, corrected": corrected, "median residual, as printed": as_printed, **told}
+    printed = rounded(as_printed, method=method)
+    return rounded(corrected, method=method, quantities=quantities, note=note, as_printed=printed)
 
 
 SLIPS = {
@@ -192,21 +189,16 @@ SLIPS = {
 
 def inverse(part: str, results: Results) -> Evidence:
     """Theorem 4 or Lemma 5 as printed and corrected."""
-    found = results["inversion"]
-    slips, jump = SLIPS[part], found["jump"]["constants"]["median"]
-    method = (
+    found, slips = results["inversion"], SLIPS[part]
+    return _residuals(
         f"{found['trials']} random coercive operators, two states, two delays, τ_K ≠ 1, against a numerical inverse; "
-        f"integrals are sums over {found['points']} Gauss points per history."
-    )
-    evidence = _residuals(method, found[part]["corrected"]["largest"], found[part]["printed"]["median"])
-    error = found["quadrature"]["corrected"]["largest"]
-    return msgspec.structs.replace(
-        evidence,
-        quantities={
-            **evidence.quantities,
-            "largest error of those sums, on K_i": error,
+        f"integrals are sums over {found['points']} Gauss points per history.",
+        found[part]["corrected"]["largest"],
+        found[part]["printed"]["median"],
+        {
+            "largest error of those sums, on K_i": found["quadrature"]["corrected"]["largest"],
             "least eigenvalue of all operators": found["least"],
-            "median jump of 𝒫x at s = 0, for constant x": jump,
+            "median jump of 𝒫x at s = 0, for constant x": found["jump"]["constants"]["median"],
         },
         note=f"Read with {', '.join(slips[:-1])} and {slips[-1]} together, each a slip that may be of the text at "
         "hand. Cases. Integrals enter the formulas through K_i and T_i alone, which the sums give to rounding."
@@ -246,16 +238,15 @@ def identity(results: Results) -> Evidence:
     found = results["identities"]["theorem_3"]
     medians = {name: found[name]["median"] for names in GROUPS.values() for name in names}
     least = min(medians[name] for erratum, names in GROUPS.items() if erratum not in OF_OUR_COPY for name in names)
-    evidence = _residuals(
+    return _residuals(
         f"Both sides of the identity of Sec. VI by quadrature, {results['identities']['trials']} random cases with "
         "polynomial data, two states and two delays; as printed: of the misprints that are surely the text's the one "
         "that matters least, alone.",
         found["none"]["largest"],
         least,
+        {f"median residual, {misprint} as printed": median for misprint, median in medians.items()},
+        note="It needs the corrections of the transposes, of τ_K in (10), of names and of the square too.",
     )
-    told = {f"median residual, {misprint} as printed": median for misprint, median in medians.items()}
-    note = "It needs the corrections of the transposes, of τ_K in (10), of names and of the square too."
-    return msgspec.structs.replace(evidence, quantities={**evidence.quantities, **told}, note=note)
 
 
 @THEOREM_3.feasible(
@@ -316,16 +307,12 @@ def theorem_3(results: Results) -> Evidence:
     )
 
 
-@INTRODUCTION.feasible(
-    "theory.no-gains", place="Sec. I, below eq. (2)", uses="no-gains", reading=NO_READING, consequence="remark"
-)
+@INTRODUCTION.feasible("theory.no-gains", place="Sec. I, below eq. (2)", uses="no-gains", consequence="remark")
 def without_gains(results: Results) -> Evidence:
     """With all gains removed the observer (2) is the system (1) without w."""
     found = results["no-gains"]
-    return below(
+    return rounded(
         found["gap"],
-        ROUNDING,
-        WHY_ROUNDING,
         method="Matrix of plant and observer with all gains zero, collocated, Example 2: the observer's rows against "
         "the plant's.",
         cross_check=f"With the gains of a certificate the same difference is {found['with_gains']:.2g}.",
@@ -342,14 +329,12 @@ def unmet(results: Results) -> Evidence:
     )
 
 
-for _part, _place, _statement in (
-    (
-        "theorem-4",
-        "Theorem 4",
-        "The operator that Theorem 4 gives inverts a coercive 𝒫 = 𝒫* of the form (8) with Qᵢ = HᵢZ, Rᵢⱼ = τ_K ZᵀΓᵢⱼZ.",
-    ),
-    ("lemma-5", "Lemma 5", "The gains of Lemma 5 compose the inverse of Theorem 4 with 𝒵 of (10), both corrected."),
-):
+for _place, _statement in {
+    "Theorem 4": "The operator that Theorem 4 gives inverts a coercive 𝒫 = 𝒫* of the form (8) with Qᵢ = HᵢZ, Rᵢⱼ = τ_K "
+    "ZᵀΓᵢⱼZ.",
+    "Lemma 5": "The gains of Lemma 5 compose the inverse of Theorem 4 with 𝒵 of (10), both corrected.",
+}.items():
+    _part = _place.lower().replace(" ", "-")
     THEOREM_4.feasible(
         f"theory.{_part}",
         place=_place,
@@ -369,10 +354,8 @@ for _part, _place, _statement in (
 def present_only(results: Results) -> Evidence:
     """With Qᵢ = 0 and Z₃ᵢ to Z₇ᵢⱼ zero as stated there, only the present state is corrected."""
     found = results["inversion"]["present_only"]
-    return below(
+    return rounded(
         max(found["corrected"]["largest"], found["l0"]["largest"]),
-        ROUNDING,
-        WHY_ROUNDING,
         method=f"Lemma 5 on {results['inversion']['trials']} random operators: the gains of the histories against "
         "zero, and L₀ against P⁻¹Z₀.",
         cross_check=f"With Qᵢ as drawn the gains of the histories reach {found['injected']['largest']:.2g}.",

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 from papers._common import INPUTS
-from papers.peet2019.experiments import examples, measured, scaling
+from papers.peet2019.experiments import examples, scaling
 from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint, value_over_norm
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
@@ -125,8 +124,8 @@ EXPERIMENTS = (
         experiment(f"ex4.n{n}k{k}", scaling.small_cone_cost, states=n, delays=k, level=LEVEL)
         for n, k in SMALL_CONE_CELLS
     ),
-    experiment("measured", measured.cells, cells=[asdict(cell) for cell in measured.recorded()]),
-    experiment("timed", measured.timed, cells=[asdict(cell) for cell in measured.recorded_seconds()]),
+    experiment("measured", scaling.cells, cells=scaling.recorded(scaling.FULL_RUN)),
+    experiment("timed", scaling.timed, cells=scaling.recorded(scaling.SECONDS)),
     experiment("sizes", scaling.sizes, **GRID),
     experiment("roots", scaling.example_4_roots, **GRID, eigenvalues=[value for value in JORDAN.values() if value]),
     experiment("tau", examples.against_delay, plant=SECOND, delays=[0.1 * i for i in range(2, 15)], degree=2),

@@ -14,13 +14,7 @@ from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.sos.observer import (
-    Trajectory,
-    assembled,
-    error_system,
-    simulate,
-    spectral_abscissa,
-)
+from replication.estimation.delay.sos.observer import Trajectory, assembled, error_system, simulate, spectral_abscissa
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, check, evaluate, observer_gains
 from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
 from replication.estimation.linear.norms import continuous_norm

@@ -32,7 +32,6 @@ MISPRINTS = (
     "g2-factor",
     "z0-name",
     "theorem-1-sign",
-    "all",
 )
 """Groups of terms of Theorem 3 and its proof, each as printed; none: all corrected.
 
@@ -131,7 +130,7 @@ def dissipation(x: Sample, misprint: str) -> float:
 
     As printed the terms in v are |C_1e|²/γ (theorem-1-sign), and the second row of (10) lacks τ_K (eq10-factor).
     """
-    factor = 1.0 if misprint in ("eq10-factor", "all") else LAST
+    factor = 1.0 if misprint == "eq10-factor" else LAST
     values = [x.e[i].at(NODES[i][0])[..., 0] for i in EACH]
     slopes = [x.e[i].slope(NODES[i][0])[..., 0] for i in EACH]
     rate = x.a[0] @ x.e0 + sum(x.a[i + 1] @ x.late[i] for i in EACH) - x.b @ x.w
@@ -151,7 +150,7 @@ def dissipation(x: Sample, misprint: str) -> float:
     total = 2.0 * LAST * float(x.e0 @ head)
     total += 2.0 * _sizes(values, tails)
     total -= x.gamma * float(x.w @ x.w)
-    if misprint in ("theorem-1-sign", "all"):
+    if misprint == "theorem-1-sign":
         return float(total + x.output @ x.output / x.gamma)
     return float(total - x.gamma * float(x.v @ x.v) + 2.0 * float(x.v @ x.output))
 
@@ -201,31 +200,27 @@ def _apply_storage(x: Sample, point: Array, histories: list[Array]) -> tuple[Arr
 
 
 def theorem_3(x: Sample, misprint: str) -> float:
-    """Right side ⟨h, P_{D,E,F,G}h⟩; `misprint` leaves one group of terms as printed, or all."""
-
-    def as_printed(name: str) -> bool:
-        return misprint in (name, "all")
-
+    """Right side ⟨h, P_{D,E,F,G}h⟩; `misprint` leaves one group of terms as printed."""
     late = x.late
-    end_sign = 1.0 if as_printed("d-sign") else -1.0
+    end_sign = 1.0 if misprint == "d-sign" else -1.0
     d = (-x.gamma * float(x.w @ x.w) - x.gamma * float(x.v @ x.v) + 2.0 * float(x.v @ x.output)) / LAST
-    t00 = x.p @ x.a[0] + (x.z1 if as_printed("z0-name") else x.z0) @ x.c2
+    t00 = x.p @ x.a[0] + (x.z1 if misprint == "z0-name" else x.z0) @ x.c2
     t00 = t00 + sum(x.q[i].at(0.0)[0] + x.s[i].at(0.0)[0] / 2.0 for i in EACH)
     d += float(x.e0 @ (t00 + t00.T) @ x.e0) - 2.0 * float(x.w @ x.b.T @ x.p @ x.e0)
     for i in EACH:
         t0i = x.p @ x.a[i + 1] - x.q[i].at(-DELAYS[i])[0] + x.z2[i] @ x.c2
-        t0i = t0i.T if as_printed("d-transposes") else t0i
+        t0i = t0i.T if misprint == "d-transposes" else t0i
         d += 2.0 * float(x.e0 @ t0i @ late[i]) + end_sign * float(late[i] @ x.s[i].at(-DELAYS[i])[0] @ late[i])
     total = LAST * d
-    slope_sign = 1.0 if as_printed("f-sign") else -1.0
+    slope_sign = 1.0 if misprint == "f-sign" else -1.0
     for i in EACH:
         s, weights = NODES[i]
         phi = x.e[i].at(s)[..., 0]
-        zero = _phi_0(x, i, s, as_printed("e-transposes"))
+        zero = _phi_0(x, i, s, misprint == "e-transposes")
         row = -np.einsum("r,kr,tkj->tj", x.w, x.b, x.q[i].at(s))
         row = row + np.einsum("i,tij->tj", x.e0, zero)
         for j in EACH:
-            row = row + np.einsum("i,tij->tj", late[j], _phi_j(x, i, j, s, as_printed("e-transposes")))
+            row = row + np.einsum("i,tij->tj", late[j], _phi_j(x, i, j, s, misprint == "e-transposes"))
         total += 2.0 * LAST * float(np.einsum("t,tj,tj->", weights, row, phi))
         injected = x.z6[i].at(s) @ x.c2
         f = slope_sign * x.s[i].slope(s) + (injected + injected.swapaxes(-1, -2))
@@ -233,7 +228,7 @@ def theorem_3(x: Sample, misprint: str) -> float:
         for j in EACH:
             theta, others = NODES[j]
             g = -x.r[i][j].at2(s, theta, (1, 0)) - x.r[i][j].at2(s, theta, (0, 1))
-            factor = 1.0 if as_printed("g2-factor") else LAST
+            factor = 1.0 if misprint == "g2-factor" else LAST
             g = g + factor * (x.z7[i][j].at2(s, theta) @ x.c2)
             g = g + factor * np.einsum("qi,utjq->tuij", x.c2, x.z7[j][i].at2(theta, s))
             total += float(np.einsum("t,u,ti,tuij,uj->", weights, others, phi, g, x.e[j].at(theta)[..., 0]))
@@ -272,12 +267,7 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
         for name in MISPRINTS:
             left = dissipation(x, name)
             residuals[name].append(abs(left - theorem_3(x, name)) / (1.0 if name != "none" else 1.0 + abs(left)))
-    return {
-        "trials": trials,
-        "delays": list(DELAYS),
-        "theorem_3": summaries(residuals),
-        "coercive": summaries(margins),
-    }
+    return {"trials": trials, "delays": list(DELAYS), "theorem_3": summaries(residuals), "coercive": summaries(margins)}
 
 
 def summaries(residuals: dict[str, list[float]]) -> dict[str, dict[str, float]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 
 from papers.peet2019.experiments.identities import DELAYS, EACH, LAST, NODES, POINTS, Array, K, summaries
 
@@ -27,16 +28,15 @@ PART = [slice(i * WIDTH, (i + 1) * WIDTH) for i in EACH]
 def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     """Largest and median residuals over random operators, as corrected, and with misprints.
 
-    theorem_4: ‖P̂P - I‖∞, with one of its two corrections alone too; its `right` is that of PP̂, its `squared` of P̂P̂,
-    the product that is printed. lemma_5:
-    ‖ℒy - 𝒫⁻¹𝒵y‖∞, its `x-index` with X_j of another delay for the X(s) that is printed without an index. printed:
-    without the factors of τ_K. quadrature: of K_i, against twice the points. present_only: with Q_i = 0 and
+    theorem_4: ‖P̂P - I‖∞, with one of its two corrections alone too; `squared`: of P̂P̂, the product that is printed.
+    lemma_5: ‖ℒy - 𝒫⁻¹𝒵y‖∞; `x-index`: with X_j of another delay for the X(s) that is printed without an index.
+    printed: without the factors of τ_K. quadrature: of K_i, against twice the points. present_only: with Q_i = 0 and
     Z_3i = Z_4i = Z_5ij = Z_6i = Z_7ij = 0, all gains of Lemma 5 but L_0 and L_2i, and L_0 - P⁻¹Z_0; `injected` with
     Q_i as drawn. least: the least eigenvalue of all operators. jump: how far each takes constants out of X.
     """
     rng = np.random.default_rng(seed)
     found: dict[str, dict[str, list[float]]] = {
-        "theorem_4": {"printed": [], "corrected": [], **{name: [] for name in (*ALONE, "right", "squared")}},
+        "theorem_4": {"printed": [], "corrected": [], **{name: [] for name in (*ALONE, "squared")}},
         "lemma_5": {"printed": [], "corrected": [], "x-index": []},
         "present_only": {"corrected": [], "l0": [], "injected": []},
         "quadrature": {"corrected": []},
@@ -59,7 +59,6 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
             put("lemma_5", reading, _lemma_5(case, inverse, rng, reading == "corrected"))
         for name, factors in ALONE.items():
             put("theorem_4", name, _inverse(case, *factors)["operator"] @ case["operator"] - eye)
-        put("theorem_4", "right", case["operator"] @ inverse["operator"] - eye)
         put("theorem_4", "squared", inverse["operator"] @ inverse["operator"] - eye)
         rng.bit_generator.state = state
         put("lemma_5", "x-index", _lemma_5(case, inverse, rng, True, other=True))
@@ -148,9 +147,7 @@ def _matrix(p: Array, h: Array, s: list[Array], gamma: Array, right: list[Array]
         q = np.einsum("mw,twi->mti", h[:, PART[i]], z[i])
         out[:N, rows] = (q * NODES[i][1][None, :, None]).reshape(N, -1)
         out[rows, :N] = LAST * np.einsum("mti->tim", q).reshape(-1, N)
-        for t in range(POINTS):
-            at = slice(rows.start + t * N, rows.start + (t + 1) * N)
-            out[at, at] += LAST * s[i][t]
+        out[rows, rows] += LAST * scipy.linalg.block_diag(*s[i])
         for j in EACH:
             columns = slice(N + j * N * POINTS, N + (j + 1) * N * POINTS)
             kernel = np.einsum("twi,wv,uvj,u->tiuj", z[i], gamma[PART[i], PART[j]], z[j], NODES[j][1])
@@ -160,10 +157,7 @@ def _matrix(p: Array, h: Array, s: list[Array], gamma: Array, right: list[Array]
 
 def _inverse(case: dict[str, Any], divided: bool, squared: bool) -> dict[str, Any]:
     """Theorem 4, as printed or corrected; divided: Γ/τ_K in its formulas; squared: Ŝ/τ_K² in its result."""
-    s_hat = [np.linalg.inv(value) for value in case["s"]]
-    moment = np.zeros((K * WIDTH, K * WIDTH))
-    for i in EACH:
-        moment[PART[i], PART[i]] = np.einsum("t,twi,tij,tvj->wv", NODES[i][1], Z[i], s_hat[i], Z[i])
+    s_hat, moment = [np.linalg.inv(value) for value in case["s"]], _moment(case["slope"], POINTS)
     gamma = case["gamma"] / LAST if divided else case["gamma"]
     h, eye, p_inv = case["h"], np.eye(K * WIDTH), np.linalg.inv(case["p"])
     h_hat = p_inv @ h @ np.linalg.inv(moment @ h.T @ p_inv @ h - eye - moment @ gamma)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -147,3 +149,25 @@ def _nilpotency(matrix: np.ndarray[Any, np.dtype[np.float64]]) -> int:
     while np.abs(power).max() > TINY:
         power, index = power @ matrix, index + 1
     return index
+
+
+# What cells cost: measured once by `benchmarks/bench_delay.py`, which says what each field is; kept with the paper.
+
+
+FULL_RUN, SECONDS = (Path(__file__).parents[1] / name for name in ("full_run.jsonl", "seconds.jsonl"))
+"""Each run of a cell of Table I; CPU seconds of assembly and solver apart."""
+
+
+def recorded(file: Path) -> list[Json]:
+    """What has been measured so far, a line a run."""
+    return [json.loads(line) for line in file.read_text("utf-8").splitlines()] if file.exists() else []
+
+
+def cells(cells: list[Json]) -> Json:
+    """The record as the result of an experiment, by product: its numbers enter the report the way all others do."""
+    return {"cells": sorted(cells, key=lambda cell: (cell["states"] * cell["delays"], cell["states"]))}
+
+
+def timed(cells: list[Json]) -> Json:
+    """The record as the result of an experiment, by cell."""
+    return {cell["cell"]: cell for cell in cells}

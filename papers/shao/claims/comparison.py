@@ -7,34 +7,9 @@ from fractions import Fraction
 from functools import partial
 
 from papers._common import by_margin
-from papers.shao.claims.table import (
-    TIED,
-    UNSTABLE_SRC,
-    none_gives_the_table,
-    printed_forms,
-    radius_of,
-    stable,
-)
-from papers.shao.printed import (
-    APO,
-    DATA,
-    ESTIMATES,
-    FAST,
-    FREQUENCIES,
-    HELD,
-    INTERPOLATIONS,
-    LABELS,
-    LITERAL,
-    PMI,
-    PMI_OPEN,
-    REFERENCES,
-    RESTARTED,
-    SINGLE,
-    SINGLE_RATES,
-    SLOWEST,
-    STARTS,
-    STATE,
-)
+from papers.shao import printed
+from papers.shao.claims.table import TIED, UNSTABLE_SRC, none_gives_the_table, printed_forms, radius_of, stable
+from papers.shao.printed import APO, ESTIMATES, FAST, INTERPOLATIONS, LABELS, LITERAL, PMI, RESTARTED, SINGLE, SLOWEST
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results
 from replication.verify.predicate import Predicate, term
@@ -53,11 +28,11 @@ def unstable_single_rate(results: Results) -> Evidence:
     table = results["table"]
     radius = table["radius"]
     return by_margin(
-        {reading: radius[observer] - 1 for reading, observer in SINGLE_RATES.items()},
+        {reading: radius[observer] - 1 for reading, observer in printed.SINGLE_RATES.items()},
         method=RADIUS,
         cross_check=POLYNOMIAL,
         quantities={
-            **{f"radius, {LABELS[observer]}": radius[observer] for observer in SINGLE_RATES.values()},
+            **{f"radius, {LABELS[observer]}": radius[observer] for observer in printed.SINGLE_RATES.values()},
             "radius, the state itself fed back at the slow instants": table["slow_feedback"],
         },
     )
@@ -83,12 +58,7 @@ def stable_interpolation(results: Results) -> Evidence:
     )
 
 
-@STABILITY.feasible(
-    "stability.apo",
-    place="Sec. V, Figs. 2 and 3",
-    uses="table",
-    says=stable(APO),
-)
+@STABILITY.feasible("stability.apo", place="Sec. V, Figs. 2 and 3", uses="table", says=stable(APO))
 def stable_predictive(results: Results) -> Evidence:
     """The loop under DRC-APO is stable."""
     radius = results["table"]["radius"][APO]
@@ -98,7 +68,7 @@ def stable_predictive(results: Results) -> Evidence:
 def better_estimate(sigma: float, results: Results) -> Evidence:
     """Estimation errors of the two observers at the frequency of a figure."""
     errors = results["table"]["estimation"]
-    at = FREQUENCIES.index(sigma)
+    at = printed.FREQUENCIES.index(sigma)
     return by_margin(
         {reading: 1 - errors[APO][at] / errors[observer][at] for reading, observer in ESTIMATES.items()},
         method="largest |θ − θ̂| at the fast instants in the steady state, over the amplitude of the reference",
@@ -109,7 +79,7 @@ def better_estimate(sigma: float, results: Results) -> Evidence:
     )
 
 
-for figure, sigma in DATA["frequency"].items():
+for figure, sigma in printed.DATA["frequency"].items():
     RESPONSES.order(
         f"order.estimate-{figure}",
         place=f"Fig. {figure} and Sec. V",
@@ -140,7 +110,7 @@ def better_transient(results: Results) -> Evidence:
     constants, energy = results["transients"]["time_constants"], results["transients"]["energy"]
     gains = {
         choice: [1 - own / other for own, other in zip(*(energy[choice][n].values() for n in (APO, PMI)), strict=True)]
-        for choice in STARTS
+        for choice in printed.STARTS
     }
     own, others = settling(results)
     return by_margin(
@@ -152,12 +122,12 @@ def better_transient(results: Results) -> Evidence:
         quantities={
             **{
                 f"time constant, {LABELS[name]}, s": constants[name]
-                for name in (APO, PMI, HELD, SINGLE, RESTARTED, FAST)
+                for name in (APO, PMI, printed.HELD, SINGLE, RESTARTED, FAST)
             },
             **{
                 f"{LABELS[name]}, {choice}, σ = {sigma} rad/s, rad² s": value
-                for choice in STARTS
-                for name in (APO, PMI, HELD, SINGLE)
+                for choice in printed.STARTS
+                for name in (APO, PMI, printed.HELD, SINGLE)
                 for sigma, value in energy[choice][name].items()
             },
             "observers that DRC-PMI may be, stable loops": len(others),
@@ -181,7 +151,9 @@ def settling(results: Results) -> tuple[float, list[float]]:
     Over the observers that DRC-PMI may be, with L in continuous time; command and timing change no rate.
     """
     constants = {
-        name: entry["time_constants"][name] for entry in printed_forms(results["orderings"]) for name in PMI_OPEN
+        name: entry["time_constants"][name]
+        for entry in printed_forms(results["orderings"])
+        for name in printed.PMI_OPEN
     }
     return results["transients"]["time_constants"][APO], sorted(c for c in constants.values() if c is not None)
 
@@ -226,7 +198,7 @@ def like_a_fast_sensor(results: Results) -> Evidence:
             **{f"time constant, {words}, s": constants[name] for name, words in predictors.items()},
             **{
                 f"error against that of a fast sensor, {reference}": ratio
-                for reference, ratio in zip(REFERENCES, errors, strict=True)
+                for reference, ratio in zip(printed.REFERENCES, errors, strict=True)
             },
             **{
                 f"bandwidth against that of a fast sensor, error {level:.1%}": ratio
@@ -262,7 +234,7 @@ def higher_bandwidth(results: Results) -> Evidence:
         "finding; the smallest of the three gains counts",
         quantities={
             f"{LABELS[name]}, error {level:.1%}, rad/s": sigma
-            for name in (*family.values(), APO, RESTARTED, STATE)
+            for name in (*family.values(), APO, RESTARTED, printed.STATE)
             for level, sigma in zip(levels, bandwidth[name], strict=True)
             if sigma is not None
         },

@@ -9,30 +9,10 @@ from itertools import pairwise, product
 from typing import Any
 
 from papers._common import by_margin
-from papers.shao.claims.table import (
-    READ,
-    SIMULATED,
-    STEADY,
-    TIED,
-    error_under,
-    family,
-    none_gives_the_table,
-    printed_forms,
-)
+from papers.shao import printed
+from papers.shao.claims.table import SIMULATED, STEADY, TIED, error_under, none_gives_the_table, printed_forms
 from papers.shao.experiments.tracking import LOW_FREQUENCY
-from papers.shao.printed import (
-    APO,
-    APO_READINGS,
-    COLUMNS,
-    EVERY,
-    FREQUENCIES,
-    INTERPOLATIONS,
-    LABELS,
-    LITERAL,
-    PMI,
-    PMI_OPEN,
-    PMI_READINGS,
-)
+from papers.shao.printed import APO, LITERAL, PMI, PMI_OPEN
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
 from replication.verify.predicate import Predicate
@@ -47,26 +27,23 @@ CONCLUDED = Part("Order of the printed numbers of Table I", reading=LITERAL)
     pinned="undetermined",
     says=[
         Predicate(
-            of=error_under("apo", LITERAL if one in INTERPOLATIONS else one, i),
+            of=error_under("apo", LITERAL if one in printed.INTERPOLATIONS else one, i),
             relation="less than",
             to=error_under("pmi", one, i),
             reading=one,
         )
-        for one in READ["pmi"]
-        for i in range(len(FREQUENCIES))
+        for one in printed.READ["pmi"]
+        for i in range(len(printed.FREQUENCIES))
     ],
 )
 def smaller_error(results: Results) -> Evidence:
     """DRC-APO has a smaller error than DRC-PMI at every frequency of Table I."""
-    table = results["table"]
-    shares, counts = weak_gain_shares(table), ordering_counts(printed_forms(results["orderings"]))
+    table, forms = results["table"], printed_forms(results["orderings"])
+    shares, counts, own = weak_gain_shares(table), ordering_counts(forms), table["readings"]["apo"]
     return by_margin(
         {
-            choice: min(
-                1 - a / p
-                for a, p in zip(table["readings"].get(choice, table["readings"][LITERAL])[APO], column, strict=True)
-            )
-            for choice, column in family("pmi", table).items()
+            choice: min(1 - a / p for a, p in zip(own.get(choice, own[LITERAL]), column, strict=True))
+            for choice, column in table["readings"]["pmi"].items()
         },
         method=f"{STEADY}; the frequency with the smallest gain counts",
         quantities={
@@ -80,7 +57,7 @@ def smaller_error(results: Results) -> Evidence:
             f"DRC-APO at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][APO],
         },
         note="It depends on DRC-PMI, which the text leaves open. "
-        f"{where_larger(printed_forms(results['orderings']))}{none_gives_the_table(results)} The outcomes "
+        f"{where_larger(forms)}{none_gives_the_table(results)} The outcomes "
         "listed are with the printed feedforward. The steady state is our choice of window: from the printed "
         "start a maximum over the whole time is half the amplitude at least. This is also the better static "
         "tracking of Sec. V; how much better is not judged. The pairs counted take each feedforward, with "
@@ -92,23 +69,25 @@ def in_order(column: str) -> list[Predicate]:
     """That each error of a column is less than the next, under each reading."""
     return [
         Predicate(of=error_under(column, one, i), relation="less than", to=error_under(column, one, i + 1), reading=one)
-        for one in READ[column]
-        for i in range(len(FREQUENCIES) - 1)
+        for one in printed.READ[column]
+        for i in range(len(printed.FREQUENCIES) - 1)
     ]
 
 
 def growing(column: str, results: Results) -> Evidence:
     """Whether each row of a column exceeds the one before it."""
-    may_be_meant, searched = ((APO,), APO_READINGS) if COLUMNS[column] == APO else (PMI_OPEN, PMI_READINGS)
-    printed = printed_forms(results["orderings"])
-    open_loops = stable_columns(printed, may_be_meant)
+    may_be_meant, searched = (
+        ((APO,), printed.APO_READINGS) if printed.COLUMNS[column] == APO else (PMI_OPEN, printed.PMI_READINGS)
+    )
+    forms = printed_forms(results["orderings"])
+    open_loops = stable_columns(forms, may_be_meant)
     every = stable_columns(results["orderings"], searched)
     holds, among = (sum(least_growth(found) > TIED for found in loops) for loops in (open_loops, every))
     only_excluded = len(every) > among and holds == len(open_loops)
     return by_margin(
         {
-            **{choice: least_growth(found) for choice, found in family(column, results["table"]).items()},
-            EVERY: min(map(least_growth, open_loops)),
+            **{choice: least_growth(found) for choice, found in results["table"]["readings"][column].items()},
+            printed.EVERY: min(map(least_growth, open_loops)),
         },
         method=f"{STEADY}; the step with the smallest growth counts",
         cross_check=SIMULATED,
@@ -118,7 +97,7 @@ def growing(column: str, results: Results) -> Evidence:
             "searched, stable loops, those that the text excludes too": len(every),
             "searched, stable loops in which it fails": len(every) - among,
         },
-        note=f"The text does not say it. It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"
+        note=f"The text does not say it. It holds in {holds} of {len(open_loops)} stable loops of {printed.EVERY}"
         f"{' and fails only for forms that the text excludes' if only_excluded else ''}. L as a discrete gain, the "
         "current form of the observer, predictors other than (6), and a reference that is previewed or changes "
         "between instants are no readings: (3) has the gain in continuous time, (7) and (8) the form, (6) the "
@@ -131,7 +110,7 @@ def least_growth(column: Sequence[float]) -> float:
     return min(later / earlier - 1 for earlier, later in pairwise(column))
 
 
-for column in COLUMNS:
+for column in printed.COLUMNS:
     CONCLUDED.order(
         f"order.growth-{column}",
         place="Table I",
@@ -165,7 +144,7 @@ def where_larger(structures: Sequence[Mapping[str, Any]]) -> str:
         for name, apo in product(PMI_OPEN, stable_columns([entry], (APO,))):
             for pmi in stable_columns([entry], (name,)):
                 larger = [own / other - 1 > TIED for other, own in zip(pmi, apo, strict=True)]
-                case = LABELS[name]
+                case = printed.LABELS[name]
                 cases = told["every frequency" if all(larger) else "some frequencies"]
                 if any(larger) and case not in cases:
                     cases.append(case)

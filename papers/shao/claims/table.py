@@ -8,23 +8,11 @@ from functools import partial
 from typing import Any
 
 from papers._common import by_margin
+from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.method.motor import ReferenceTiming
 from papers.shao.method.search import Near, reading_of
-from papers.shao.printed import (
-    COLUMNS,
-    DATA,
-    FREQUENCIES,
-    INTERPOLATIONS,
-    LABELS,
-    LITERAL,
-    MEASURES,
-    PMI_OPEN,
-    READINGS,
-    SINGLE_RATES,
-    STARTS,
-    table_1,
-)
+from papers.shao.printed import COLUMNS, LABELS, SINGLE_RATES
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Outcome, Results
 from replication.estimation.dualrate.response import Points
@@ -42,10 +30,10 @@ def by_value(values: Mapping[str, float], **told: Any) -> Evidence:
 
 def none_gives_the_table(results: Results) -> str:
     """What Table I says of the two readings of DRC-PMI: it bears out neither."""
-    slow, single = (results["table"]["ratios"][observer][0] for observer in PMI_OPEN)
+    slow, single = (results["table"]["ratios"][observer][0] for observer in printed.PMI_OPEN)
     return (
         f"In the steady state neither DRC-PMI gives Table I: the slow observer errs by {slow:.2f} %, one correction by "
-        f"{single:.2f} %, where {table_1('DRC-PMI')[0]} % is printed."
+        f"{single:.2f} %, where {printed.table_1('DRC-PMI')[0]} % is printed."
     )
 
 
@@ -80,7 +68,7 @@ NOT_SEARCHED = (
     "other parameters or gains."
 )
 WHOLE = Part("Table I as a whole, under one reading or over one window", figures="readings")
-PRINTED = "[{}]".format("; ".join(f"{row['DRC-PMI']} {row['DRC-APO']}" for row in DATA["table-1"].values()))
+PRINTED = "[{}]".format("; ".join(f"{row['DRC-PMI']} {row['DRC-APO']}" for row in printed.DATA["table-1"].values()))
 """Both columns of numbers of Table I as one matrix."""
 WHERE = {Points.BETWEEN: "at all times", Points.FAST: "at fast instants", Points.SLOW: "at slow instants"}
 
@@ -146,7 +134,7 @@ def nearness(near: Mapping[str, Near]) -> str:
 
 def described(near: Near) -> str:
     """The choices of a reading, and its numbers in percent."""
-    reading = reading_of(READINGS, near)
+    reading = reading_of(printed.READINGS, near)
     window = "steady state"
     if reading.window is not None:
         window = f"slow periods {reading.window[0]} to {reading.window[1]} from ζ(0) = {reading.start}"
@@ -160,7 +148,7 @@ SIMULATED = (
     "literal responses at each frequency against a brute-force simulation of the printed algorithm, transients "
     "included; the steady-state maximum against long simulations, in the tests"
 )
-TABLE = Part("Table I", reading=LITERAL)
+TABLE = Part("Table I", reading=printed.LITERAL)
 
 
 def unbounded(index: int, results: Results) -> Evidence:
@@ -168,7 +156,7 @@ def unbounded(index: int, results: Results) -> Evidence:
     radius, excited = results["table"]["radius"], results["transients"]["excited"]
     return by_margin(
         {
-            reading: min(radius[name] - 1, *(excited[name][choice][index] for choice in STARTS))
+            reading: min(radius[name] - 1, *(excited[name][choice][index] for choice in printed.STARTS))
             for reading, name in SINGLE_RATES.items()
         },
         method="monodromy radius less one, and the share of the unstable mode in the offset from the periodic solution "
@@ -179,7 +167,7 @@ def unbounded(index: int, results: Results) -> Evidence:
             **{
                 f"share of the unstable mode, {LABELS[name]}, {choice}": excited[name][choice][index]
                 for name in SINGLE_RATES.values()
-                for choice in STARTS
+                for choice in printed.STARTS
             },
         },
         note="The dash is not explained; the text says that the loop is unstable and for that reason not plotted. The "
@@ -188,24 +176,12 @@ def unbounded(index: int, results: Results) -> Evidence:
     )
 
 
-def family(column: str, table: Mapping[str, Any]) -> dict[str, list[float]]:
-    """The columns that the readings of the command, of the maximum and, for DRC-PMI, of the observer give, percent."""
-    found = {choice: table["readings"][choice][COLUMNS[column]] for choice in MEASURES}
-    if column == "pmi":
-        found |= {
-            choice: table["ratios"][observer]
-            for choice, observer in INTERPOLATIONS.items()
-            if observer in table["ratios"]
-        }
-    return found
-
-
 def cell(column: str, index: int, results: Results) -> Evidence:
     """One entry of Table I in percent under the literal reading."""
     table, observer, searched = results["table"], COLUMNS[column], results["windows"][column][index]
     return by_value(
         {
-            **{choice: ratios[index] for choice, ratios in family(column, table).items()},
+            **{choice: ratios[index] for choice, ratios in table["readings"][column].items()},
             FROM_SOME_TIME: searched["from_some_time"],
         },
         method=STEADY,
@@ -229,25 +205,22 @@ MEASURED = {Points.BETWEEN: "all", Points.FAST: "fast"}
 
 def error_under(column: str, reading: str, index: int) -> Term:
     """The largest tracking error of a cell under a reading of the command, of the maximum, or of the observer."""
-    structure, points = MEASURES.get(reading, MEASURES[LITERAL])
-    observer = INTERPOLATIONS.get(reading, COLUMNS[column]) if column == "pmi" else COLUMNS[column]
+    read = printed.READ[column][reading]
     return term(
         "largest tracking error",
         "motor",
-        observer=observer,
-        feedforward=structure.feedforward,
-        instants=MEASURED[points],
-        frequency=str(Fraction(FREQUENCIES[index])),
+        observer=read.observer,
+        feedforward=read.structure.feedforward,
+        instants=MEASURED[read.points],
+        frequency=str(Fraction(printed.FREQUENCIES[index])),
     )
 
 
 BELOW_STEADY = (1, 2, 3)
 """The rows whose print for DRC-APO lies below the steady state, which no start of the window gives."""
-READ: Mapping[str, tuple[str, ...]] = {"apo": tuple(MEASURES), "pmi": (*MEASURES, *list(INTERPOLATIONS)[1:-1])}
-"""By column its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 
 
-for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
+for number, (reference, row) in enumerate(printed.DATA["table-1"].items(), 1):
     TABLE.feasible(
         f"table.src-{number}",
         place=row["SRC"].place,
@@ -269,6 +242,6 @@ for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
                     to=str(row[f"DRC-{column.upper()}"]),
                     reading=one,
                 )
-                for one in READ[column]
+                for one in printed.READ[column]
             ],
         )(partial(cell, column, number - 1))

@@ -65,10 +65,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
             "estimate, printed period": rate_gap(DESIGN),
         },
         "radius": {name: radius(COUNTEREXAMPLE, name) for name in COMPARED},
-        "rate_gap": {
-            "printed": rate_gaps(APO, 1 / DESIGN.ratio),
-            "printed_full_gain": rate_gaps(APO, 1),
-        },
+        "rate_gap": {"printed": rate_gaps(APO, 1 / DESIGN.ratio), "printed_full_gain": rate_gaps(APO, 1)},
     }
 
 

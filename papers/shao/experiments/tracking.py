@@ -4,49 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import msgspec
 import numpy as np
 
+from papers.shao import printed
 from papers.shao.experiments.motor import radius
-from papers.shao.method.motor import (
-    Motor,
-    bandwidth,
-    estimation_error_ratio,
-    estimation_lag,
-    simulate,
-    transient_energy,
-)
-from papers.shao.method.readings import STRUCTURES, Structure, first_estimate, windowed_errors
+from papers.shao.method.motor import bandwidth, estimation_error_ratio, estimation_lag, simulate, transient_energy
+from papers.shao.method.readings import STRUCTURES, Reading, first_estimate, windowed_errors
 from papers.shao.method.search import BlockResult, Column, merge, search_block
-from papers.shao.printed import (
-    APO,
-    APO_READINGS,
-    COLUMNS,
-    DATA,
-    DESIGN,
-    FAST,
-    FREQUENCIES,
-    HELD,
-    INTERPOLATIONS,
-    LITERAL,
-    MEASURES,
-    MOTOR,
-    PMI,
-    PMI_READINGS,
-    READINGS,
-    RESTARTED,
-    SINGLE,
-    SINGLE_RATES,
-    START,
-    STARTS,
-    STATE,
-    literal_loop,
-    table_1,
-)
-from replication.errors import InfeasibleError
+from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
@@ -56,7 +25,7 @@ from replication.estimation.dualrate.loop import (
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import Plant
+from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.dualrate.response import (
     Points,
     period_response,
@@ -68,7 +37,7 @@ from replication.estimation.dualrate.response import (
 )
 from replication.estimation.validation import Array
 
-COMPARED = (PMI, HELD, SINGLE, APO, RESTARTED, FAST, STATE)
+COMPARED = (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST, printed.STATE)
 DISTURBED = (PMI, HELD, APO, RESTARTED, FAST)
 LOW_FREQUENCY = 0.02
 """σ in rad/s, below the frequencies of Table I."""
@@ -77,33 +46,27 @@ LOW_FREQUENCY = 0.02
 def table(simulated_periods: int) -> dict[str, Any]:
     """Table I by the lifted form, in percent; the radius of each loop; the check by brute-force simulation.
 
-    ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
+    ratios: the literal reading, by observer. readings: by column, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
-    innovation: the model alone, corrected at each measurement by a gain on y − C ζ, for L and for half of it.
-    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
+    weak_gain: DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY. slow_feedback: the
     radius where the state itself is fed back at the slow instants.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
-    slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[STATE](model), slow_command=True))
-    stable = [name for name in OBSERVERS if radii[name] < 1]
+    slow_feedback = close_loop(DESIGN, lambda model: replace(OBSERVERS[printed.STATE](model), slow_command=True))
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
     return {
-        "ratios": {name: _percent(literal_loop(name, f) for f in FREQUENCIES) for name in stable},
+        "ratios": {name: _percent(Reading(name)) for name in OBSERVERS if radii[name] < 1},
         "readings": {
-            choice: {
-                name: _percent((READINGS.loop(name, structure, f) for f in FREQUENCIES), points) for name in stable
-            }
-            for choice, (structure, points) in MEASURES.items()
+            column: {name: _percent(one) for name, one in read.items()} for column, read in printed.READ.items()
         },
-        "innovation": {str(share): _percent(_corrected_at_once(f, share) for f in FREQUENCIES) for share in (1.0, 0.5)},
-        "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
-        "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
+        "weak_gain": {PMI: _percent(Reading(PMI), weak)},
+        "slow": {name: 100 * tracking_error_ratio(literal_loop(name, LOW_FREQUENCY)) for name in (PMI, APO)},
         "radius": radii,
         "slow_feedback": stability_radius(slow_feedback),
         "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
-            for name in (PMI, HELD, SINGLE, APO, RESTARTED, FAST)
+            for name in (PMI, HELD, printed.SINGLE, APO)
         },
     }
 
@@ -113,27 +76,27 @@ def orderings() -> list[dict[str, Any]]:
 
     None for an unstable loop.
     """
-    names = (*PMI_READINGS, *APO_READINGS)
+    names = (*printed.PMI_READINGS, *printed.APO_READINGS)
     return [
         {
             "structure": [structure.feedforward, structure.timing, structure.discrete_gain, structure.current],
-            "ratios": {name: _structure_ratios(name, structure) for name in names},
-            "time_constants": {name: _time_constant(READINGS.loop(name, structure, 1.0)) for name in names},
+            "ratios": {name: T and _percent(Reading(name, structure)) for name, T in constants.items()},
+            "time_constants": constants,
         }
         for structure in STRUCTURES
+        for constants in [{name: _time_constant(READINGS.loop(name, structure, 1.0)) for name in names}]
     ]
 
 
 def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
     """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
-    ratios = {
-        name: cache(lambda f, name=name: tracking_error_ratio(literal_loop(name, f))) for name in COMPARED
-    }  # a bandwidth is looked for on the same grid
+    # A bandwidth is looked for on the same grid.
+    ratios = {name: cache(lambda f, name=name: tracking_error_ratio(literal_loop(name, f))) for name in COMPARED}
     return {
         "frequencies": list(frequencies),
         "ratios": {name: [100 * at(f) for f in frequencies] for name, at in ratios.items()},
         "levels": list(levels),
-        "bandwidth": {name: [_bandwidth(at, level, frequencies) for level in levels] for name, at in ratios.items()},
+        "bandwidth": {name: [bandwidth(at, level, frequencies) for level in levels] for name, at in ratios.items()},
         "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in COMPARED},
     }
 
@@ -144,26 +107,21 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
     energy: integral of the square of what the tracking error is apart from its steady state, rad² s. excited: for each
     observer of SRC and each reference of Table I, the share of the unstable mode in the offset at t = 0.
     """
-    sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
+    sigmas = [float(sigma) for sigma in printed.DATA["frequency"].values()]
+
+    def by_start(names: Sequence[str], value: Callable[[DualRateLoop, str], Any]) -> dict[str, Any]:
+        return {
+            choice: {name: {str(f): value(literal_loop(name, f), choice) for f in sigmas} for name in names}
+            for choice in printed.STARTS
+        }
+
     return {
-        "responses": {
-            choice: {
-                name: {str(f): _response(name, f, choice, slow_periods, substeps) for f in sigmas}
-                for name in (PMI, APO)
-            }
-            for choice in STARTS
-        },
-        "energy": {
-            choice: {
-                name: {str(f): _energy(literal_loop(name, f), choice)[0] for f in sigmas}
-                for name in (PMI, HELD, SINGLE, APO, RESTARTED, FAST)
-            }
-            for choice in STARTS
-        },
+        "responses": by_start((PMI, APO), partial(_response, slow_periods=slow_periods, substeps=substeps)),
+        "energy": by_start((PMI, HELD, printed.SINGLE, APO), _energy),
         "time_constants": {name: _time_constant(literal_loop(name, 1.0)) for name in COMPARED},
         "excited": {
-            name: {choice: [_excitation(literal_loop(name, f), choice) for f in FREQUENCIES] for choice in STARTS}
-            for name in SINGLE_RATES.values()
+            name: {start: [_excitation(literal_loop(name, f), start) for f in FREQUENCIES] for start in printed.STARTS}
+            for name in printed.SINGLE_RATES.values()
         },
     }
 
@@ -181,35 +139,28 @@ def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
 def robustness(factors: Sequence[float]) -> dict[str, Any]:
     """[radius, percent error or None if unstable] at σ = 1 rad/s when J, Ψ_f (with K_T) or R is off by a factor."""
     result: dict[str, Any] = {"factors": list(factors)}
-    for parameter in ("inertia", "flux", "resistance"):
-        plants = [_motor_with(parameter, factor).system() for factor in factors]
-        result[parameter] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
+    for moved in (("inertia",), ("flux", "torque_constant"), ("resistance",)):
+        nominal = {name: getattr(printed.MOTOR, name) for name in moved}
+        motors = [replace(printed.MOTOR, **{name: n * factor for name, n in nominal.items()}) for factor in factors]
+        plants = [motor.system() for motor in motors]
+        result[moved[0]] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
     return result
 
 
 def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -> list[list[float | None]]:
-    """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant.
-
-    The observer, the gains and the command stay those of the model. Raises InvalidInputError for a plant that does
-    not fit, or a loop without a reference.
-    """
-    harmonic = reference(nominal)
+    """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant."""
     found: list[list[float | None]] = []
     for plant in plants:
-        loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=harmonic)
+        loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=reference(nominal))
         size = stability_radius(loop)
         found.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
     return found
 
 
-def _corrected_at_once(frequency: float, share: float) -> DualRateLoop:
-    """The literal loop of an exact innovation form: ζ moves by a share of L (y − C ζ) at measurements, else freely."""
-    weaker = replace(READINGS, design=replace(DESIGN, injection=share * DESIGN.injection))
-    return weaker.loop(SINGLE, Structure(discrete_gain=True), frequency)
-
-
-def _percent(loops: Iterable[DualRateLoop], points: Points = Points.BETWEEN) -> list[float]:
-    return [100 * tracking_error_ratio(loop, points) for loop in loops]
+def _percent(reading: Reading, design: DualRateDesign = DESIGN) -> list[float]:
+    """A column of Table I under a reading."""
+    loops = [replace(READINGS, design=design).loop(reading.observer, reading.structure, f) for f in FREQUENCIES]
+    return [100 * tracking_error_ratio(loop, reading.points) for loop in loops]
 
 
 def _time_constant(loop: DualRateLoop) -> float | None:
@@ -220,10 +171,10 @@ def _time_constant(loop: DualRateLoop) -> float | None:
 
 def _estimate(choice: str) -> Array:
     """ζ(0) under a reading of the start of the observer."""
-    return first_estimate(STARTS[choice], START, DESIGN.model.C[0])
+    return first_estimate(printed.STARTS[choice], START, DESIGN.model.C[0])
 
 
-def _energy(loop: DualRateLoop, choice: str) -> tuple[float, float]:
+def _energy(loop: DualRateLoop, choice: str) -> float:
     """`transient_energy` of what the output is apart from its steady state, from a reading of the start."""
     offset = start_state(loop, START, _estimate(choice)) - np.imag(steady_state(loop).states[0])
     return transient_energy(loop, offset)
@@ -241,18 +192,6 @@ def _excitation(loop: DualRateLoop, choice: str) -> float:
     return float(np.abs(mode @ offset) / (np.linalg.norm(mode) * np.linalg.norm(offset)))
 
 
-def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
-    loops = [READINGS.loop(name, structure, f) for f in FREQUENCIES]
-    return _percent(loops) if stability_radius(loops[0]) < 1 else None
-
-
-def _bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
-    try:
-        return bandwidth(ratio_at, level, frequencies)
-    except InfeasibleError:  # the level is not crossed within the sweep
-        return None
-
-
 def _agreement(name: str, frequency: float, periods: int) -> float:
     loop = literal_loop(name, frequency)
     lifted = time_response(loop, START, 0 * START, slow_periods=periods, substeps=5)
@@ -261,8 +200,7 @@ def _agreement(name: str, frequency: float, periods: int) -> float:
     return float(max(np.abs(gap).max() for gap in gaps))
 
 
-def _response(name: str, frequency: float, choice: str, slow_periods: int, substeps: int) -> dict[str, list[float]]:
-    loop = literal_loop(name, frequency)
+def _response(loop: DualRateLoop, choice: str, slow_periods: int, substeps: int) -> dict[str, list[float]]:
     response = time_response(loop, START, _estimate(choice), slow_periods=slow_periods, substeps=substeps)
     return {
         "time": response.time.tolist(),
@@ -272,11 +210,6 @@ def _response(name: str, frequency: float, choice: str, slow_periods: int, subst
         "estimate": response.estimate[:, 0].tolist(),
         "estimation_error": (response.state - response.estimate)[:, 0].tolist(),
     }
-
-
-def _motor_with(parameter: str, factor: float) -> Motor:
-    parameters = (parameter, "torque_constant") if parameter == "flux" else (parameter,)
-    return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
 
 
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
@@ -296,32 +229,30 @@ def windows() -> dict[str, Any]:
     ones, give the print. from_some_time: nearest to the print among the largest errors from a time t₀ on, percent. As
     t₀ grows this maximum falls without a jump from that of the whole run to that of the steady state.
     """
-    columns = table_columns()
-    return {name: [_over_windows(name, columns[name], row) for row in range(len(FREQUENCIES))] for name in COLUMNS}
+    rows = range(len(FREQUENCIES))
+    return {name: [_over_windows(name, column, row) for row in rows] for name, column in table_columns().items()}
 
 
 def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
-    frequency, printed, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
-    tried = [(COLUMNS[name], *measure) for measure in MEASURES.values()]
-    if name == "pmi":
-        tried += [(other, *MEASURES[LITERAL]) for other in INTERPOLATIONS.values() if other != COLUMNS[name]]
-    loops = [(READINGS.loop(observer, structure, frequency), points) for observer, structure, points in tried]
+    frequency, target, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
+    tried = [*printed.READ[name].values(), *([Reading(printed.SLOW_INPUT)] if name == "pmi" else [])]
+    loops = [(READINGS.loop(one.observer, one.structure, frequency), one.points) for one in tried]
     found = np.array([windowed_errors(READINGS, loop)[:, list(Points).index(points)] for loop, points in loops])
     lasting = READINGS.design.slow_period * np.array([end - start for start, end in READINGS.windows])
     long = lasting >= np.pi / frequency
-    hit = np.abs(found - printed) <= half
+    hit = np.abs(found - target) <= half
     whole = found[..., long].ravel()
     run = found[..., READINGS.windows.index((0, READINGS.horizon))]
     reached = [
-        np.clip(printed, steady, max(steady, largest))
+        np.clip(target, steady, max(steady, largest))
         for (loop, points), starts in zip(loops, run, strict=True)
         if points is Points.BETWEEN and stability_radius(loop) < 1 - MARGINAL
         for steady in [tracking_error_ratio(loop)]
         for largest in starts
     ]
     return {
-        "nearest": float(100 * whole[np.argmin(np.abs(np.log(whole / printed)))]),
-        "from_some_time": float(100 * min(reached, key=lambda value: abs(np.log(value / printed)))),
+        "nearest": float(100 * whole[np.argmin(np.abs(np.log(whole / target)))]),
+        "from_some_time": float(100 * min(reached, key=lambda value: abs(np.log(value / target)))),
         "long": whole.size,
         "hits": {"long": int(hit[..., long].sum()), "short": int(hit[..., ~long].sum())},
     }
@@ -330,10 +261,10 @@ def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
 def table_columns() -> dict[str, Column]:
     """The printed columns as ratios, with half a unit of the last printed place."""
     columns = {}
-    for name, observers in (("pmi", PMI_READINGS), ("apo", APO_READINGS)):
-        printed = table_1(f"DRC-{name.upper()}")
-        values = np.array([float(text) for text in printed]) / 100
-        half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in printed]) / 100
+    for name, observers in (("pmi", printed.PMI_READINGS), ("apo", printed.APO_READINGS)):
+        texts = printed.table_1(f"DRC-{name.upper()}")
+        values = np.array([float(text) for text in texts]) / 100
+        half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in texts]) / 100
         columns[name] = Column(observers, values, half_widths)
     return columns
 

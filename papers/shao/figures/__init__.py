@@ -1,10 +1,10 @@
-"""How each loop looks in every figure of this paper, and what it is called there."""
+"""How each loop looks in every figure of this paper."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from papers.shao.printed import APO, FAST, HELD, PMI, RESTARTED, SINGLE, SLOW_INPUT, STATE
+from papers.shao.printed import APO, FAST, HELD, PMI, RESTARTED, SINGLE, STATE
 from replication.drawing.style import FOREGROUND, GREY, OURS, REFUTED
 
 _LOOKS: dict[str, tuple[str, Any, float]] = {
@@ -16,18 +16,6 @@ _LOOKS: dict[str, tuple[str, Any, float]] = {
     FAST: (GREY, "-", 1.1),
     STATE: (GREY, (0, (1, 2)), 1.3),
 }
-NAMES = {
-    APO: "DRC-APO",
-    PMI: "DRC-PMI",
-    HELD: "PMI, y held",
-    SINGLE: "PMI, one correction",
-    SLOW_INPUT: "PMI, slow input",
-    RESTARTED: "APO, restarted",
-    "open_loop_prediction": "APO, open loop",
-    FAST: "fast sensor",
-    STATE: "state feedback",
-}
-"""The literal readings of both controllers are called after them, the others after what they change."""
 
 
 def look(loop: str) -> dict[str, Any]:

@@ -7,20 +7,10 @@ from itertools import groupby, pairwise
 from typing import Any
 
 from papers._common import figure_data
+from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
-from papers.shao.figures import NAMES, look
-from papers.shao.printed import (
-    APO,
-    APO_READINGS,
-    COLUMNS,
-    COUNTEREXAMPLE,
-    DESIGN,
-    FAST,
-    PMI,
-    PMI_READINGS,
-    RESTARTED,
-    table_1,
-)
+from papers.shao.figures import look
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, NAMES, PMI, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_line, new_axes, out_of_bounds, say
@@ -41,34 +31,25 @@ def plot_counter_example(drawn: FigureData) -> Any:
     """Above the printed predictor at M = 5, below the restarted one where the sensor is slower."""
     figure, axes = new_axes(2, row_height=2.3, share_x=False)
     c = drawn.columns
-    period = COUNTEREXAMPLE.period
-    panels = (
-        (COUNTEREXAMPLE.ratio, {name: name for name in (FAST, RESTARTED, APO)}, WORDS_ABOVE),
-        (int(c["longer_ratio"][0]), {name: f"longer_{name}" for name in (FAST, RESTARTED)}, WORDS_BELOW),
-    )
-    for axis, (ratio, curves, words) in zip(axes, panels, strict=True):
-        for name, column in curves.items():
-            (curve,) = axis.plot(c["time_s"], c[column], **look(name))
-            text, at, side, ha = words[name]
-            if text:
-                name_line(axis, curve, text, at, side=side, ha=ha)
-        every = ratio * period
+    panels = ("", COUNTEREXAMPLE.ratio, ABOVE), ("longer_", int(c["longer_ratio"][0]), BELOW)
+    for axis, (front, ratio, curves) in zip(axes, panels, strict=True):
+        for name, (text, at, side, ha) in curves.items():
+            (curve,) = axis.plot(c["time_s"], c[f"{front}{name}"], **look(name))
+            name_line(axis, curve, text, at, side=side, ha=ha)
+        every = ratio * COUNTEREXAMPLE.period
         name_axes(axis, f"x, measured every {f'{every:g} s' if every >= 1 else f'{1000 * every:g} ms'}")
-    axes[0].set_xlim(0.0, ENDS[0])
-    axes[0].set_ylim(-1.0, ENDS[1])
-    axes[1].set_xlim(0.0, c["time_s"][-1])
-    axes[1].set_ylim(bottom=-8.0)
-    axes[1].set_xlabel("time (s)")
+    axes[0].set(xlim=(0.0, ENDS[0]), ylim=(-1.0, ENDS[1]))
+    axes[1].set(xlim=(0.0, c["time_s"][-1]), ylim=(-8.0, None), xlabel="time (s)")
     return figure
 
 
-WORDS_ABOVE = {
-    APO: ("DRC-APO as printed", 3.0, 1, "right"),
-    RESTARTED: ("", 0.0, 0, "left"),
+ABOVE = {
     FAST: ("restarted predictor, fast sensor", 1.5, 1, "left"),
+    RESTARTED: ("", 0.0, 0, "left"),
+    APO: ("DRC-APO as printed", 3.0, 1, "right"),
 }
-WORDS_BELOW = {RESTARTED: ("restarted predictor", 6.4, 1, "right"), FAST: ("fast sensor", 5.0, -1, "left")}
-"""By panel: the name of each curve, at which time it stands, on which side, and which end of the words is there."""
+BELOW = {FAST: ("fast sensor", 5.0, -1, "left"), RESTARTED: ("restarted predictor", 6.4, 1, "right")}
+"""By panel the curves: the name of each, at which time it stands, on which side, and which end of it is there."""
 
 
 def _grown(drawn: FigureData) -> float:
@@ -208,8 +189,8 @@ def plot_reading_scores(drawn: FigureData) -> Any:
         axis.plot(factors, [row] * len(factors), "o", color=GREY, markerfacecolor="none", markersize=5)
         axis.plot(min(factors), row, "D", color=OURS, markersize=6)
         axis.text(min(factors), row - 0.2, f"×{min(factors):.2f}", color=OURS, ha="left", va="bottom")
-    axis.set(xscale="log", xlim=(0.98, 1.1 * math.exp(max(map(max, observers.values())))))
-    axis.set_ylim(len(observers) - 0.5, -1.1)
+    xlim = 0.98, 1.1 * math.exp(max(map(max, observers.values())))
+    axis.set(xscale="log", xlim=xlim, ylim=(len(observers) - 0.5, -1.1))
     axis.set_yticks(range(len(observers)), [NAMES[name].replace(", ", ",\n") for name in observers])
     axis.set_xticks((1, 1.5, 2, 3, 5), ("×1", "×1.5", "×2", "×3", "×5"))
     axis.minorticks_off()
@@ -221,22 +202,18 @@ def _observers(drawn: FigureData) -> dict[str, tuple[float, ...]]:
     return {name: values for name, values in drawn.columns.items() if name != "structure"}
 
 
-def rounding() -> float:
-    """The largest distance that half a unit of the last printed place makes in either column."""
-    texts = [text for short in COLUMNS for text in table_1(f"DRC-{short.upper()}")]
-    return max(math.log1p(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text)) for text in texts)
-
-
 def _told_reading_scores(drawn: FigureData) -> dict[str, Any]:
     """The factors by which the nearest readings miss the worst number of a column, by observer and by column."""
     observers = {name: math.exp(min(distances)) for name, distances in _observers(drawn).items()}
-    pmi, apo = (min(observers[name] for name in group) for group in (PMI_READINGS, APO_READINGS))
+    texts = [text for short in printed.COLUMNS for text in printed.table_1(f"DRC-{short.upper()}")]
+    half_a_unit = max(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text) for text in texts)
+    pmi, apo = (min(observers[name] for name in group) for group in (printed.PMI_READINGS, printed.APO_READINGS))
     return {
         "structures": len(drawn.columns["structure"]),
         "observers": "; ".join(f"{NAMES[name]}: {factor:.2f}" for name, factor in observers.items()),
         "pmi": pmi,
         "apo": apo,
-        "more": "more" if min(pmi, apo) > math.exp(rounding()) else "not more",
+        "more": "more" if min(pmi, apo) > 1.0 + half_a_unit else "not more",
     }
 
 

@@ -6,22 +6,9 @@ from functools import partial
 from typing import Any
 
 from papers._common import Drawn, figure_data
-from papers.shao.figures import NAMES, look
-from papers.shao.printed import (
-    APO,
-    COLUMNS,
-    DATA,
-    DESIGN,
-    FAST,
-    FREQUENCIES,
-    HELD,
-    LABELS,
-    PMI,
-    RESTARTED,
-    SINGLE,
-    STATE,
-    table_1,
-)
+from papers.shao import printed
+from papers.shao.figures import look
+from papers.shao.printed import APO, COLUMNS, FAST, HELD, NAMES, PMI, RESTARTED, SINGLE, STATE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes, rms
@@ -105,9 +92,11 @@ def error_curves(results: Results) -> FigureData:
     """Percent error against σ, and Table I."""
     found = results["frequencies"]
     columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
-    columns["table_frequency_rad_s"] = FREQUENCIES
+    columns["table_frequency_rad_s"] = printed.FREQUENCIES
     columns |= {f"literal_{short}": results["table"]["ratios"][loop] for short, loop in COLUMNS.items()}
-    return figure_data(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
+    return figure_data(
+        columns | {f"table_{short}": map(float, printed.table_1(f"DRC-{short.upper()}")) for short in COLUMNS}
+    )
 
 
 SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
@@ -130,9 +119,9 @@ def plot_error_curves(drawn: FigureData) -> Any:
                 name = f"{NAMES[FAST]};\nrestarted lies on it" if loop == FAST else NAMES[loop]
                 name_line(axis, curve, name, at, side=side, ha="right" if side > 0 else "left")
         points = c["table_frequency_rad_s"], c[f"table_{short}"]
-        (printed,) = axis.plot(*points, "D", linestyle="-", color=FOREGROUND, linewidth=0.8)
+        (joined,) = axis.plot(*points, "D", linestyle="-", color=FOREGROUND, linewidth=0.8)
         first = short == "pmi"
-        name_line(axis, printed, "printed", points[0][0 if first else -1], side=-1 if first else 1, family="serif")
+        name_line(axis, joined, "printed", points[0][0 if first else -1], side=-1 if first else 1, family="serif")
         name_axes(axis, f"DRC-{short.upper()}: tracking error (%)")
         axis.minorticks_off()
     axes[-1].set_xlabel("frequency σ (rad/s)")
@@ -143,7 +132,7 @@ def plot_error_curves(drawn: FigureData) -> Any:
 def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
     """The least and the largest printed error of a column as a multiple of that of the literal reading."""
     pairs = zip(drawn.columns[f"table_{short}"], drawn.columns[f"literal_{short}"], strict=True)
-    factors = [printed / own for printed, own in pairs]
+    factors = [print_ / own for print_, own in pairs]
     return min(factors), max(factors)
 
 
@@ -180,7 +169,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 
 def _told_lag_curves(drawn: FigureData) -> dict[str, Any]:
     last = {f"last_{name}": values[-1] for name, values in drawn.columns.items()}
-    return {**last, "printed_ratio": DESIGN.ratio, "lowest": min(FREQUENCIES)}
+    return {**last, "printed_ratio": printed.DESIGN.ratio, "lowest": min(printed.FREQUENCIES)}
 
 
 DISTURBED = (PMI, APO, HELD, RESTARTED, FAST)
@@ -237,7 +226,7 @@ def _told_robustness_curves(drawn: FigureData) -> dict[str, Any]:
         "error": apo[at],
         "against": "more" if apo[at] > fast[at] else "less",
         "last": factors[-1],
-        "loops": "; ".join(f"{LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED),
+        "loops": "; ".join(f"{printed.LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED),
         "largest": "; ".join(f"{words} {_largest(drawn, name):.0f} %" for name, words in PARAMETERS.items()),
     }
 
@@ -245,7 +234,7 @@ def _told_robustness_curves(drawn: FigureData) -> dict[str, Any]:
 FIGURES: Drawn = {
     **{
         f"fig{number}": (partial(responses, sigma), plot_responses, _told_responses)
-        for number, sigma in DATA["frequency"].items()
+        for number, sigma in printed.DATA["frequency"].items()
     },
     "robustness": (robustness_curves, plot_robustness_curves, _told_robustness_curves),
     "error-frequency": (error_curves, plot_error_curves, _told_error_curves),

@@ -1,7 +1,5 @@
-"""The sufficient condition (18) of the stability result, the inequality (15) it rests on, and the true slow rates.
-
-Sec. IV says that the loop with the virtual measurement (6) converges if A + B K and A − L C are Hurwitz and
-α₄ λ_max(P) T < 1, whatever the ratio M.
+"""Condition (18) of the stability result, α₄ λ_max(P) T < 1 whatever the ratio M, the inequality (15) that it rests on,
+and the true slow rates.
 """
 
 from __future__ import annotations
@@ -47,8 +45,7 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     joint = np.block([[A + B @ K, -B @ K], [np.zeros_like(A), guided]])
     P = scipy.linalg.solve_continuous_lyapunov(joint.T, -np.eye(2 * len(A)))
     P = (P + P.T) / 2
-    eigenvalues = np.linalg.eigvalsh(P)
-    smallest, largest = float(eigenvalues[0]), float(eigenvalues[-1])
+    smallest, *_, largest = map(float, np.linalg.eigvalsh(P))
     root = float(np.sqrt(smallest))
     alpha1 = (norm(C @ A) + 2 * norm(C @ B @ K)) / root
     alpha2 = (2 * norm(K @ guided) + 2 * norm(K @ B @ K) + norm(K @ L @ C)) / root
@@ -74,10 +71,9 @@ def prediction_gap(design: DualRateDesign, *, restarted: bool = False) -> tuple[
 
 
 def rate_gap(design: DualRateDesign, *, predicted: bool = False) -> float:
-    """By how much the change of (6) over a period departs from the integral of C A ζ + C B u, over T.
+    """By how much the change of (6) from C ζ(t_{k−1}) departs over a period from the integral of C A ζ + C B u, over T.
 
-    By its worst departure for unit (ζ(t_{k−1}), u, ȳ(t_{k−1})), counted from C ζ(t_{k−1}); ζ follows (3). predicted:
-    with the state ζ_p of (6) in the place of ζ.
+    At the worst, for unit (ζ(t_{k−1}), u, ȳ(t_{k−1})). predicted: with the state ζ_p of (6) in the place of ζ by (3).
     """
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     (n, m), p, T = B.shape, len(C), design.period
@@ -108,20 +104,14 @@ def slow_rates(design: DualRateDesign, observer: str) -> ComplexArray:
 def slow_rate_gap(design: DualRateDesign, observer: str, *, period: float, share: float) -> float:
     """Largest distance from `slow_rates` at the given period to eig(A + B K) ∪ eig(A − share · L C), matched, 1/s.
 
-    As T → 0 it vanishes like T for share = 1/M with the virtual measurement (6), and for share = 1 with the running
-    prediction or a fast sensor.
+    As T → 0 it vanishes like T: for share = 1/M under (6), for share = 1 with the running prediction or a fast sensor.
     """
     from scipy.optimize import linear_sum_assignment  # slow to load
 
-    model = design.model
-    rates = slow_rates(replace(design, period=period), observer)
-    limits = np.concatenate(
-        [
-            np.linalg.eigvals(model.A + model.B_u @ design.feedback),
-            np.linalg.eigvals(model.A - share * design.injection @ model.C),
-        ]
-    )
-    distances = np.abs(rates[:, None] - limits[None, :])
+    model, rates = design.model, slow_rates(replace(design, period=period), observer)
+    joint = model.A + model.B_u @ design.feedback, model.A - share * design.injection @ model.C
+    limits = np.concatenate([np.linalg.eigvals(matrix) for matrix in joint])
+    distances = np.abs(rates[:, None] - limits)
     return float(np.max(distances[linear_sum_assignment(distances)]))
 
 

@@ -1,7 +1,6 @@
 """The motor of eq. (23), the numbers of a loop that the paper speaks of, and the algorithm simulated step by step.
 
-The motor is permanent magnet synchronous, in position coordinates x = (θ, ω, dω/dt) with the input u_q. Its parameters
-carry SI units; they are data of an example, not of a measured motor.
+The motor is permanent magnet synchronous; x = (θ, ω, dω/dt), with the input u_q. Its data are those of an example.
 """
 
 from __future__ import annotations
@@ -9,34 +8,22 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
-from replication.estimation.dualrate.observers import Harmonic, check_fit
-from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, make_plant, row_of_output
+from replication.estimation.dualrate.observers import Harmonic
+from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
 from replication.estimation.dualrate.response import reference, steady_state
-from replication.estimation.validation import (
-    Array,
-    ComplexArray,
-    finite_vector,
-    increasing_grid,
-    one_of,
-    positive_integer,
-    positive_scalar,
-)
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.validation import Array, ComplexArray
 
 
 @dataclass(frozen=True, kw_only=True)
 class Motor:
     """resistance R in Ω, flux Ψ_f in Wb, inductance L_q in H, pole_pairs p, friction B_ω in N m s/rad, inertia J in
-    kg m², torque_constant K_T in N m/A. Raises InvalidInputError unless all are positive."""
+    kg m², torque_constant K_T in N m/A; all positive."""
 
     resistance: float
     flux: float
@@ -46,32 +33,17 @@ class Motor:
     inertia: float
     torque_constant: float
 
-    def __post_init__(self) -> None:
-        """Check the parameters."""
-        positive_integer("number of pole pairs", self.pole_pairs)
-        for name in ("resistance", "flux", "inductance", "friction", "inertia", "torque_constant"):
-            positive_scalar(name.replace("_", " "), getattr(self, name))
-
     @property
-    def velocity_coefficient(self) -> float:
-        """a₂ = (R B_ω + K_T p Ψ_f)/(J L_q), 1/s²."""
-        back_emf = self.torque_constant * self.pole_pairs * self.flux
-        return (self.resistance * self.friction + back_emf) / (self.inertia * self.inductance)
-
-    @property
-    def acceleration_coefficient(self) -> float:
-        """a₃ = R/L_q + B_ω/J, 1/s."""
-        return self.resistance / self.inductance + self.friction / self.inertia
-
-    @property
-    def input_gain(self) -> float:
-        """b = K_T/(J L_q), rad/s³ per V."""
-        return self.torque_constant / (self.inertia * self.inductance)
+    def coefficients(self) -> tuple[float, float, float]:
+        """a₂ = (R B_ω + K_T p Ψ_f)/(J L_q) in 1/s², a₃ = R/L_q + B_ω/J in 1/s, b = K_T/(J L_q) in rad/s³ per V."""
+        back_emf, both = self.torque_constant * self.pole_pairs * self.flux, self.inertia * self.inductance
+        damping = self.resistance / self.inductance + self.friction / self.inertia
+        return (self.resistance * self.friction + back_emf) / both, damping, self.torque_constant / both
 
     def system(self) -> Plant:
         """θ''' + a₃ θ'' + a₂ θ' = b u_q in continuous time; output θ."""
-        state = [[0, 1, 0], [0, 0, 1], [0, -self.velocity_coefficient, -self.acceleration_coefficient]]
-        return make_plant(state, [[0], [0], [self.input_gain]], [[1, 0, 0]])
+        a2, a3, b = self.coefficients
+        return make_plant([[0, 1, 0], [0, 0, 1], [0, -a2, -a3]], [[0], [0], [b]], [[1, 0, 0]])
 
 
 class Feedforward(StrEnum):
@@ -83,10 +55,8 @@ class Feedforward(StrEnum):
 
 def feedforward(motor: Motor, s: complex, form: Feedforward) -> complex:
     """ȳ_d/y_d at exp(st). Corrected: (s³ + a₃ s² + a₂ s)/b, the inverse of the motor; printed: (s² + a₂ s + a₃)/b."""
-    a2, a3 = motor.velocity_coefficient, motor.acceleration_coefficient
-    form = one_of(Feedforward, form)
-    numerator = s**3 + a3 * s**2 + a2 * s if form is Feedforward.CORRECTED else s**2 + a2 * s + a3
-    return numerator / motor.input_gain
+    a2, a3, b = motor.coefficients
+    return (s**3 + a3 * s**2 + a2 * s if form is Feedforward.CORRECTED else s**2 + a2 * s + a3) / b
 
 
 class ReferenceTiming(StrEnum):
@@ -104,13 +74,7 @@ def tracking_command(
     form: Feedforward,
     timing: ReferenceTiming = ReferenceTiming.HELD,
 ) -> Harmonic:
-    """The command r of u = K(x̂ − x_d) + ȳ_d with x_d = (y_d, y_d', y_d''), y_d = sin(frequency · t).
-
-    Raises InvalidInputError: an unknown form or timing, K not of the motor's shape (1, 3).
-    """
-    timing = one_of(ReferenceTiming, timing)
-    if design.feedback.shape != (1, 3):
-        raise InvalidInputError(f"the motor needs a feedback gain K of shape (1, 3), got {design.feedback.shape}")
+    """The command r of u = K(x̂ − x_d) + ȳ_d with x_d = (y_d, y_d', y_d''), y_d = sin(frequency · t)."""
     s = 1j * frequency
     amplitude = feedforward(motor, s, form) - design.feedback @ np.array([1.0, s, s**2])
     lead = np.exp(s * design.period) if timing is ReferenceTiming.PREVIEWED else 1.0
@@ -119,93 +83,53 @@ def tracking_command(
 
 def estimation_error_ratio(loop: DualRateLoop) -> float:
     """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
-    return float(np.max(np.abs(_estimation_errors(loop))))
+    return float(np.max(np.abs(_estimation_errors(loop)[1])))
 
 
 def estimation_lag(loop: DualRateLoop) -> float:
-    """Mean time in s by which C x̂ lags y in the steady state: mean of (y − C x̂)/(s y) over the fast instants.
-
-    Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
-    """
-    steady, n = steady_state(loop), loop.plant.order
-    outputs = steady.states[:-1, :n] @ loop.plant.C[0]
-    return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
+    """Mean time in s by which C x̂ lags y in the steady state, of (y − C x̂)/(s y) over the fast instants, for slow σ."""
+    outputs, errors = _estimation_errors(loop)
+    return float(np.real(np.mean(errors / (reference(loop).exponent * outputs))))
 
 
-def bandwidth(
-    ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
-) -> float:
+def bandwidth(ratio_at: Callable[[float], float], level: float, frequencies: Sequence[float]) -> float | None:
     """The first σ (rad/s) with an error ratio of `level`, searched on an increasing grid, then refined.
 
-    Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
-    or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
+    None if the ratio stays below the level, or is above it from the first σ on.
     """
     from scipy.optimize import brentq  # slow to load
 
-    level = positive_scalar("error level", level)
-    grid = increasing_grid("frequencies", frequencies)
-
-    def excess(frequency: float) -> float:
-        return ratio_at(frequency) - level
-
-    previous = float(grid[0])
-    if excess(previous) >= 0:
-        raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
-    for frequency in grid[1:]:
-        if excess(frequency) >= 0:
-            return float(brentq(excess, previous, frequency, xtol=tolerance))
-        previous = float(frequency)
-    raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
+    crossed = next((k for k, frequency in enumerate(frequencies) if ratio_at(frequency) >= level), 0)
+    ends = frequencies[crossed - 1], frequencies[crossed]
+    return float(brentq(lambda frequency: ratio_at(frequency) - level, *ends, xtol=1e-10)) if crossed else None
 
 
-def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
-    """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
-    steady, n = steady_state(loop), loop.plant.order
-    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
-    return np.asarray(steady.states[:-1, :n] @ loop.plant.C[0] - estimates @ loop.design.model.C[0])
+def _estimation_errors(loop: DualRateLoop) -> tuple[ComplexArray, ComplexArray]:
+    """Complex amplitudes of y and of y − C x̂ at the phases, shape (M,) each."""
+    states = steady_state(loop).states[:-1]
+    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, states, strict=True)]
+    outputs = states[:, : loop.plant.order] @ loop.plant.C[0]
+    return outputs, np.asarray(outputs - estimates @ loop.design.model.C[0])
 
 
-def transient_energy(loop: DualRateLoop, offset: Array) -> tuple[float, float]:
-    """∫₀^∞ y² dt of the loop left to itself from z(0) = offset, and a bound of the error of solving for it; rad² s.
+def transient_energy(loop: DualRateLoop, offset: Array) -> float:
+    """∫₀^∞ y² dt of the loop left to itself from z(0) = offset, rad² s; raises InfeasibleError if it is unstable.
 
-    Exact in time: over a fast period the integral is a form in (x, u) from one exponential, over all slow periods one
-    in z, X = Φ'XΦ + Q. The second number is what X leaves of that equation, summed over all periods.
-    Raises InfeasibleError if the loop is unstable.
+    Exact in time: over a fast period the integral is a form in (x, u), over all slow periods one in z, X = Φ'XΦ + Q.
     """
     require_stable(loop, "the energy of its transient is infinite")
     free, n, size = replace(loop, harmonic=None), loop.plant.order, loop.size
-    within, reached, period = _held_energy(loop.plant, loop.design.period), np.eye(size), np.zeros((size, size))
+    plant, m = loop.plant, loop.plant.B_u.shape[1]
+    flow, row = np.block([[plant.A, plant.B_u], [np.zeros((m, n + m))]]), np.hstack([plant.C[:1], np.zeros((1, m))])
+    within = Transition.of(flow.T, flow[:, :0], row.T @ row).at(loop.design.period)[2]
+    reached, period = np.eye(size), np.zeros((size, size))
     for step in free.steps:
         joint = np.vstack([np.eye(size)[:n], step.input_state]) @ reached
         period += joint.T @ within @ joint
         reached = step.state @ reached
     transition = monodromy(free)
     total = scipy.linalg.solve_discrete_lyapunov(transition.T, period)
-    left = transition.T @ total @ transition + period - total
-    summed = scipy.linalg.solve_discrete_lyapunov(transition, np.outer(offset, offset))
-    missed = np.linalg.norm(left, 2) * np.trace(summed)
-    return float(offset @ total @ offset), float(missed)
-
-
-def _held_energy(plant: Plant, time: float) -> Array:
-    """∫₀^T y² dt as a form in (x, u) with u held, by the exponential of a block matrix (Van Loan 1978)."""
-    n, m = plant.B_u.shape
-    flow, row = np.zeros((n + m, n + m)), np.hstack([plant.C[0], np.zeros(m)])
-    flow[:n] = np.hstack([plant.A, plant.B_u])
-    blocks = np.block([[-flow.T, np.outer(row, row)], [np.zeros_like(flow), flow]])
-    power = scipy.linalg.expm(blocks * time)
-    return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])
-
-
-SIMULATED = (
-    "single_rate",
-    "held_measurement",
-    "model_interpolation",
-    "alternating_predictive",
-    "running_prediction",
-    "fast_sensor",
-    "state_feedback",
-)
+    return float(offset @ total @ offset)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,30 +151,21 @@ def simulate(
     *,
     slow_periods: int,
     substeps: int,
-    plant: control.StateSpace | Plant | None = None,
+    plant: Plant | None = None,
     output: int = 0,
 ) -> Trace:
-    """Simulate one of `SIMULATED` by brute force, with commands held over T; raises InvalidInputError for others.
+    """Simulate a loop with one of the observers below by brute force; plant: the true one, if not the model.
 
     Plant and observer's equation are integrated by series over sub-steps, and the observer acts as the text says,
-    instant by instant: no matrix is shared with `dualrate.loop` or `dualrate.response`.
-    plant: the true plant if it differs from the model. output: which of its outputs to return, from 0.
+    instant by instant, with commands held over T: no matrix is shared with `dualrate.loop` or `dualrate.response`.
     """
-    if observer not in SIMULATED or harmonic.continuous:
-        raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED}, held r")
-    positive_integer("number of slow periods", slow_periods)
-    positive_integer("number of sub-steps", substeps)
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
-    plant = design.model if plant is None else as_plant(plant)
-    check_fit(design.model, plant, harmonic)
-    if observer == "state_feedback" and plant.order != design.model.order:
-        raise InvalidInputError(f"state feedback needs the {design.model.order} states of the model, got {plant.order}")
-    row = plant.C[row_of_output(plant, output)]
+    plant = plant or design.model
     width = design.period / substeps
     free, model_drive = _hold(A, B, width)
     true_free, plant_drive = _hold(plant.A, plant.B_u, width)
     guided, observer_drive = _hold(A - L @ C, np.hstack([B, L]), width)
-    x, zeta, model = finite_vector("x(0)", start, plant.order), *(finite_vector("ζ(0)", estimate, len(A)),) * 2
+    x, zeta, model = start, estimate, estimate
     used, predicted, u = np.zeros(len(C)), np.zeros(len(C)), np.zeros(B.shape[1])
     outputs, estimates, inputs = [], [], []
     for k in range(slow_periods * design.ratio):
@@ -263,14 +178,13 @@ def simulate(
             model = zeta
         xhat = {"model_interpolation": model, "state_feedback": x}.get(observer, zeta)
         if slow_instant or observer != "single_rate":
-            u = design.feedback @ xhat + np.imag(
-                harmonic.amplitude * np.exp(1j * harmonic.frequency * k * design.period)
-            )
+            turn = np.exp(1j * harmonic.frequency * k * design.period)
+            u = design.feedback @ xhat + np.imag(harmonic.amplitude * turn)
         estimates.append(xhat)
         inputs.append(u)
         before, ahead = zeta, zeta
         for _ in range(substeps):
-            outputs.append(row @ x)
+            outputs.append(plant.C[output] @ x)
             x = true_free @ x + plant_drive @ u
             zeta = guided @ zeta + observer_drive @ np.concatenate([u, used])
             ahead = free @ ahead + model_drive @ u
@@ -281,11 +195,8 @@ def simulate(
 
 
 def _hold(state: Array, inputs: Array, time: float) -> tuple[Array, Array]:
-    """Zero-order hold by the integral as a series in the state matrix, doubled from a short step.
-
-    The state is scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude.
-    """
-    n = state.shape[0]
+    """Zero-order hold by the integral as a series in the state matrix, doubled from a short step."""
+    n = state.shape[0]  # scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude
     scale = scipy.linalg.matrix_balance(state, permute=False, separate=True)[1][0]
     state, inputs = state * scale[None, :] / scale[:, None], inputs / scale[:, None]
     halvings = max(0, int(np.ceil(np.log2(np.linalg.norm(state, 2) * time + 1e-300))) + 4)

@@ -1,8 +1,5 @@
 """Readings of an under-specified simulation: every structural choice as data, and the error ratios that each implies.
 
-A `Structure` fixes the loop; within it, the start of the observer, the points at which the error is looked at and the
-time window give the rows of one table, all computed from one lifted response.
-
 The printed order is the predictor form of an observer, ζ(k+1) = F ζ(k) + G u(k) + H ȳ(k) with x̂(k) = ζ(k): a
 measurement acts one fast period later. In the current form x̂(k) = ζ(k) + H ȳ(k) and ζ(k+1) = F x̂(k) + G u(k); with a
 discrete gain this is the textbook current observer x̂(k) = ζ(k) + L (ȳ(k) − C ζ(k)), ζ(k+1) = Ā x̂(k) + B̄ u(k).
@@ -12,25 +9,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep, SampledModel
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.response import (
-    Points,
-    output_rows,
-    reference,
-    slow_states,
-    start_state,
-    tracking_error_ratio,
-)
-from replication.estimation.validation import Array, one_of
+from replication.estimation.dualrate.response import Points, time_response, tracking_error_ratio
+from replication.estimation.validation import Array
 
 Window = tuple[int, int]
 """Start and end of a time window, in slow periods."""
@@ -53,11 +43,6 @@ class Structure:
     discrete_gain: bool = False
     current: bool = False
 
-    def __post_init__(self) -> None:
-        """Raise InvalidInputError for an unknown feedforward or timing."""
-        object.__setattr__(self, "feedforward", one_of(Feedforward, self.feedforward))
-        object.__setattr__(self, "timing", one_of(ReferenceTiming, self.timing))
-
     @property
     def words(self) -> tuple[str, str, str, str]:
         """Feedforward, timing of the reference, kind of gain, form of the observer."""
@@ -65,7 +50,7 @@ class Structure:
         return self.feedforward, self.timing, gain, "current" if self.current else "predictor"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Reading:
     """One way to read the text; the defaults, with no window (steady state), are the literal one."""
 
@@ -74,13 +59,6 @@ class Reading:
     start: Start = Start.ZERO
     points: Points = Points.BETWEEN
     window: Window | None = None
-
-    def __post_init__(self) -> None:
-        """Raise InvalidInputError for an unknown observer, start or kind of points."""
-        if self.observer not in OBSERVERS:
-            raise InvalidInputError(f"observer must be one of {', '.join(OBSERVERS)}, got {self.observer!r}")
-        object.__setattr__(self, "start", one_of(Start, self.start))
-        object.__setattr__(self, "points", one_of(Points, self.points))
 
 
 STRUCTURES: tuple[Structure, ...] = tuple(
@@ -117,16 +95,10 @@ class ReadingSpace:
         """The reading that row `row` of `error_ratios` stands for."""
         points = list(Points)
         if row < len(points):
-            return Reading(observer=observer, structure=structure, points=points[row])
+            return Reading(observer, structure, points=points[row])
         start, rest = divmod(row - len(points), len(points) * len(self.windows))
         point, window = divmod(rest, len(self.windows))
-        return Reading(
-            observer=observer,
-            structure=structure,
-            start=list(Start)[start],
-            points=points[point],
-            window=self.windows[window],
-        )
+        return Reading(observer, structure, list(Start)[start], points[point], self.windows[window])
 
     def loop(self, observer: str, structure: Structure, frequency: float) -> DualRateLoop:
         """The loop of a reading at one reference frequency."""
@@ -156,8 +128,7 @@ def _column(space: ReadingSpace, observer: str, structure: Structure, frequency:
 
 def windowed_errors(space: ReadingSpace, loop: DualRateLoop) -> Array:
     """Error ratios of a loop from each ζ(0), at each kind of points, over all windows: (starts, points, windows)."""
-    starts = np.array([_start(space, loop, start) for start in Start])
-    return _window_maxima(np.moveaxis(_peaks(space, loop, starts), 2, 0))
+    return _window_maxima(np.array([_peaks(space, loop, start) for start in Start]))
 
 
 def first_estimate(start: Start, x: Array, output: Array) -> Array:
@@ -165,30 +136,13 @@ def first_estimate(start: Start, x: Array, output: Array) -> Array:
     return {Start.ZERO: 0 * x, Start.TRUE: x, Start.OUTPUT: output * (output @ x)}[start]
 
 
-def _start(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
+def _peaks(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
+    """Largest |y − y_d| in each slow period from a start, shape (points, periods)."""
     x = np.array(space.start)
-    return start_state(loop, x, first_estimate(start, x, loop.plant.C[0]))
-
-
-def _peaks(space: ReadingSpace, loop: DualRateLoop, starts: Array) -> Array:
-    """Largest |y − y_d| in each slow period, shape (points, periods, starts)."""
-    harmonic, design, n = reference(loop), loop.design, loop.plant.order
-    rows = output_rows(loop, space.substeps)
-    z = slow_states(loop, starts, space.horizon)
-    slow = design.slow_period * np.arange(space.horizon)
-    between = np.zeros((space.horizon, len(starts)))
-    fast, first = between.copy(), between.copy()
-    for phase, step in enumerate(loop.steps):
-        w = np.exp(harmonic.exponent * (slow + phase * design.period))
-        r = np.imag(np.outer(w, harmonic.amplitude))[:, None, :] * (not harmonic.continuous)
-        u = z @ step.input_state.T + r @ step.input_command.T
-        exact = np.imag(w[:, None] * (rows.forcing - np.exp(harmonic.exponent * rows.offsets)))
-        error = np.abs(z[..., :n] @ rows.state.T + u @ rows.input.T + exact[:, None, :])
-        between, fast = np.maximum(between, error.max(axis=2)), np.maximum(fast, error[..., 0])
-        if phase == 0:
-            first = error[..., 0]
-        z = z @ step.state.T + r @ step.command.T + np.imag(np.outer(w, step.forcing))[:, None, :]
-    return np.stack([between, fast, first])
+    estimate = first_estimate(start, x, loop.plant.C[0])
+    response = time_response(loop, x, estimate, slow_periods=space.horizon, substeps=space.substeps)
+    error = np.abs(response.error).reshape(space.horizon, space.design.ratio, space.substeps)
+    return np.stack([error.max(axis=(1, 2)), error[..., 0].max(axis=1), error[:, 0, 0]])
 
 
 def _window_maxima(peaks: Array) -> Array:
@@ -201,20 +155,14 @@ def _window_maxima(peaks: Array) -> Array:
 
 def current(builder: Builder, *, discrete_gain: bool = False) -> Builder:
     """A builder of the current form of what `builder` builds; `discrete_gain` as in `close_loop`."""
-    return partial(_current, builder, discrete_gain)
 
+    def built(model: SampledModel) -> Observer:
+        F = model.predictor.state if discrete_gain else model.F
+        predictor, free = builder(model), builder(replace(model, F=F, H=np.zeros_like(model.H)))
+        steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
+        return replace(predictor, steps=steps)
 
-def _current(builder: Builder, discrete_gain: bool, model: SampledModel) -> Observer:
-    predictor = builder(model)
-    free = builder(_without_correction(model, discrete_gain=discrete_gain))
-    steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
-    return replace(predictor, steps=steps)
-
-
-def _without_correction(model: SampledModel, *, discrete_gain: bool) -> SampledModel:
-    """The same model with H = 0, and with F = Ā if the gain is discrete."""
-    F = model.predictor.state if discrete_gain else model.F
-    return replace(model, F=F, H=np.zeros_like(model.H))
+    return built
 
 
 def _current_step(step: ObserverStep, bare: ObserverStep) -> ObserverStep:

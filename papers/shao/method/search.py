@@ -1,7 +1,6 @@
-"""Search of all readings for the one nearest to printed columns.
+"""Search of all readings for the one nearest to printed columns, a block for each `Structure`.
 
-Distance of a reading from a column: max over the frequencies of |ln(computed / printed)|. The search goes block by
-block, one block per `Structure`, each a pure function of its inputs.
+Distance of a reading from a column: max over the frequencies of |ln(computed / printed)|.
 """
 
 from __future__ import annotations
@@ -10,14 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, error_ratios
 from replication.estimation.validation import Array
-
-Whole = npt.NDArray[np.int64]
-LARGEST = 2**62
-"""Numbers up to this are counted exactly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,52 +58,43 @@ class BlockResult:
         return max(near.distance for near in self.joint.values())
 
 
-@dataclass(frozen=True, eq=False)
-class _Compared:
-    """A column under one structure: ratios (observers, rows, frequencies), distances (observers, rows), hits (rows)."""
-
-    column: Column
-    values: Array
-    distances: Array
-    hits: npt.NDArray[np.bool_]
-
-    def near(self, row: int, structure: int) -> Near:
-        which = int(np.argmin(self.distances[:, row]))
-        values = tuple(self.values[which, row].tolist())
-        return Near(float(self.distances[which, row]), self.column.observers[which], structure, row, values)
-
-
 def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int) -> BlockResult:
-    """Search all readings of structure number `index`; deterministic, ties go to the first reading."""
-    found = {name: _compared(space, column, index) for name, column in columns.items()}
-    nearest = {name: part.distances.min(axis=0) for name, part in found.items()}
-    tried = {name: np.isfinite(part.distances) for name, part in found.items()}
+    """Search all readings of structure number `index`; deterministic, ties go to the first reading.
+
+    Per column, in arrays over (observers, readings): NaN marks one without a steady state, infinitely far from all.
+    """
+    values, distances, hits = {}, {}, {}
+    for name, column in columns.items():
+        found = np.stack([error_ratios(space, observer, STRUCTURES[index]) for observer in column.observers])
+        away = np.abs(np.log(found) - np.log(column.values)).max(axis=2)
+        values[name], distances[name] = found, np.nan_to_num(away, nan=np.inf)
+        hits[name] = np.any(np.all(np.abs(found - column.values) <= column.half_widths, axis=2), axis=0)
+
+    def near(name: str, row: int) -> Near:
+        which = int(np.argmin(distances[name][:, row]))
+        ratios = tuple(values[name][which, row].tolist())
+        return Near(float(distances[name][which, row]), columns[name].observers[which], index, row, ratios)
+
+    nearest = {name: away.min(axis=0) for name, away in distances.items()}
+    tried = {name: np.isfinite(away) for name, away in distances.items()}
     row = int(np.argmin(np.max(list(nearest.values()), axis=0)))
     return BlockResult(
         structure=index,
-        nearest={name: part.near(int(np.argmin(nearest[name])), index) for name, part in found.items()},
+        nearest={name: near(name, int(np.argmin(away))) for name, away in nearest.items()},
         tried={name: int(finite.sum()) for name, finite in tried.items()},
         distinct={
-            name: _distinct(np.rint(part.values[tried[name]] / (2 * part.column.half_widths)))
-            for name, part in found.items()
+            name: len(np.unique(np.rint(values[name][tried[name]] / (2 * column.half_widths)), axis=0))
+            for name, column in columns.items()
         },
-        hits={name: int(part.hits.sum()) for name, part in found.items()},
+        hits={name: int(hit.sum()) for name, hit in hits.items()},
         by_observer={
-            observer: value
-            for part in found.values()
-            for observer, value in zip(part.column.observers, part.distances.min(axis=1).tolist(), strict=True)
+            observer: float(away.min())
+            for name, column in columns.items()
+            for observer, away in zip(column.observers, distances[name], strict=True)
         },
-        joint={name: part.near(row, index) for name, part in found.items()},
-        joint_hits=int(np.sum(np.all([part.hits for part in found.values()], axis=0))),
+        joint={name: near(name, row) for name in columns},
+        joint_hits=int(np.sum(np.all(list(hits.values()), axis=0))),
     )
-
-
-def _compared(space: ReadingSpace, column: Column, index: int) -> _Compared:
-    """NaN marks a reading without a steady state: it is at an infinite distance from everything."""
-    values = np.stack([error_ratios(space, observer, STRUCTURES[index]) for observer in column.observers])
-    distances = np.abs(np.log(values) - np.log(column.values)).max(axis=2)
-    hits = np.any(np.all(np.abs(values - column.values) <= column.half_widths, axis=2), axis=0)
-    return _Compared(column, values, np.nan_to_num(distances, nan=np.inf), hits)
 
 
 def merge(blocks: Sequence[BlockResult]) -> BlockResult:
@@ -135,25 +120,3 @@ def merge(blocks: Sequence[BlockResult]) -> BlockResult:
 def reading_of(space: ReadingSpace, near: Near) -> Reading:
     """The reading behind a `Near`."""
     return space.reading(near.observer, STRUCTURES[near.structure], near.row)
-
-
-def _distinct(rows: Array) -> int:
-    """Number of different rows of whole numbers: digits of one number, counted anew where it would get too large."""
-    labels: Whole = np.zeros(len(rows), dtype=np.int64)
-    count = 1
-    for column in rows.T if len(rows) else ():
-        digits, base = _counted(column)
-        if count * base > LARGEST:
-            labels, count = _counted(labels, LARGEST // base)
-        labels, count = labels * base + digits, count * base
-    return len(np.unique(labels))
-
-
-def _counted(numbers: Array | Whole, most: int = 2**31) -> tuple[Whole, int]:
-    """Whole numbers from 0 on that differ where these do, and how many they are at most: by their distance from the
-    least, by their rank if there would be more than `most`."""
-    base = int(np.ptp(numbers)) + 1
-    if base <= most:
-        return (numbers - numbers.min()).astype(np.int64), base
-    distinct, ranks = np.unique(numbers, return_inverse=True)
-    return ranks.astype(np.int64), len(distinct)

@@ -12,7 +12,6 @@ import scipy.linalg
 import scipy.signal
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop
 
-from papers.shao.method.motor import bandwidth
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
@@ -100,10 +99,6 @@ def response(start: Any = START, estimate: Any = START, periods: int = 2, steps:
     return lambda: time_response(loop, start, estimate, slow_periods=periods, substeps=steps, output=output)
 
 
-def of_grid(grid: Any) -> Any:
-    return lambda: bandwidth(lambda f: tracking_error_ratio(motor_loop("fast_sensor", f)), 0.1, grid)
-
-
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
     *((f"rate ratio M must be {words}", changed(ratio=ratio)) for words, ratio in (
         ("at least 1", 0), ("a whole number, got 2.5", 2.5), ("a whole number", True),
@@ -145,7 +140,6 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("number of sub-steps must be at least 1", response(steps=0)),
     ("number of slow periods", response(periods=0)),
     ("output must be a number from 0 to 0, got 2", response(output=2)),
-    *(("frequencies must", of_grid(grid)) for grid in ([], [1.0], [2.0, 1.0], [0.0, 1.0])),
 ]  # fmt: skip
 
 

@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from papers.shao.method.readings import (
-    STRUCTURES,
-    Reading,
-    ReadingSpace,
-    Start,
-    Structure,
-    current,
-    error_ratios,
-)
+from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, Start, Structure, current, error_ratios
 from papers.shao.method.search import Column, merge, reading_of, search_block
 from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
@@ -56,13 +48,6 @@ def test_rows_count_and_mean_what_the_reading_says() -> None:
         for row in rng.integers(0, SPACE.rows, 12):
             reading = SPACE.reading(APO, structure, int(row))
             assert ratio_of(reading, 1.5) == pytest.approx(values[row, 1], rel=1e-9)
-
-
-def test_a_window_is_the_maximum_of_the_time_response() -> None:
-    reading = Reading(observer=PMI, start=Start.TRUE, points=Points.BETWEEN, window=(2, 7))
-    response = time_response(literal_loop(PMI, 1.5), START, START, slow_periods=12, substeps=5)
-    inside = (response.time >= 2 - 1e-9) & (response.time < 7 - 1e-9)
-    assert ratio_of(reading, 1.5) == pytest.approx(np.abs(response.error[inside]).max(), rel=1e-10)
 
 
 def test_distinct_readings_are_those_that_differ_to_print() -> None:
