@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.dualrate.observers import (
     Builder,
     Harmonic,
@@ -24,6 +23,7 @@ from replication.estimation.dualrate.observers import (
 )
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.validation import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -187,17 +187,12 @@ def lifted_system(loop: DualRateLoop) -> control.StateSpace:
 def noise_gain(loop: DualRateLoop) -> float:
     """Standard deviation of the output per unit standard deviation of white noise on each sensor reading.
 
-    The largest over the fast instants, from the periodic Lyapunov equation P = Φ P Φᵀ + Q of the monodromy matrix.
-    Raises InfeasibleError if the loop is unstable.
+    The largest over the fast instants, from the periodic Lyapunov equation, by doubling: units of the states do not
+    matter. Raises InfeasibleError if the loop is unstable.
     """
     require_stable(loop, "its noise grows without bound")
-    added = np.zeros((loop.size, loop.size))
-    for step in loop.steps:
-        added = step.state @ added @ step.state.T + step.noise @ step.noise.T
-    covariance = scipy.linalg.solve_discrete_lyapunov(monodromy(loop), added)
-    variances = []
-    for step in loop.steps:
-        output = covariance[: loop.plant.order, : loop.plant.order]
-        variances.append(np.max(np.diag(loop.plant.C @ output @ loop.plant.C.T)))
-        covariance = step.state @ covariance @ step.state.T + step.noise @ step.noise.T
-    return float(np.sqrt(max(variances)))
+    stages = noise_system(loop).stages
+    covariances = settled(stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in stages))
+    if covariances is None:
+        raise SolverError("the covariance of the output was lost in rounding; choose other units of the states")
+    return float(np.sqrt(max(np.max(np.diag(s.C @ P @ s.C.T)) for s, P in zip(stages, covariances, strict=True))))

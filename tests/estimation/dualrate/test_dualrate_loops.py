@@ -1,5 +1,6 @@
 """Closed dual-rate loops: every observer against single-rate limits, textbook loops and products of steps."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,8 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
+from replication.errors import InfeasibleError
+from replication.estimation.dualrate.facade import design
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     close_loop,
@@ -160,3 +163,19 @@ def test_the_error_at_the_slow_instants_is_that_of_the_first() -> None:
     errors = fast_errors(loop)
     assert tracking_error_ratio(loop, Points.SLOW) == errors[0] < errors.max()
     assert tracking_error_ratio(loop, Points.FAST) == errors.max()
+
+
+def test_the_noise_of_a_design_is_that_in_other_units_of_the_states_without_a_warning() -> None:
+    rng, found = np.random.default_rng(0), 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for units in 10.0 ** rng.integers(-6, 7, (20, 4)):
+            A, B, C = rng.normal(size=(4, 4)), rng.normal(size=(4, 1)), rng.normal(size=(1, 4))
+            plants = make_plant(A, B, C), make_plant(A * units[:, None] / units, B * units[:, None], C / units)
+            try:
+                plain, moved = (design(plant, period=0.01, ratio=2).fact("noise to output") for plant in plants)
+            except InfeasibleError:
+                continue
+            found += 1
+            assert moved.value == pytest.approx(plain.value, rel=1e-6)
+    assert found > 10

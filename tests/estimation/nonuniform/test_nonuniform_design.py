@@ -1,3 +1,4 @@
+from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -12,7 +13,7 @@ from replication.estimation.linear.norms import GainBracket
 from replication.estimation.nonuniform import nominal
 from replication.estimation.nonuniform import robust as exchange
 from replication.estimation.nonuniform.bounds.compare import beside, smoother_limit, zero_at_constant_periods
-from replication.estimation.nonuniform.facade import analyse, simulate
+from replication.estimation.nonuniform.facade import analyse, design_stamped, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
@@ -30,6 +31,7 @@ from replication.estimation.nonuniform.robust import (
     robust_design,
     variable_basis,
 )
+from replication.estimation.nonuniform.stamped.design import StampedPlant
 
 CONGRUENCE = 1e-12
 ROUTES = 1e-8
@@ -310,3 +312,15 @@ def test_sampling_periods_must_lie_in_the_range_of_the_level():
     for periods in ([0.05, 0.091], [0.019, 0.05]):
         with pytest.raises(InvalidInputError, match=r"must lie in \[0.02, 0.09\]"):
             simulate(result, periods)
+
+
+@pytest.mark.parametrize("units", [(1, 1e3), (1, 1e6), (1, 1e-6), (1e9, 1), (1e-4, 1e5)])
+def test_units_of_the_states_change_neither_gain_nor_level(units):
+    tank = StampedPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
+    moved = tank.in_coordinates(np.diag(units))
+    for design in (partial(design_filter, leaves=2), design_stamped):
+        plain, other = (design(plant, periods=(0.1, 0.3), horizon=30) for plant in (tank, moved))
+        assert other.bracket.lower == pytest.approx(plain.bracket.lower, rel=1e-5)
+        assert other.value == pytest.approx(plain.value, rel=1e-6)
+        one, two = (result.gains["G_x" if design is design_stamped else "B_f"] for result in (plain, other))
+        np.testing.assert_allclose(two / np.array(units)[:, None], one, rtol=1e-3)

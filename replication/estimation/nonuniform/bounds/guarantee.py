@@ -17,7 +17,6 @@ from itertools import pairwise
 from math import comb, factorial
 
 import numpy as np
-import scipy
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.program import ALMOST, SolverReport
@@ -328,7 +327,7 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bo
 
     The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
     """
-    balanced = balancing(plant)
+    balanced = plant.balancing()
     plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
     stage = error_system(plant, filter_, h, per_duration=per_duration)
     reached = gramian(stage.A, stage.B)
@@ -344,25 +343,6 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bo
     level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
     original = np.concatenate([1 / np.diag(balanced), own])
     return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration, original)
-
-
-def balancing(plant: SampledPlant) -> Array:
-    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
-    A, B = plant.A, plant.B
-    n, m = B.shape
-    outputs = np.vstack([plant.C, plant.L])
-    whole = np.block(
-        [
-            [A, B, np.zeros((n, len(outputs)))],
-            [np.zeros((m, n + m + len(outputs)))],
-            [outputs, np.zeros((len(outputs), m + len(outputs)))],
-        ]
-    )
-    _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
-    units = units[:n]
-    rate = np.linalg.norm(A / units[:, None] * units)
-    ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
-    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
 
 def _solve_until_proved(

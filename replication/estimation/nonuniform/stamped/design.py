@@ -31,7 +31,7 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, balancing, cell_needs
+from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, cell_needs
 from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem
 from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
@@ -294,7 +294,7 @@ def _least(
 
 def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
     """T and a unit of z in which the covariance of a Kalman filter's error at the period h is the identity."""
-    balanced = balancing(plant)
+    balanced = plant.balancing()
     moved = plant.in_coordinates(balanced)
     Phi, Gamma = moved.discretise(h)
     driven = Gamma @ Gamma.T
@@ -337,11 +337,14 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
     For all cells c and d: |e|^2 + e+' X_d e+ <= e' X_c e + level^2 |w|^2 over d, in coordinates in which X_c is the
     identity. Raises SolverError if it proves none.
     """
-    X, worst = design.storage.X / design.storage.delta, 0.0
-    for before, G in zip(X, design.filter.G, strict=True):
+    # The hulls are measured in the plant's coordinates.
+    balanced = plant.balancing()
+    units, plant, filter_ = np.diag(balanced), plant.in_coordinates(balanced), design.filter.in_coordinates(balanced)
+    X, worst = design.storage.X / np.outer(units, units) / design.storage.delta, 0.0
+    for before, G in zip(X, filter_.G, strict=True):
         T = np.linalg.cholesky(before).T
         inverse = np.linalg.inv(T)
-        system = ErrorSystem(plant, type(design.filter)(G[None]), T, design.level, False, np.ones(plant.order))
+        system = ErrorSystem(plant, type(filter_)(G[None]), T, design.level, False, 1 / units)
         for after, ends in zip(X, pairwise(design.edges), strict=True):
             following = inverse.T @ after @ inverse
             needs, _ = cell_needs(system, np.eye(plant.order)[None], following[None], ends, (1 + LOOSE) ** 2)
