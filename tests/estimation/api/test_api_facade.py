@@ -294,12 +294,6 @@ def test_multirate_levels_are_those_of_other_packages() -> None:
     assert isinstance(limit, float) and limit <= result.value <= kalman * (1 + LEVELS)
 
 
-@pytest.mark.parametrize(("noise", "told"), [(0.1, False), (50.0, True)])
-def test_sensors_that_gain_little_are_told(noise: float, told: bool) -> None:
-    result = multirate.design(MultiratePlant(A=A, B_d=B_D, C=C, D=noise * np.eye(2)), periods=(1, 3))
-    assert ("advice" in {fact.what for fact in result.evidence}) is told
-
-
 def test_advice_begins_where_it_is_said_to() -> None:
     def words(level: float | Bracket, without: float | Bracket = 1.0) -> list[str]:
         return [str(fact.value) for fact in baselines(level, "", without=without) if fact.what == "advice"]

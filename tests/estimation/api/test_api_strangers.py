@@ -83,6 +83,7 @@ def test_analysing_a_design_gives_its_bracket() -> None:
     loop = result_of("dualrate")
     gains = {"feedback": loop.gains["K"], "injection": loop.gains["L"]}
     assert dualrate.analyse(SERVO, **gains, period=0.02, ratio=10).bracket == loop.bracket
+    assert dualrate.compare(loop)["running_prediction"] == loop.fact("monodromy radius").value
     alone = delay.analyse(TANKS, delayed=PIPE, delays=[0.4], measured=1)
     told = {one["what"]: one["value"] for one in alone.to_dict()["evidence"]}
     assert told["gain from w to z"] >= result_of("delay").bracket.lower
@@ -106,13 +107,6 @@ def test_a_nominal_filter_guarantees_less_than_a_robust_one() -> None:
     given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 50}
     nominal = nonuniform.design(SPRING, goal="nominal", **given)
     assert nominal.bracket.lower > result_of("nonuniform").value
-
-
-def test_compare_tells_which_observers_are_stable() -> None:
-    loop = result_of("dualrate")
-    radii = dualrate.compare(loop)
-    assert set(radii) == set(dualrate.OBSERVERS)
-    assert radii["running_prediction"] == loop.fact("monodromy radius").value
 
 
 def test_simulations_take_arrays_and_seeds() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, numbered
@@ -103,14 +101,6 @@ def test_the_level_is_the_norm_of_the_error() -> None:
     assert result.value < result.fact("level without sensors").value  # type: ignore[operator]
 
 
-def test_analysis_of_the_gains_of_a_design_is_the_design() -> None:
-    result = design(PLANT, noise=0.1)
-    assert analyse(PLANT, result.gains["L"]).to_json() == result.to_json()
-    assert analyse(PLANT, np.zeros((2, 1))).value > result.value
-    with pytest.raises(InfeasibleError, match="not stable"):
-        analyse(PLANT, [[-5.0], [0.0]])
-
-
 def test_it_runs_in_python_in_c_and_from_a_file(tmp_path: Path) -> None:
     observer = design(PLANT).observer()
     (tmp_path / "own.json").write_text(observer.to_json(), encoding="utf-8")
@@ -120,16 +110,3 @@ def test_it_runs_in_python_in_c_and_from_a_file(tmp_path: Path) -> None:
         estimate = observer.step(None, y)
         assert np.allclose(compiled.step([0.0], y)[1], estimate, rtol=1e-13, atol=1e-13)
         assert np.array_equal(loaded.step(None, y), estimate)
-
-
-def test_it_is_simulated_drawn_and_written() -> None:
-    result = design(PLANT)
-    run = result.simulate(400, disturbance="worst")
-    assert run.ratio is not None and 0.99 * result.value < run.ratio <= result.value
-    with pytest.raises(InvalidInputError, match="needs `rng`"):
-        result.simulate(4, disturbance="white")
-    (panel,) = result.panels()
-    assert np.max(panel.lines["gain"]) <= result.value
-    assert json.loads(result.to_json())["gains"]["L"]["value"] == result.gains["L"].tolist()
-    system, step = result.to_statespace(), result.phases().phases[0]
-    assert np.array_equal(system.A, step.transition) and system.output_labels[0] == "estimate of x[0]"

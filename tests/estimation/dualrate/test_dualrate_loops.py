@@ -117,15 +117,6 @@ def test_a_stale_measurement_disturbs_a_perfect_estimate(name: str, discrete_gai
     assert estimation_error(name, discrete_gain=discrete_gain) > 1e-3
 
 
-def test_discrete_gain_and_running_prediction_separate_exactly() -> None:
-    """The radius is the larger one of the state feedback and of the error (Ā − L C) at the fast rate."""
-    running = monodromy(close_loop(MOTOR_DESIGN, OBSERVERS["running_prediction"], discrete_gain=True))
-    feedback = monodromy(close_loop(MOTOR_DESIGN, OBSERVERS["state_feedback"]))
-    values = np.linalg.eigvals(running)
-    for target in np.linalg.eigvals(feedback):
-        assert np.min(np.abs(values - target)) < 1e-7
-
-
 def test_lifted_system_carries_the_same_noise() -> None:
     """Energy of its impulse response per output: the variances at the phases, the largest of which is the gain."""
     loop = close_loop(MOTOR_DESIGN, OBSERVERS["running_prediction"])

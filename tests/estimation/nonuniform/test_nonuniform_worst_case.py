@@ -8,7 +8,6 @@ from functools import partial
 import control
 import numpy as np
 import pytest
-import scipy.integrate
 from hypothesis import given, settings
 from sampled_cases import (
     MOTOR,
@@ -36,77 +35,12 @@ from replication.estimation.nonuniform.bounds.worst_case import (
     simulate_error,
     worst_sequence,
 )
-from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods, robust_design
 from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 
 EXACT = 1e-12
-
-
-@pytest.mark.parametrize(("h_l", "h_u"), [(0.0, 1.0), (-0.1, 1.0), (2.0, 1.0), (0.1, float("inf")), (float("nan"), 1)])
-def test_bad_ranges_are_refused(h_l, h_u):
-    with pytest.raises(InvalidInputError, match="h_"):
-        PeriodRange(h_l, h_u)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"A": [[0.1, 1], [0, -1]]}, "Hurwitz"),
-        ({"A": [[0, 1], [-1, 0]]}, "Hurwitz"),
-        ({"D": [[0.1, 0.2]]}, "D must have 1 columns"),
-        ({"L": [[1, 0, 0]]}, "L must have 2 columns"),
-        ({"B": [[1], [2], [3]]}, "B must have 2 rows"),
-        ({"C": [[0, 0]]}, "not observable"),
-        ({"A": [[-1, 0], [0, -2]]}, "not observable"),
-        ({"B": [[np.nan], [1]]}, "finite"),
-        ({"B": [[0], [1e300]]}, "other units"),
-        ({"B": [[0], [1e-300]]}, "other units"),
-    ],
-)
-def test_bad_plants_are_refused(change, message):
-    good = {"A": [[0, 1], [-16, -4.8]], "B": [[0], [16]], "C": [[1, 0]], "D": [[0.1]], "L": [[1, 0]]}
-    SampledPlant(**good)
-    with pytest.raises(InvalidInputError, match=message):
-        SampledPlant(**{**good, **change})
-
-
-def test_filter_that_does_not_fit_or_is_unstable_is_refused():
-    wrong = Filter(np.eye(2) / 2, np.ones((2, 2)), np.ones((1, 2)))
-    with pytest.raises(InvalidInputError, match="B_f"):
-        error_system(OSCILLATOR, wrong, 0.1)
-    unstable = Filter([[1.01]], [[1.0]], [[1.0]])
-    for bound in (guaranteed_level, partial(worst_sequence, horizon=100)):
-        with pytest.raises(InfeasibleError, match="spectral radius"):
-            bound(OSCILLATOR, unstable, PeriodRange(0.01, 0.1))
-
-
-def test_statespace_in_and_out():
-    system = control.ss(OSCILLATOR.A, OSCILLATOR.B, np.vstack([OSCILLATOR.C, OSCILLATOR.L]), [[0.1], [0]])
-    assert np.array_equal(SampledPlant.from_statespace(system, 1).D, OSCILLATOR.D)
-    with pytest.raises(InvalidInputError, match="continuous-time"):
-        SampledPlant.from_statespace(control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), 0, 0.1), 1)
-    with pytest.raises(InvalidInputError, match="feedthrough"):
-        SampledPlant.from_statespace(control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), [[0], [1]]), 1)
-    with pytest.raises(InvalidInputError, match="measured"):
-        SampledPlant.from_statespace(system, 2)
-    out = Filter([[0.5]], [[1.0]], [[2.0]]).to_statespace()
-    assert out.isdtime(strict=True)
-    assert out(1.0) == pytest.approx(4.0)
-
-
-@given(plant=stable_plants())
-@settings(max_examples=20)
-def test_gamma_is_the_integral_of_phi(plant):
-    h = 0.37
-    Phi, Gamma = plant.discretise(h)
-    integral, _ = scipy.integrate.quad_vec(lambda t: plant.discretise(h - t)[0] @ plant.B if t < h else plant.B, 0, h)
-    assert np.linalg.norm(Gamma - integral) <= 1e-9 * (1 + np.linalg.norm(Gamma))
-    # Half a period twice is a whole one.
-    P2, G2 = plant.discretise(h / 2)
-    assert np.linalg.norm(P2 @ P2 - Phi) <= 1e-11
-    assert np.linalg.norm(P2 @ G2 + G2 - Gamma) <= 1e-10 * (1 + np.linalg.norm(Gamma))
 
 
 @pytest.mark.parametrize("frame", [np.eye(3), np.diag([4.0, 1.0, 1.0]), np.array([[4, 1, 0], [0, 1, 0], [0, 0, 2.0]])])
@@ -127,37 +61,34 @@ def test_every_period_lies_in_its_hull(degree_of_zoom, frame):
         assert np.max(np.tensordot(inside, direction, axes=2)) <= reach + remainder * np.sqrt(3) + EXACT
 
 
-def test_state_coordinates_do_not_matter_to_the_gain():
-    rng = np.random.default_rng(3)
-    plant = random_plant(rng, 3)
-    any_filter = Filter(0.4 * np.eye(2), rng.standard_normal((2, 1)), rng.standard_normal((1, 2)))
-    moved = plant.in_coordinates(rng.standard_normal((3, 3)))
-    periods = [0.2, 0.5, 0.3]
-    here, there = periodic_gain(plant, any_filter, periods), periodic_gain(moved, any_filter, periods)
-    assert there.value == pytest.approx(here.value, rel=1e-9)
-    shifted = periodic_gain(plant, any_filter, periods[1:] + periods[:1])
-    assert shifted.value == pytest.approx(here.value, rel=1e-9)
-    assert MOTOR.order == 2
-
-
 def test_one_cell_has_nothing_to_tell_apart():
     common = guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, max_leaves=1)
     assert guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, cuts=(), max_leaves=4).level == common.level
 
 
-def test_remainder_of_a_reversed_piece_is_not_understated():
-    forward, backward = (enclose(OSCILLATOR, np.array([a]), np.array([b])) for a, b in ((0.1, 0.2), (0.2, 0.1)))
-    here, there = OSCILLATOR.transitions(np.array([0.1, 0.2]))
-    share = [hull.remainder()[0] / np.linalg.norm(base, 2) for hull, base in ((forward, here), (backward, there))]
-    assert share[1] == pytest.approx(share[0], rel=EXACT)
-
-
 FITTING = Filter([[0.5]], [[0.1]], [[1.0]])
 WRONG = Filter([[0.5]], [[0.1, 0.1]], [[1.0]])
 SINGLE = np.full(20, 0.05)
+GOOD = {"A": [[0, 1], [-16, -4.8]], "B": [[0], [16]], "C": [[1, 0]], "D": [[0.1]], "L": [[1, 0]]}
 CUTS = ((0.2,), (0.099,), (0.001,), (0.08, 0.03), (0.05, 0.05), (float("nan"),), (-1.0,), ("a",))
 """Outside the range or out of order."""
 levelled = partial(guaranteed_level, MOTOR, FITTING, MOTOR_RANGE)
+OTHER_PLANTS = [
+    ({"A": [[0.1, 1], [0, -1]]}, "Hurwitz"),
+    ({"A": [[0, 1], [-1, 0]]}, "Hurwitz"),
+    ({"D": [[0.1, 0.2]]}, "D must have 1 columns"),
+    ({"L": [[1, 0, 0]]}, "L must have 2 columns"),
+    ({"B": [[1], [2], [3]]}, "B must have 2 rows"),
+    ({"C": [[0, 0]]}, "not observable"),
+    ({"A": [[-1, 0], [0, -2]]}, "not observable"),
+    ({"B": [[np.nan], [1]]}, "finite"),
+    ({"B": [[0], [1e300]]}, "other units"),
+    ({"B": [[0], [1e-300]]}, "other units"),
+    ({"L": [[0, 0]]}, "L must not be zero"),
+    ({"B": [[0], [0]]}, "B must not be zero"),
+]
+RANGES = ((0.0, 1.0), (-0.1, 1.0), (2.0, 1.0), (0.1, float("inf")), (float("nan"), 1))
+DIRECT = control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), [[0], [1]])
 
 
 @pytest.mark.parametrize(
@@ -184,8 +115,9 @@ levelled = partial(guaranteed_level, MOTOR, FITTING, MOTOR_RANGE)
         (lambda: design_for_periods(MOTOR, []), "periods"),
         (lambda: design_for_periods(MOTOR, 0.05), "periods"),
         (lambda: design_for_periods(MOTOR, [1.0, -0.5]), "positive"),
-        (lambda: SampledPlant(MOTOR.A, MOTOR.B, MOTOR.C, MOTOR.D, [[0, 0]]), "L must not be zero"),
-        (lambda: SampledPlant(MOTOR.A, [[0], [0]], MOTOR.C, MOTOR.D, MOTOR.L), "B must not be zero"),
+        *((partial(SampledPlant, **{**GOOD, **change}), message) for change, message in OTHER_PLANTS),
+        *((partial(PeriodRange, *ends), "h_") for ends in RANGES),
+        (lambda: SampledPlant.from_statespace(DIRECT, 1), "feedthrough"),
         (lambda: MOTOR.in_coordinates(np.zeros((2, 2))), "invertible"),
         (lambda: MOTOR.in_coordinates(np.eye(3)), "T must have"),
     ],
@@ -195,8 +127,10 @@ def test_bad_input_is_named_and_gives_no_number(call, message):
         call()
 
 
-def test_numbers_in_text_make_a_range_of_numbers():
-    assert PeriodRange("0.1", 0.2) == PeriodRange(0.1, 0.2)
+def test_a_filter_that_is_unstable_has_no_gain():
+    for bound in (guaranteed_level, partial(worst_sequence, horizon=100)):
+        with pytest.raises(InfeasibleError, match="spectral radius"):
+            bound(OSCILLATOR, Filter([[1.01]], [[1.0]], [[1.0]]), PeriodRange(0.01, 0.1))
 
 
 @pytest.mark.parametrize("size", [0.5, 2.0, 6.0])
@@ -255,14 +189,6 @@ def test_sequences_together_have_the_gains_that_they_have_alone(length, per_dura
     assert found == pytest.approx(alone, rel=1e-6)
 
 
-def test_a_single_period_gives_the_textbook_norm():
-    h = 0.06
-    subject = oscillator_filter()
-    norm = periodic_gain(OSCILLATOR, subject, [h]).value
-    assert guaranteed_level(OSCILLATOR, subject, PeriodRange(h, h)).level == pytest.approx(norm, rel=2e-4)
-    assert worst_sequence(OSCILLATOR, subject, PeriodRange(h, h), horizon=900).level == pytest.approx(norm, rel=2e-3)
-
-
 @pytest.mark.parametrize(
     ("plant", "periods", "make"),
     [(OSCILLATOR, OSCILLATOR_RANGE, oscillator_filter), (MOTOR, MOTOR_RANGE, motor_filter)],
@@ -304,12 +230,6 @@ def test_robust_design_keeps_its_promise_for_every_sequence():
     design = robust_design(OSCILLATOR, OSCILLATOR_RANGE).design
     guarantee = guaranteed_level(OSCILLATOR, design.filter, OSCILLATOR_RANGE, max_leaves=1)
     assert guarantee.level == pytest.approx(design.level, rel=2e-3)
-
-
-def test_duration_weighted_gain_of_a_constant_period_is_the_plain_one():
-    subject = motor_filter()
-    plain, weighted = (periodic_gain(MOTOR, subject, [0.05] * 2, per_duration=flag).value for flag in (False, True))
-    assert weighted == pytest.approx(plain, rel=1e-9)
 
 
 UNITS = 2e-3

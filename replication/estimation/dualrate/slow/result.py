@@ -63,7 +63,7 @@ class RunningController(PeriodicObserver):
     def __init__(self, problem: SlowProblem, controller: Controller) -> None:
         self.problem, self.controller = problem, controller
         (n, m), p = problem.plant.B_u.shape, len(problem.plant.C)
-        phases = []
+        phases: list[Phase] = []
         for due, step in zip(problem.mask, driven_by(problem, controller), strict=True):
             t = step.ahead.shape[1]
             size = n + m + t

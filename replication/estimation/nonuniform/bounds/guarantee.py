@@ -230,11 +230,6 @@ class Guarantee:
         """Size of the context tree."""
         return len(self.tree.leaves)
 
-    @property
-    def depth(self) -> int:
-        """Most periods ahead that a leaf knows."""
-        return max(map(len, self.tree.leaves))
-
 
 def guaranteed_level(
     plant: SampledPlant,
