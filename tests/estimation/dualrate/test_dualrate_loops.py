@@ -153,7 +153,7 @@ def test_the_error_at_the_slow_instants_is_that_of_the_first() -> None:
     loop = motor_loop("alternating_predictive", 1.5)
     errors = fast_errors(loop)
     assert tracking_error_ratio(loop, Points.SLOW) == errors[0] < errors.max()
-    assert tracking_error_ratio(loop, Points.FAST) == errors.max()
+    assert tracking_error_ratio(loop, Points.FAST) == errors.max() <= tracking_error_ratio(loop)
 
 
 def test_the_noise_of_a_design_is_that_in_other_units_of_the_states_without_a_warning() -> None:
