@@ -122,7 +122,7 @@ class SampledPlant(LinearPlant):
         for name, meaning in (("B", "nothing disturbs the state"), ("L", "there is nothing to estimate")):
             if not np.any(getattr(self, name)):
                 raise InvalidInputError(f"{name} must not be zero: {meaning}; check the entries")
-        units = np.diag(self.balancing())  # the plant's own may hide a state from the sensors
+        units = np.diag(balancing(self))  # the plant's own may hide a state from the sensors
         A, C = self.A * units[:, None] / units, self.C / units
         scale = float(np.linalg.norm(A, 2))
         eigenvalues = np.linalg.eigvals(A)
@@ -165,25 +165,6 @@ class SampledPlant(LinearPlant):
         """
         parts = parts_of(system, continuous=True, measured=measured)
         return cls(parts.A, parts.B_d, parts.C, parts.D_d, parts.W)
-
-    def balancing(self) -> Array:
-        """Units of the states (powers of two, which change no digit) in which the plant is balanced, and |B| is |A|.
-
-        Returns
-        -------
-        array (n, n)
-            T of `in_coordinates`, diagonal.
-        """
-        A, B = self.A, self.B
-        n, m = B.shape
-        outputs = np.vstack([self.C, self.L])
-        whole = np.zeros((n + m + len(outputs),) * 2)
-        whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = A, B, outputs
-        _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
-        units = units[:n]
-        rate = np.linalg.norm(A / units[:, None] * units)
-        ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
-        return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
     def transitions(self, periods: Array) -> Array:
         """exp(h [[A, B], [0, 0]]), whose upper rows are [Phi(h), Gamma(h)], at each of several sampling periods.
@@ -252,6 +233,18 @@ class SampledPlant(LinearPlant):
             raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")
         inverse = np.linalg.inv(T)
         return type(self)(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
+
+
+def balancing(plant: SampledPlant) -> Array:
+    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
+    A, B, outputs = plant.A, plant.B, np.vstack([plant.C, plant.L])
+    n, m = B.shape
+    whole = np.zeros((n + m + len(outputs),) * 2)
+    whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = A, B, outputs
+    units = scipy.linalg.matrix_balance(whole, permute=False, separate=True)[1][0][:n]
+    rate = np.linalg.norm(A / units[:, None] * units)
+    ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
+    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
 
 def as_periods(name: str, value: Any) -> Array:

@@ -29,7 +29,7 @@ from replication.estimation.nonuniform.bounds.path_lyapunov import (
     solve,
 )
 from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 DEGREE = 5
@@ -322,7 +322,7 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bo
 
     The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
     """
-    balanced = plant.balancing()
+    balanced = balancing(plant)
     plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
     stage = error_system(plant, filter_, h, per_duration=per_duration)
     reached = gramian(stage.A, stage.B)

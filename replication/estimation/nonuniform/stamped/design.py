@@ -34,7 +34,7 @@ from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, cell_needs
 from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
 
@@ -285,7 +285,7 @@ def _least(
 
 def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
     """T and a unit of z in which the covariance of a Kalman filter's error at the period h is the identity."""
-    balanced = plant.balancing()
+    balanced = balancing(plant)
     moved = plant.in_coordinates(balanced)
     Phi, Gamma = moved.discretise(h)
     driven = Gamma @ Gamma.T
@@ -329,7 +329,7 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
     identity. Raises SolverError if it proves none.
     """
     # The hulls are measured in the plant's coordinates.
-    balanced = plant.balancing()
+    balanced = balancing(plant)
     units, plant, filter_ = np.diag(balanced), plant.in_coordinates(balanced), design.filter.in_coordinates(balanced)
     X, worst = design.storage.X / np.outer(units, units) / design.storage.delta, 0.0
     for before, G in zip(X, filter_.G, strict=True):
