@@ -85,29 +85,18 @@ def running(method: str) -> tuple[str, ...]:
     return () if method == "delay" else RUNNING
 
 
-def test_the_observer_that_is_written_runs_by_the_names_of_the_file(here: Path) -> None:
+def test_the_names_of_the_file_are_in_the_gains_the_page_and_the_observer(here: Path) -> None:
     assert run("multirate") == 0
+    signals = json.loads((here / "cart-multirate" / "gains.json").read_text(encoding="utf-8"))["signals"]
+    assert (signals["inputs"], signals["dt"], signals["units"]["speed"]) == (["force"], 0.1, "m/s")
+    page = (here / "cart-multirate" / "index.html").read_text(encoding="utf-8")
+    assert "<td>position (m), speed (m/s)</td>" in page
     loaded: Any = load(here / "cart-multirate" / "observer.json")
     in_order: Any = load(here / "cart-multirate" / "observer.json")
     named = [loaded.step({"force": 0.5, "encoder": 0.3, "camera": k}) for k in range(8)]
     assert np.array_equal(named, [in_order.step([0.5], [0.3, k]) for k in range(8)])
     assert "int cart_multirate_step(" in (here / "cart-multirate" / "observer.c").read_text(encoding="utf-8")
     assert "= observer(u, y)" in (here / "cart-multirate" / "observer.m").read_text(encoding="utf-8")
-
-
-def test_names_of_the_file_are_in_the_gains(here: Path) -> None:
-    assert run("multirate") == 0
-    signals = json.loads((here / "cart-multirate" / "gains.json").read_text(encoding="utf-8"))["signals"]
-    assert signals == {
-        "states": ["position", "speed"],
-        "inputs": ["force"],
-        "measurements": ["encoder", "camera"],
-        "outputs": ["position", "speed"],
-        "dt": 0.1,
-        "units": {"position": "m", "speed": "m/s", "force": "N", "encoder": "m/s", "camera": "m"},
-    }
-    page = (here / "cart-multirate" / "index.html").read_text(encoding="utf-8")
-    assert "<td>position (m), speed (m/s)</td>" in page
 
 
 def test_a_title_cannot_become_a_part_of_the_page(here: Path) -> None:
@@ -214,12 +203,6 @@ def test_what_does_not_fit_is_told_and_nothing_is_written(
     told = capsys.readouterr().err
     assert words in told and "Traceback" not in told
     assert [path.name for path in here.iterdir()] == ["own.toml"]
-
-
-def test_an_unstable_plant_with_time_stamps_has_a_design_with_a_certificate(here: Path) -> None:
-    (here / "own.toml").write_text(GROWING, encoding="utf-8")
-    assert main(["design", "nonuniform", "own.toml", *RANGE.split(), "--stamps", "known", "--certificate"]) == 0
-    assert (here / "own-nonuniform").exists()
 
 
 def test_gains_in_the_file_are_analysed(here: Path) -> None:
