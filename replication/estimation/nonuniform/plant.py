@@ -106,6 +106,8 @@ class SampledPlant(LinearPlant):
     L: Array
     settles: ClassVar[bool] = True
     """Whether A must be Hurwitz."""
+    weighted: ClassVar[bool] = False
+    """Whether both squared norms are weighted by the lengths of the intervals."""
 
     def __post_init__(self) -> None:
         self.check()
@@ -233,6 +235,17 @@ class SampledPlant(LinearPlant):
             raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")
         inverse = np.linalg.inv(T)
         return type(self)(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
+
+
+class DurationPlant(SampledPlant):
+    """A `SampledPlant` whose gains are those of norms over time: an interval counts by its length."""
+
+    weighted = True
+
+
+def weights_of(plant: SampledPlant, periods: Array) -> Array:
+    """w(h) of the squared norms at each of the sampling periods."""
+    return periods if plant.weighted else np.ones_like(periods)
 
 
 def balancing(plant: SampledPlant) -> Array:

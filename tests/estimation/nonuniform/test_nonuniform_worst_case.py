@@ -34,11 +34,12 @@ from replication.estimation.nonuniform.bounds.worst_case import (
     worst_sequence,
 )
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods, robust_design
 from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 
 EXACT = 1e-12
+BY_DURATION = DurationPlant(**vars(OSCILLATOR))
 
 
 @pytest.mark.parametrize("frame", [np.eye(3), np.diag([4.0, 1.0, 1.0]), np.array([[4, 1, 0], [0, 1, 0], [0, 0, 2.0]])])
@@ -146,29 +147,29 @@ def test_gain_of_a_sequence_is_the_largest_singular_value():
     rng = np.random.default_rng(4)
     periods = rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, 40)
     subject = oscillator_filter()
-    for per_duration in (False, True):
-        gain, w = sequence_gain(OSCILLATOR, subject, periods, per_duration=per_duration)
-        weights = np.sqrt(periods) if per_duration else np.ones(40)
-        columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(40)]
+    columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(40)]
+    for plant in (OSCILLATOR, BY_DURATION):
+        gain, w = sequence_gain(plant, subject, periods)
+        weights = np.sqrt(periods) if plant is BY_DURATION else np.ones(40)
         whole = np.append(weights[1:], weights[-1])[:, None] * np.array(columns).T / weights
         assert gain == pytest.approx(np.linalg.norm(whole, 2), rel=1e-10)
         e = simulate_error(OSCILLATOR, subject, periods, w)
-        assert error_ratio(periods, w, e, per_duration=per_duration) == pytest.approx(gain, rel=1e-9)
+        assert error_ratio(plant, periods, w, e) == pytest.approx(gain, rel=1e-9)
         together = subject.errors(OSCILLATOR, np.array([periods[::-1], periods]), w)
         np.testing.assert_allclose(together[1], e, atol=1e-14)
         assert np.abs(together[0] - e).max() > 0.1 * np.abs(e).max()
 
 
 @pytest.mark.parametrize("looks", [sequences.LOOKS, (2,)], ids=["all settle", "one by one"])
-@pytest.mark.parametrize("per_duration", [False, True])
+@pytest.mark.parametrize("plant", [OSCILLATOR, BY_DURATION], ids=["samples", "time"])
 @pytest.mark.parametrize("length", [2, 31, 32, 70])
-def test_sequences_together_have_the_gains_that_they_have_alone(length, per_duration, looks, monkeypatch):
+def test_sequences_together_have_the_gains_that_they_have_alone(length, plant, looks, monkeypatch):
     monkeypatch.setattr(sequences, "LOOKS", looks)
     monkeypatch.setattr(sequences, "TOGETHER", 3 * length)
     rng = np.random.default_rng(length)
     tried = list(rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, (7, length)))
-    alone = [sequence_gain(OSCILLATOR, oscillator_filter(), one, per_duration=per_duration)[0] for one in tried]
-    found = sequence_gains(OSCILLATOR, oscillator_filter(), tried, per_duration=per_duration)
+    alone = [sequence_gain(plant, oscillator_filter(), one)[0] for one in tried]
+    found = sequence_gains(plant, oscillator_filter(), tried)
     assert found == pytest.approx(alone, rel=1e-6)
 
 
@@ -276,7 +277,7 @@ def test_the_level_of_a_narrow_range_is_hardly_above_that_of_its_period(h: float
 def test_a_storage_that_is_negative_proves_nothing() -> None:
     """An error that grows: P = -4 meets the inequality of a level all the same."""
     plant = StampedPlant([[0.5]], [[1, 0]], [[1]], [[0, 1]], [[1]])
-    system = ErrorSystem(plant, StampedFilter(np.zeros((1, 3, 1))), np.eye(1), 1.0, False, np.ones(1))
+    system = ErrorSystem(plant, StampedFilter(np.zeros((1, 3, 1))), np.eye(1), 1.0, np.ones(1))
     found = certify(system, (0.9, 1.0), ContextTree.one_step(1), np.full((1, 1, 1), -4.0), 100.0)
     assert 0.0 < found.needs[0] < 100.0
     assert found.level == np.inf

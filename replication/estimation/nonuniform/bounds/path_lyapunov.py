@@ -28,7 +28,7 @@ from replication.estimation.conic.program import (
     symmetric_basis,
 )
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.plant import SampledPlant, weights_of
 from replication.estimation.validation import Array
 
 Word = tuple[int, ...]
@@ -111,7 +111,6 @@ class ErrorSystem:
     filter: Estimator
     T: Array
     level: float
-    per_duration: bool
     units: Array
     roundings: float = 0.0
 
@@ -143,10 +142,6 @@ class ErrorSystem:
         # The change of coordinates T magnifies rounding by its condition.
         size = ROUNDING * max(float(np.linalg.cond(self.T)), 1.0) * len(self.T)
         return np.asarray(size * (storage * (1 + step**2) + 1))
-
-    def weights(self, periods: Array) -> Array:
-        """w(h) of the squared norms."""
-        return periods if self.per_duration else np.ones_like(periods)
 
 
 @dataclass(frozen=True)
@@ -226,7 +221,7 @@ def solve(
     ]
     distinct, which = np.unique([h for h, _, _ in seen], return_inverse=True)
     edges = [(leaf, following, int(i)) for i, (_, leaf, following) in zip(which, seen, strict=True)]
-    steps, weights = system.steps(system.plant.transitions(distinct)), system.weights(distinct)
+    steps, weights = system.steps(system.plant.transitions(distinct)), weights_of(system.plant, distinct)
     rounding = system.rounding(np.linalg.norm(steps, axis=(1, 2)), 1.0)
     slack = max(SLACK, system.roundings * float(np.max(rounding)))
     demanded = frame.T @ output.T @ output @ frame + slack * (frame.T @ frame)

@@ -335,7 +335,7 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
     for before, G in zip(X, filter_.G, strict=True):
         T = np.linalg.cholesky(before).T
         inverse = np.linalg.inv(T)
-        system = ErrorSystem(plant, type(filter_)(G[None]), T, design.level, False, 1 / units)
+        system = ErrorSystem(plant, type(filter_)(G[None]), T, design.level, 1 / units)
         for after, ends in zip(X, pairwise(design.edges), strict=True):
             following = inverse.T @ after @ inverse
             needs, _ = cell_needs(system, np.eye(plant.order)[None], following[None], ends, (1 + LOOSE) ** 2)
