@@ -150,10 +150,8 @@ FIRST, SECOND = "level : float\n    A gain.\n", "steps : int\n    Instants.\n"
         ("", "", []),
         ("steps : int\n    Instants.\n", "", ["steps is not documented"]),
         ("steps : int\n", "step : int\n", ["steps is not documented", "step is no argument"]),
-        ("steps : int\n", "steps\n", ["steps lacks its type or meaning"]),
         (FIRST + SECOND, SECOND + FIRST, ["documented in another order than ['level', 'steps']"]),
         ("    A gain.\n", "", ["level lacks its type or meaning"]),
-        ("Returns\n-------\nfloat\n    The level.\n\n", "", ["no section Returns"]),
         ("Raises\n------\nInvalidInputError\n    It is not positive.", "", ["no section Raises"]),
     ],
 )

@@ -68,7 +68,7 @@ def swing():
 )
 def test_knowing_the_period_is_worth_what_it_should(plant, periods, share):
     """Its guaranteed level is at most a share of what the robust filter attains."""
-    stamped = design_stamped(plant, periods=periods)
+    stamped = design_stamped(plant, periods=periods, **SHORT)
     robust = nonuniform.design(plant, periods=periods, **EFFORT)
     assert stamped.value <= share * robust.bracket.lower
     assert stamped.value <= stamped.fact("level without sensors").value
