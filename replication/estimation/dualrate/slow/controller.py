@@ -80,10 +80,7 @@ class Equations:
         return stacked(RiccatiMap(A, seen - lost, G @ G.T) for _, seen in self.information)
 
     def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
-        """Of the cost to go on (x, u before), one map for each instant; then R^-1 B' and the part of v that is fixed.
-
-        v = fixed (x, u before) - R^-1 B' (..) is what the inputs that change are set to.
-        """
+        """Of the cost to go on (x, u before), for each instant; then R^-1 B' and the fixed part of what changes."""
         p, step = self.problem, self.problem.sampled
         (n, m), Q, R = step.input.shape, p.period * p.state_weight, p.period * p.input_weight
         worst = np.zeros((n + m, n + m))

@@ -193,10 +193,7 @@ class SlowRateResult(Design, Traded):
 
 
 def set_points(problem: SlowProblem, controller: Controller) -> Array:
-    """N (N, m, t) of u = K (x^, u before) + N r: what leaves u where it holds the plant at r.
-
-    At rest x^ follows its recursion; at a finite level it is not x.
-    """
+    """N (N, m, t) of u = K (x^, u before) + N r: what leaves u where it holds the plant at r, x^ at its own rest."""
     if problem.steady is None:
         return np.zeros((*controller.K.shape[:2], 0))
     n, references = problem.plant.order, problem.steady.references
@@ -227,10 +224,7 @@ def require_level(goal: Goal, level: Any) -> float | None:
 def slow_design(
     problem: SlowProblem, signals: Signals, *, goal: Goal, level: float | None, observer: str
 ) -> SlowRateResult:
-    """The controller for `goal`; observer: that of the continuous gains which are set beside it.
-
-    Raises InfeasibleError: no controller at these rates keeps the level. SolverError: rounding spoils the equations.
-    """
+    """The controller for `goal`; observer: that of the continuous gains which are set beside it."""
     reached = kalman(problem)[1].upper
     solution = SlowRateResult.solve(problem, reached, goal=goal, level=level)
 

@@ -316,10 +316,7 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
 
 
 def _natural(plant: SampledPlant, filter_: Estimator, h: float) -> ErrorSystem:
-    """The error system with its Gramian at period h about the identity, e in units of its own gain there.
-
-    The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
-    """
+    """The error system with its Gramian at period h about the identity, e in units of its own gain there."""
     balanced = balancing(plant)
     plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
     stage = error_system(plant, filter_, h)

@@ -111,10 +111,7 @@ class StampedFilter(Estimator):
 
 
 def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
-    """The stationary Kalman predictor at a constant period, for white w of unit intensity.
-
-    None where the sensors' noise D D' is singular or a mode is not disturbed, and no such filter need exist.
-    """
+    """The stationary Kalman predictor at a constant period, for white w of unit intensity, None if none need exist."""
     Phi, Gamma = plant.discretise(h)
     noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
     if np.linalg.matrix_rank(noise) < len(noise):
@@ -187,9 +184,8 @@ class StampedDesign:
 def stamped_design(
     plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS, slack: float = SLACKS[0]
 ) -> StampedDesign:
-    """The filter of least level over the range.
+    """The filter of least level over the range; slack: excess that the solver is asked for, where X is about I.
 
-    slack: excess that the solver is asked for, in coordinates in which X is about the identity.
     Raises InfeasibleError if the level cannot be told from zero or there is none, SolverError if the rounds run out.
     """
     count = at_most("cells", cells, MOST_CELLS) if periods.h_l < periods.h_u else 1
