@@ -10,6 +10,7 @@ import pickle
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,8 @@ import scipy.io
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate, nonuniform
-from replication.estimation.api.plants import Signals, measured_outputs
-from replication.estimation.api.results import LITTLE, Bracket, GainResult, baselines, outward
+from replication.estimation.api.plants import measured_outputs
+from replication.estimation.api.results import LITTLE, Bracket, baselines, outward
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
 from tests.estimation.api.api_plants import CASES, METHODS, result_of
@@ -138,26 +139,8 @@ def test_text_table_and_html_show_the_same_rows(method: str) -> None:
 
 
 def test_html_escapes_the_names_of_signals() -> None:
-    class Shout(GainResult):
-        def panels(self) -> tuple[()]:
-            return ()
-
-        def to_statespace(self) -> None:  # type: ignore[override]
-            return None
-
-        def observer(self) -> None:
-            return None
-
-    result = Shout(
-        method="<b>",
-        quantity="<script>alert(1)</script>",
-        bracket=Bracket(1.0, 2.0, "by hand"),
-        gains={},
-        axes={},
-        evidence=(),
-        signals=Signals((), (), (), ()),
-    )
-    assert "<script>" not in result._repr_html_() and "&lt;script&gt;" in result._repr_html_()
+    page = replace(result_of("multirate"), quantity="<script>alert(1)</script>")._repr_html_()
+    assert "<script>" not in page and "&lt;script&gt;" in page
 
 
 @pytest.mark.parametrize("method", METHODS)
