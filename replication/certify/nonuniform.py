@@ -31,7 +31,7 @@ from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import worst_sequence
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant, weights_of
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, StampedProof, proved_design
 from replication.estimation.validation import Array, ComplexArray
@@ -54,19 +54,17 @@ SETTLED, MAX_DOUBLINGS = fmpq(1, 2**70), 60
 Json = Mapping[str, Any]
 
 
-def storage_matrix(
-    plant: Json, filter_: Json, period: str, level: fmpq, *, per_duration: bool = False
-) -> list[list[str]]:
+def storage_matrix(plant: Json, filter_: Json, period: str, level: fmpq, *, weighted: bool = False) -> list[list[str]]:
     """P = A'(P + PB (w g^2 - B'PB)^-1 B'P) A + w C'C + slack of the error system at `period`, by doubling from P = 0.
 
-    plant, filter_: as certificates write them; w = 1, or the period if `per_duration`. Raises SolverError if there is
+    plant, filter_: as certificates write them; w = 1, or the period if `weighted`. Raises SolverError if there is
     none: the level g is too low.
     """
     with ctx.workprec(PRECISION):
         low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (exact([plant[end]]) for end in ("h_l", "h_u")))
         h = {"h_l": low, "middle": (low + high) / 2, "h_u": high}[period]
         A, B, C = error_stage(plant, filter_, h)
-        weight = h if per_duration else arb(1)
+        weight = h if weighted else arb(1)
         supplied = weight * arb(level) ** 2
         one = arb_mat(identity(A.nrows()))
         G, P = -(B * B.transpose()) / supplied, C.transpose() * C * weight + one * arb(SLACK)
@@ -119,6 +117,7 @@ def problem_of(
     plant: Mapping[str, Any], parameters: Mapping[str, Any], kind: type[SampledPlant] = SampledPlant
 ) -> tuple[SampledPlant, PeriodRange]:
     """The sampled plant of a certificate, and the range from the period `from` to the period `to`."""
+    kind = DurationPlant if parameters.get("weight") == "duration" else kind
     system = kind(**{name: as_floats(plant[name]) for name in "ABCDL"})
     whole = PeriodRange(*(float(a + b * pi) for a, b in (as_floats(plant[end]) for end in ("h_l", "h_u"))))
     named = {"h_l": whole.h_l, "middle": whole.middle, "h_u": whole.h_u}
@@ -143,13 +142,13 @@ def storage_certificate(
     """An upper bound of the gain of a filter, as certificates write it, and the storage matrices that prove it."""
     plant, parameters = theorem["plant"], theorem["parameters"]
     system, periods = problem_of(plant, parameters)
-    chosen, duration = filter_of(filter_), parameters["weight"] == "duration"
+    chosen = filter_of(filter_)
     if periods.h_l == periods.h_u:
-        norm = periodic_gain(system, chosen, [periods.h_l], per_duration=duration).upper
+        norm = periodic_gain(system, chosen, [periods.h_l]).upper
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
-        P = storage_matrix(plant, filter_, parameters["from"], rational(level), per_duration=duration)
+        P = storage_matrix(plant, filter_, parameters["from"], rational(level), weighted=system.weighted)
         return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
-    found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts, per_duration=duration)
+    found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts)
     inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in found.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
@@ -166,19 +165,16 @@ def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: i
     """
     system, periods = problem_of(theorem["plant"], theorem["parameters"])
     chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
-    filter_, duration = filter_of(chosen), theorem["parameters"]["weight"] == "duration"
+    filter_ = filter_of(chosen)
     runs: Sequence[int] = (1,)
     if horizon:
-        found = worst_sequence(
-            system, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=duration
-        )
-        runs = found.runs
+        runs = worst_sequence(system, filter_, periods, horizon=horizon, final_horizon=final_horizon).runs
     pattern, h = pattern_of(runs, periods)
-    stages = PeriodicSystem(tuple(error_system(system, filter_, float(t), per_duration=duration) for t in h))
+    stages = PeriodicSystem(tuple(error_system(system, filter_, float(t)) for t in h))
     peak = l2_gain(stages)
     return {
         "bound": {"lower": rounded_down(peak.lower * (1 - ATTAINED_MARGIN), LEVEL_BITS)},
-        "witness": disturbance(pattern, stages, peak.angle, np.sqrt(h) if duration else np.ones_like(h)),
+        "witness": disturbance(pattern, stages, peak.angle, np.sqrt(weights_of(system, h))),
     }
 
 

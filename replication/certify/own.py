@@ -106,17 +106,17 @@ def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, 
     }
 
 
-def _finite(**arrays: Any) -> dict[str, Any]:
-    """The arrays as nested lists; raises InvalidInputError for an entry that is no number."""
+def _finite(number: Any, **arrays: Any) -> dict[str, Any]:
+    """The arrays as nested lists, written by `number`; raises InvalidInputError for an entry that is no number."""
     for name, values in arrays.items():
         if not np.all(np.isfinite(np.asarray(values, dtype=float))):
             raise InvalidInputError(f"{name} of the result holds a number that is not finite; nothing can be proved")
-    return {name: np.asarray(values, dtype=float).tolist() for name, values in arrays.items()}
+    return {name: number(np.asarray(values, dtype=float).tolist()) for name, values in arrays.items()}
 
 
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
     theorem = _sensed("multirate.gain", result, result.problem, {"relative": WIDTH}, name, number)
-    theorem["plant"]["L"] = rationals(_finite(L=result.gains["L"])["L"])
+    theorem["plant"] |= _finite(rationals, L=result.gains["L"])
     return {**theorem, **multirate.gain_in_units(theorem)}
 
 
@@ -129,7 +129,7 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
     counts = misses * result.model.channels(result.problem.plant.sensors) if len(misses) == 1 else misses
     more = {"together": int(together), "misses": list(counts)}
     theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)
-    gains = rationals(_finite(L=result.gains["L"])["L"])
+    gains = _finite(rationals, L=result.gains["L"])["L"]
     return {**theorem, **multirate.gain_under_losses(theorem, gains, result.bracket.upper)}
 
 
@@ -142,10 +142,9 @@ def _sensed(
         raise InvalidInputError("the verifier has no statement on sensor noise that also drives the plant (B_w, or S)")
     if not result.bracket.lower > 0:
         raise InvalidInputError(f"no certificate: {statement} is a statement on gains above zero, and this may be zero")
-    given = _finite(A=plant.A, B_d=plant.B_d, C=plant.C, D=plant.D, W=plant.W)
     return _theorem(
         statement,
-        {"name": name, **{key: number(value) for key, value in given.items()}},
+        {"name": name, **_finite(number, A=plant.A, B_d=plant.B_d, C=plant.C, D=plant.D, W=plant.W)},
         {
             "sensors": list(range(plant.sensors)),
             "periods": list(schedule.periods),
@@ -158,17 +157,16 @@ def _sensed(
 def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
     filter_ = result.filter
     given = _sampled("nonuniform.gain-upper", result.plant, result.periods, number)
-    chosen = _finite(A=filter_.A, B=filter_.B, C=filter_.C)
     theorem = _theorem(
         "nonuniform.gain-upper",
-        {"name": name, **given, "filter": {key: rationals(value) for key, value in chosen.items()}},
+        {"name": name, **given, "filter": _finite(rationals, **vars(filter_))},
         {"from": "h_l", "to": "h_u", "weight": "samples"},
     )
     return {**theorem, **nonuniform.gain_upper(theorem, leaves=result.gain.guarantee.leaves)}
 
 
 def _stamped(result: StampedResult, name: str, number: Any) -> Made:
-    _finite(G=result.filter.G)
+    _finite(rationals, G=result.filter.G)
     given = _sampled("nonuniform.stamped-gain", result.plant, result.periods, number)
     theorem = _theorem("nonuniform.stamped-gain", {"name": name, **given}, {})
     made = nonuniform.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
@@ -182,9 +180,7 @@ def _sampled(statement: str, plant: SampledPlant, periods: PeriodRange, number: 
             f"no certificate: {statement} is a statement on a range of periods, and this one is a single period of "
             f"{periods.h_l:g} s"
         )
-    given = _finite(A=plant.A, B=plant.B, C=plant.C, D=plant.D, L=plant.L)
-    ends = _finite(h_l=[periods.h_l, 0.0], h_u=[periods.h_u, 0.0])
-    return {key: number(value) for key, value in {**given, **ends}.items()}
+    return _finite(number, **vars(plant), h_l=[periods.h_l, 0.0], h_u=[periods.h_u, 0.0])
 
 
 def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
@@ -198,16 +194,13 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
     for fits, what in reasons:
         if not fits:
             raise InvalidInputError(f"no certificate: dualrate.stable is a statement on loops with {what}")
-    given = _finite(A=model.A, B=model.B_u, C=model.C)
-    times = _finite(T=problem.period)
-    gains = _finite(K=problem.feedback, L=problem.injection)
     theorem = _theorem(
         "dualrate.stable",
         {
             "name": name,
-            **{key: number(value) for key, value in given.items()},
-            **{key: rationals(value) for key, value in gains.items()},
-            "T": number(times["T"]),
+            **_finite(number, A=model.A, B=model.B_u, C=model.C),
+            **_finite(rationals, K=problem.feedback, L=problem.injection),
+            **_finite(number, T=problem.period),
             "M": str(problem.ratio),
         },
         {"observer": result.observer_name},
@@ -217,11 +210,9 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
 
 def _delay(result: DelayResult, name: str, number: Any) -> Made:
     system = result.plant
-    given = _finite(
-        A0=system.a0, A=system.a, delays=system.delays, B=system.b, C10=system.c10, C1=system.c1, C2=system.c2
-    )
-    plant = {"name": name, **{key: number(value) for key, value in given.items()}}
-    level = rounded_up(_finite(level=result.value)["level"], LEVEL_BITS)
+    given = {"A0": system.a0, "A": system.a, "delays": system.delays, "B": system.b, "C10": system.c10}
+    plant = {"name": name, **_finite(number, **given, C1=system.c1, C2=system.c2)}
+    level = rounded_up(_finite(float, level=result.value)["level"], LEVEL_BITS)
     told, degrees = "", getattr(result.proof, "degree", 1)
     for degree in range(1, degrees + 1):
         theorem = _theorem("delay.gain-upper", plant, {"degree": degree})

@@ -27,11 +27,7 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Method:
-    """One method as a user of files meets it.
-
-    fields: keys of the plant file; options: of the command line; design: called with the values of the file by field
-    and with the options that were given, by name.
-    """
+    """Keys of the plant file, options of the command line; design: called with the values of both, by name."""
 
     name: str
     summary: str

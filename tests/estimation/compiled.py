@@ -62,6 +62,11 @@ class Compiled:
         self.state = (ctypes.c_double * 4096)()  # more than the struct of any observer here
         self.estimates = len(observer.estimate)
 
+    @property
+    def memory(self) -> bytes:
+        """All that it remembers."""
+        return bytes(self.state)
+
     def reset(self, start: Any) -> None:
         self.library.own_init(self.state, doubles(start))
 

@@ -43,7 +43,7 @@ def draws(plant: Matrices, periods: list[float], seeds: int, seed: int, part: in
         "periods": sequences[0].tolist(),
         "band_low": errors.min(axis=0)[:steps].tolist(),
         "band_high": errors.max(axis=0)[:steps].tolist(),
-        "ratios": [error_ratio(h, w, e[:, None]) for h, e in zip(sequences, errors, strict=True)],
+        "ratios": [error_ratio(system, h, w, e[:, None]) for h, e in zip(sequences, errors, strict=True)],
     }
 
 
@@ -62,8 +62,8 @@ def laws(plant: Matrices, periods: list[float], seeds: int, seed: int, **given: 
         sequences = np.array([_sequence(law, span, steps, rng) for _ in range(seeds)])
         errors = beside.errors(both, sequences, w)
         found[law] = {
-            "filter": [error_ratio(h, w, e[:, :size_z]) for h, e in zip(sequences, errors, strict=True)],
-            "none": [error_ratio(h, w, e[:, size_z:]) for h, e in zip(sequences, errors, strict=True)],
+            "filter": [error_ratio(system, h, w, e[:, :size_z]) for h, e in zip(sequences, errors, strict=True)],
+            "none": [error_ratio(system, h, w, e[:, size_z:]) for h, e in zip(sequences, errors, strict=True)],
         }
     return found
 

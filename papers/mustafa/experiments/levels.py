@@ -15,7 +15,7 @@ from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import FilterDesign, design_for_periods, robust_design
 
 Json = dict[str, Any]
@@ -124,14 +124,17 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     }
 
 
-def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, leaves: int, **effort: Any) -> Json:
+def bracket(
+    plant: Matrices, periods: list[float], printed: Matrices | None, leaves: int, *, per_duration: bool, **effort: Any
+) -> Json:
     """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at the middle.
 
-    effort: as in `worst_case_gain`.
+    per_duration: norms over time. effort: as in `worst_case_gain`.
     """
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
-    found = worst_case_gain(system, filter_, span, max_leaves=leaves, **effort)
+    measured = DurationPlant(**vars(system)) if per_duration else system
+    found = worst_case_gain(measured, filter_, span, max_leaves=leaves, **effort)
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,

@@ -249,7 +249,7 @@ def analyse(
     if steady is not None:
         whole = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
         ahead = steady.ahead(problem.feedback)
-        evidence += (steady_error(steady, problem.model, driven(whole, ahead)),)
+        evidence += (steady_error(steady, problem.model, driven(whole.steps, [ahead] * len(whole.steps))),)
         gains |= {"N": ahead} if steady.asked else {}
     return DualRateResult.analysed(
         signals_of(plant, problem.period),
@@ -328,7 +328,8 @@ def simulate(
         problem = result.loop.design
         plant, period = problem.model, problem.period
         whole = close_loop(problem, _builder(result.observer_name), discrete_gain=result.discrete_gain)
-        loop = driven(whole, result.gains.get("N", np.zeros((plant.B_u.shape[1], 0))))
+        ahead = result.gains.get("N", np.zeros((plant.B_u.shape[1], 0)))
+        loop = driven(whole.steps, [ahead] * len(whole.steps))
     n = plant.order
     count = positive_integer("number of slow periods", slow_periods) * len(loop)
     row, r = plant.C[row_of_output(plant, output)], wanted(setpoint, loop[0].drive.shape[1])

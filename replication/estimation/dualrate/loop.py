@@ -6,13 +6,13 @@ r(k) adds to K x̂(k), and each sensor reading may carry noise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.dualrate.observers import (
     Builder,
     Harmonic,
@@ -24,6 +24,7 @@ from replication.estimation.dualrate.observers import (
 )
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.validation import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -101,23 +102,24 @@ def close_loop(
         )
     sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
     sensed = np.eye(true_plant.order) if observer.full_state else true_plant.C
+    m = sampled.input.shape[1]
+    law = np.hstack([design.feedback, np.zeros((m, m))])
     own = [(step, phase == 0 or not observer.slow_command) for phase, step in enumerate(observer.steps)]
     different = {(id(step), computes): (step, computes) for step, computes in own}
     steps = {
-        key: _step(design.feedback, step, sampled, sensed, computes=computes)
-        for key, (step, computes) in different.items()
+        key: loop_step(law, step, sampled, sensed, computes=computes) for key, (step, computes) in different.items()
     }
     return DualRateLoop(design, true_plant, harmonic, tuple(steps[id(step), computes] for step, computes in own))
 
 
-def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool) -> LoopStep:
-    """One phase over z = (x, o, v): read m = sensed x, estimate, compute v = K x̂ + r or keep the last."""
+def loop_step(law: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool = True) -> LoopStep:
+    """One phase over z = (x, o, v): read m = sensed x, estimate, compute v+ = law (x̂, v) + r or keep the last v."""
     n, m, size = plant.state.shape[0], plant.input.shape[1], o.transition.shape[0]
     p = sensed.shape[0]
     estimate = np.hstack([o.feedthrough @ sensed, o.readout, np.zeros((len(o.readout), m))])
     last = np.hstack([np.zeros((m, n + size)), np.eye(m)])
-    computed = (K @ estimate, np.eye(m), K @ o.feedthrough)
     kept = (last, np.zeros((m, m)), np.zeros((m, p)))
+    computed = (law @ np.vstack([estimate, last]), np.eye(m), law[:, :-m] @ o.feedthrough)
     command = computed if computes else kept
     drive = np.vstack([plant.input, o.input, np.eye(m)])
     free = np.zeros((n + size + m, n + size + m))
@@ -135,11 +137,11 @@ def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bo
     )
 
 
-def driven(loop: DualRateLoop, ahead: Array) -> list[Driven]:
-    """The loop with the command ahead r, instant by instant; ahead (m, t)."""
+def driven(steps: Sequence[LoopStep], ahead: Sequence[Array]) -> list[Driven]:
+    """The loop with the command ahead r, instant by instant; ahead (m, t) for each."""
     return [
-        Driven(step.state, step.command @ ahead, step.input_state, step.input_command @ ahead, step.estimate_state)
-        for step in loop.steps
+        Driven(step.state, step.command @ N, step.input_state, step.input_command @ N, step.estimate_state)
+        for step, N in zip(steps, ahead, strict=True)
     ]
 
 
@@ -187,17 +189,12 @@ def lifted_system(loop: DualRateLoop) -> control.StateSpace:
 def noise_gain(loop: DualRateLoop) -> float:
     """Standard deviation of the output per unit standard deviation of white noise on each sensor reading.
 
-    The largest over the fast instants, from the periodic Lyapunov equation P = Φ P Φᵀ + Q of the monodromy matrix.
-    Raises InfeasibleError if the loop is unstable.
+    The largest over the fast instants, from the periodic Lyapunov equation, by doubling: units of the states do not
+    matter. Raises InfeasibleError if the loop is unstable.
     """
     require_stable(loop, "its noise grows without bound")
-    added = np.zeros((loop.size, loop.size))
-    for step in loop.steps:
-        added = step.state @ added @ step.state.T + step.noise @ step.noise.T
-    covariance = scipy.linalg.solve_discrete_lyapunov(monodromy(loop), added)
-    variances = []
-    for step in loop.steps:
-        output = covariance[: loop.plant.order, : loop.plant.order]
-        variances.append(np.max(np.diag(loop.plant.C @ output @ loop.plant.C.T)))
-        covariance = step.state @ covariance @ step.state.T + step.noise @ step.noise.T
-    return float(np.sqrt(max(variances)))
+    stages = noise_system(loop).stages
+    covariances = settled(stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in stages))
+    if covariances is None:
+        raise SolverError("the covariance of the output was lost in rounding; choose other units of the states")
+    return float(np.sqrt(max(np.max(np.diag(s.C @ P @ s.C.T)) for s, P in zip(stages, covariances, strict=True))))

@@ -221,18 +221,25 @@ def _predicting(model: SampledModel, phase: int) -> ObserverStep:
     )
 
 
-def _holding(model: SampledModel, phase: int) -> ObserverStep:
-    """State (ζ, y held): ζ follows (7) with the measurement of phase 0."""
+def _virtual(model: SampledModel, phase: int, *, carries: bool, predicts: bool = True) -> ObserverStep:
+    """State (ζ, y_p): ζ follows (7) with y at phase 0 and y_p elsewhere.
+
+    y_p is (6), or continues from ȳ if it `carries`; one that does not predict is the last measurement, held.
+    """
     n, p = model.H.shape
-    fresh = phase == 0
-    transition = np.block([[model.F, model.H * (not fresh)], [np.zeros((p, n)), np.eye(p) * (not fresh)]])
+    fresh, C, carried = phase == 0, model.output * predicts, np.eye(p) * carries
+    step = model.predictor.state - np.eye(n) * carries
     return _step(
         model,
-        transition,
-        np.vstack([model.G, np.zeros((p, model.G.shape[1]))]),
-        np.vstack([model.H, np.eye(p)]) * fresh,
-        np.concatenate([model.forcing, np.zeros(p)]),
+        np.block([[model.F, model.H * (not fresh)], [C @ step, carried * (not fresh)]]),
+        np.vstack([model.G, C @ model.predictor.input]),
+        np.vstack([model.H, carried]) * fresh,
+        np.concatenate([model.forcing, C @ model.predictor.forcing]),
     )
+
+
+_holding = partial(_virtual, carries=True, predicts=False)
+"""State (ζ, y held): ζ follows (7) with the measurement of phase 0."""
 
 
 def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False) -> ObserverStep:
@@ -255,21 +262,6 @@ def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False)
         np.vstack([holding.injection, np.zeros((n + m, model.H.shape[1]))]),
         np.concatenate([holding.forcing, model.predictor.forcing, np.zeros(m)]),
         reads=0 if fresh else h,
-    )
-
-
-def _virtual(model: SampledModel, phase: int, *, running: bool) -> ObserverStep:
-    """State (ζ, y_p): ζ follows (7) with y at phase 0 and y_p elsewhere; y_p is (6), or `running` from ȳ."""
-    n, p = model.H.shape
-    fresh, C = phase == 0, model.output
-    step = model.predictor.state - np.eye(n) * running
-    carried = np.eye(p) * running
-    return _step(
-        model,
-        np.block([[model.F, model.H * (not fresh)], [C @ step, carried * (not fresh)]]),
-        np.vstack([model.G, C @ model.predictor.input]),
-        np.vstack([model.H, carried]) * fresh,
-        np.concatenate([model.forcing, C @ model.predictor.forcing]),
     )
 
 
@@ -310,11 +302,11 @@ OBSERVERS: Mapping[str, Builder] = {
     # `model_interpolation` that takes the input of phase 0 for the whole M T. State (ζ, y held, x̂, u₀).
     "slow_input_interpolation": partial(_observer, step=_interpolating, slow_input=True),
     # The alternating predictive observer as printed: (7) with the virtual measurement (6). State (ζ, y_p).
-    "alternating_predictive": partial(_observer, step=_virtual, running=False),
+    "alternating_predictive": partial(_observer, step=_virtual, carries=False),
     # (7) with y_p = C ζ_p, where ζ_p starts at ζ at phase 0 and follows the model alone. State (ζ, ζ_p).
     "open_loop_prediction": partial(_observer, step=_predicting),
     # The restarted predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement.
-    "running_prediction": partial(_observer, step=_virtual, running=True),
+    "running_prediction": partial(_observer, step=_virtual, carries=True),
     # A measurement at every fast instant: what a virtual measurement tries to replace.
     "fast_sensor": partial(_observer, step=_always),
     # No observer: the controller reads the full state at every fast instant.

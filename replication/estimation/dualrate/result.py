@@ -49,10 +49,7 @@ def checked_weights(plant: Plant, *, state: Any, input: Any, process: Any, senso
 
 
 def _weight(name: str, value: Any, default: Array, *, definite: bool = False) -> Array:
-    """The symmetric weight, or `default`; a vector is its diagonal.
-
-    Raises InvalidInputError unless it is positive semidefinite, or definite if asked.
-    """
+    """The symmetric weight, positive semidefinite, or definite if asked; or `default`. A vector is its diagonal."""
     if value is None:
         return default
     size = len(default)

@@ -214,7 +214,9 @@ def simulate(
         "disturbance": (np.vstack([w, np.zeros_like(w[:1])]), result.signals.disturbances or numbered("w", w.shape[1])),
     }
     time = np.concatenate([[0.0], np.cumsum(periods)])
-    return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)
+    return simulated(
+        result.method, time, signals, ratio=error_ratio(result.plant, periods, w, error) if np.any(w) else None
+    )
 
 
 def _filter(filter_: Filter | control.StateSpace) -> Filter:

@@ -182,11 +182,12 @@ def observer(plant: SampledPlant, h: float, K: Array) -> Filter:
     return Filter(Phi - gain @ plant.C, gain, plant.L)
 
 
-def error_system(plant: SampledPlant, filter_: Estimator, h: float, *, per_duration: bool = False) -> Stage:
-    """One stage of eq. (5) with period h, state [x; x^]; per_duration scales e by sqrt(h) and w by 1/sqrt(h)."""
+def error_system(plant: SampledPlant, filter_: Estimator, h: float) -> Stage:
+    """One stage of eq. (5) with period h, state [x; x^]; where durations count, e is scaled by sqrt(h), w by its
+    inverse."""
     output = filter_.error_output(plant)
     state, drive = filter_.error_step(plant, *plant.discretise(h))
-    root = np.sqrt(h) if per_duration else 1.0
+    root = np.sqrt(h) if plant.weighted else 1.0
     return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
 
 
@@ -201,17 +202,14 @@ def gramian(A: Array, B: Array) -> Array:
     raise SolverError(f"the Gramian did not settle in {DOUBLINGS} doublings; a pole lies too near the unit circle")
 
 
-def periodic_gain(
-    plant: SampledPlant, filter_: Estimator, periods: Sequence[float], *, per_duration: bool = False
-) -> GainBracket:
+def periodic_gain(plant: SampledPlant, filter_: Estimator, periods: Sequence[float]) -> GainBracket:
     """Exact l2 gain from w to e when the sampling periods repeat `periods` for ever; one period is the H-infinity norm.
 
-    per_duration weighs both squared norms by the length of each sampling interval. Raises InfeasibleError if the error
-    system is unstable.
+    Raises InfeasibleError if the error system is unstable.
     """
     if len(periods) == 0:
         raise InvalidInputError("periods must not be empty: give the sampling periods that repeat, in seconds")
-    stages = {h: error_system(plant, filter_, h, per_duration=per_duration) for h in set(periods)}
+    stages = {h: error_system(plant, filter_, h) for h in set(periods)}
     return l2_gain(PeriodicSystem(tuple(stages[h] for h in periods)))
 
 

@@ -35,14 +35,10 @@ CIRCLE = 1e-7
 
 @dataclass(frozen=True)
 class NominalDesign:
-    """A nominal filter. level: gamma; filter: of form (4); covariance: the Riccati solution P (n, n).
-
-    infeasible: the largest level at which the search found no filter, 0 if there was no search.
-    """
+    """level: gamma; filter: of form (4); infeasible: largest level at which the search found none, 0 without one."""
 
     level: float
     filter: Filter
-    covariance: Array
     infeasible: float = 0.0
 
 
@@ -110,7 +106,7 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
     Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
     gain = np.linalg.solve(C @ Q @ C.T + D @ D.T, (Phi @ Q @ C.T + Gamma @ D.T).T).T
     filter_ = observer(given, h, gain @ rows)
-    return NominalDesign(gamma, filter_, P) if filter_.spectral_radius() < 1 else None
+    return NominalDesign(gamma, filter_) if filter_.spectral_radius() < 1 else None
 
 
 def _independent(plant: SampledPlant) -> tuple[SampledPlant, Array]:

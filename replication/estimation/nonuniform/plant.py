@@ -106,6 +106,8 @@ class SampledPlant(LinearPlant):
     L: Array
     settles: ClassVar[bool] = True
     """Whether A must be Hurwitz."""
+    weighted: ClassVar[bool] = False
+    """Whether both squared norms are weighted by the lengths of the intervals."""
 
     def __post_init__(self) -> None:
         self.check()
@@ -122,7 +124,9 @@ class SampledPlant(LinearPlant):
         for name, meaning in (("B", "nothing disturbs the state"), ("L", "there is nothing to estimate")):
             if not np.any(getattr(self, name)):
                 raise InvalidInputError(f"{name} must not be zero: {meaning}; check the entries")
-        A, C, scale = self.A, self.C, float(np.linalg.norm(self.A, 2))
+        units = np.diag(balancing(self))  # the plant's own may hide a state from the sensors
+        A, C = self.A * units[:, None] / units, self.C / units
+        scale = float(np.linalg.norm(A, 2))
         eigenvalues = np.linalg.eigvals(A)
         worst = max(eigenvalues, key=lambda value: value.real)
         if self.settles and worst.real >= -HURWITZ_MARGIN * scale:
@@ -231,6 +235,29 @@ class SampledPlant(LinearPlant):
             raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")
         inverse = np.linalg.inv(T)
         return type(self)(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
+
+
+class DurationPlant(SampledPlant):
+    """A `SampledPlant` whose gains are those of norms over time: an interval counts by its length."""
+
+    weighted = True
+
+
+def weights_of(plant: SampledPlant, periods: Array) -> Array:
+    """w(h) of the squared norms at each of the sampling periods."""
+    return periods if plant.weighted else np.ones_like(periods)
+
+
+def balancing(plant: SampledPlant) -> Array:
+    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
+    A, B, outputs = plant.A, plant.B, np.vstack([plant.C, plant.L])
+    n, m = B.shape
+    whole = np.zeros((n + m + len(outputs),) * 2)
+    whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = A, B, outputs
+    units = scipy.linalg.matrix_balance(whole, permute=False, separate=True)[1][0][:n]
+    rate = np.linalg.norm(A / units[:, None] * units)
+    ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
+    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
 
 def as_periods(name: str, value: Any) -> Array:

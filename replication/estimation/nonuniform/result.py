@@ -28,7 +28,7 @@ from replication.estimation.nonuniform.bounds.worst_case import (
 )
 from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, gains_at, observer
 from replication.estimation.nonuniform.nominal import riccati_level
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filters, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
@@ -198,7 +198,8 @@ class NonuniformResult(SequenceResult):
             return Solution(gains_of(nominal.filter), (Evidence("level of the design", nominal.level, how),))
         if goal != "robust":
             raise InvalidInputError(f'goal must be "robust" or "nominal", got {goal!r}')
-        robust = robust_design(plant, periods)
+        balanced = balancing(plant)
+        robust = robust_design(plant.in_coordinates(balanced), periods)
         design, report = robust.design, robust.design.report
         delta = float(design.variables.delta)
         if delta <= report.residuals["gap"] * (1 + delta):
@@ -217,7 +218,7 @@ class NonuniformResult(SequenceResult):
             ),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        return Solution(gains_of(design.filter), facts)
+        return Solution(gains_of(design.filter.in_units(np.diag(balanced))), facts)
 
     @classmethod
     def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **own: Any) -> Self:

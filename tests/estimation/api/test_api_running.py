@@ -126,16 +126,6 @@ def test_a_missing_measurement_is_one_that_is_expected(method: str) -> None:
     assert one.missed == 0 and other.missed == (1 if method == "multirate" else measurements)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_masked_measurement_is_missing(method: str) -> None:
-    inputs, measurements = sizes(method)
-    one, other = running(method), running(method)
-    masked = np.ma.array(np.ones(measurements), mask=True)
-    expected = other.step(np.ones(inputs), [None] * measurements)
-    assert np.array_equal(one.step(np.ones(inputs), masked), expected)
-    assert one.missed == other.missed > 0
-
-
 def test_a_missing_measurement_does_not_touch_the_model_of_a_delayed_plant() -> None:
     """Without measurements the observer follows the plant that is left to itself."""
     observer = running("delay")
@@ -150,13 +140,6 @@ def test_a_missing_measurement_does_not_touch_the_model_of_a_delayed_plant() -> 
         other.step(None, [np.nan])
     # Whatever the gains are, they have nothing to correct.
     assert np.allclose(observer.estimate, other.estimate, rtol=KINK)
-
-
-def test_a_sample_that_did_not_come_makes_a_filter_wait() -> None:
-    observer = running("nonuniform")
-    before = observer.step(None, 1.0)
-    assert np.array_equal(observer.step(None, None), before)
-    assert observer.missed == 1
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -175,6 +158,7 @@ def test_measurements_that_are_none_are_refused_and_change_nothing(method: str, 
 TWO_SENSORS = nonuniform.SampledPlant(-np.diag([1.0, 2.0]), np.eye(2), np.eye(2), np.eye(2), [[1, 1]])
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
     *(("u must", lambda bad=bad: running("multirate").step(bad, None)) for bad in (None, [np.nan], [1.0, 2.0], "1")),
+    ("has no names", lambda: PeriodicObserver(running("multirate").phases, ()).step({"encoder": 1.0})),
     ("u must have 0 entries", lambda: running("nonuniform").step([1.0], 1.0)),
     ("complete or None", lambda: nonuniform.design(TWO_SENSORS, periods=(0.1, 0.2), leaves=1, horizon=20).observer()
      .step(None, [1.0, None])),
@@ -229,6 +213,7 @@ def test_the_parts_of_a_periodic_observer_take_their_turns() -> None:
     assert np.all(system.B[:, 1] == 0) and np.any(system.B[:, 3] != 0)
     with pytest.raises(InvalidInputError, match="must be finite"):
         vector("y", [1.0, math.inf], 2)
+    np.testing.assert_array_equal(vector("y", np.ma.array([1.0, 2.0], mask=[True, False]), 2), [math.nan, 2.0])
 
 
 def test_one_name_for_an_input_and_a_measurement_needs_two_dicts() -> None:

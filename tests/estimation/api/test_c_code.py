@@ -1,4 +1,4 @@
-"""The C forms of observers, filters, and observers that count losses do what Python does, over many steps."""
+"""The C and MATLAB forms of observers, filters, and observers that count losses do what Python does."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from replication.estimation.multirate.kalman import filter_gains, kalman_design
 from replication.estimation.multirate.running import KalmanFilter
 from replication.estimation.validation import Array
 from tests.estimation.api.api_plants import result_of
+from tests.estimation.api.matlab import Interpreted
 from tests.estimation.compiled import EXACT, STEPS, Compiled
 from tests.estimation.multirate.multirate_examples import CART, MOVING, correlated, problem
 
@@ -84,71 +85,86 @@ OBSERVERS: dict[str, Callable[[], Any]] = {
 }
 
 
+FORMS: dict[str, Any] = {"C": Compiled, "MATLAB": Interpreted}
+IN_BOTH = (*PERIODIC, "filter")
+PAIRS = [(form, kind) for form in FORMS for kind in (OBSERVERS if form == "C" else IN_BOTH)]
+
+
 @pytest.mark.filterwarnings("ignore::replication.estimation.api.running.UnscheduledSampleWarning")
 @pytest.mark.parametrize(
-    "kind", [kind if kind in PERIODIC else pytest.param(kind, marks=pytest.mark.slow) for kind in OBSERVERS]
+    ("form", "kind"), [pair if pair[1] in PERIODIC else pytest.param(*pair, marks=pytest.mark.slow) for pair in PAIRS]
 )
-def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
-    observer, rng = OBSERVERS[kind](), np.random.default_rng(11)
-    compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
+def test_it_is_equal_over_many_steps(form: str, kind: str, tmp_path: Path) -> None:
+    observer, rng, steps = OBSERVERS[kind](), np.random.default_rng(11), STEPS if form == "C" else STEPS // 10
+    other, start = FORMS[form](observer, tmp_path), rng.standard_normal(observer.states)
     observer.reset(start)
-    compiled.reset(start)
-    for k in range(STEPS):
+    other.reset(start)
+    for k in range(steps):
         u, y = rng.standard_normal(observer.inputs), rng.standard_normal(observer.measurements)
         # Some do not come: single ones where the observer completes them, else whole samples.
         gone = rng.random(1 if kind == "nonuniform" else len(y)) < (0.6 if (k // 100) % 2 else 0.2)
         y = np.where(gone, math.nan, y)
-        answer, found = compiled.step(u, y)
+        answer, found = other.step(u, y)
         wanted, n = observer.step(u if observer.inputs else None, y), observer.states
         told = np.concatenate([found[: 2 * n], found[-n:]]) if isinstance(observer, Flat) else found
         there = ~np.isnan(wanted)  # of before the first instant nothing is known
         assert answer == 0 and np.all(there[:n])
         assert np.allclose(told[there], wanted[there], rtol=EXACT, atol=EXACT)
-    assert observer.missed > STEPS / 100
+    assert observer.missed > steps / 100
+    if form == "MATLAB":
+        assert other.function.kept["lost_so_far"] == observer.missed
     if "gate" in kind:
         assert STEPS / 20 < observer.gated < STEPS
     if kind in LOSSES:
-        orders, order = ctypes.cast(compiled.state, ctypes.POINTER(ctypes.c_ulong)), len(observer._state)
+        orders, order = ctypes.cast(other.state, ctypes.POINTER(ctypes.c_ulong)), len(observer._state)
         assert [orders[order], orders[order + 1]] == [observer.missed, observer.unforeseen]
         assert (observer.unforeseen > 0) is (kind != "random")
 
 
 def louder(kind: str) -> Any:
-    """The observer with gains that are one per cent larger."""
+    """The observer with gains that are larger by a millionth."""
     if kind in LOSSES:
         result = lossy(kind)
-        return replace(result, gains={**result.gains, "L": result.gains["L"] * 1.01}).observer()
+        return replace(result, gains={**result.gains, "L": result.gains["L"] * (1 + 1e-6)}).observer()
     other = OBSERVERS[kind]()
     first, *more = other.phases
-    other.phases = (replace(first, injection=first.injection * 1.01), *more)
+    other.phases = (replace(first, injection=first.injection * (1 + 1e-6)), *more)
     return other
 
 
-@pytest.mark.parametrize("kind", [*PERIODIC, pytest.param("each sensor", marks=pytest.mark.slow)])
-def test_what_python_refuses_changes_nothing_and_another_gain_is_noticed(kind: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("form", "kind"),
+    [*((form, kind) for form in FORMS for kind in PERIODIC), pytest.param("C", "each sensor", marks=pytest.mark.slow)],
+)
+def test_what_python_refuses_changes_nothing_and_another_gain_is_noticed(form: str, kind: str, tmp_path: Path) -> None:
     observer, other = OBSERVERS[kind](), louder(kind)
-    compiled, start = Compiled(observer, tmp_path), np.ones(observer.states)
-    for each in (compiled, observer, other):
+    same, start = FORMS[form](observer, tmp_path), np.ones(observer.states)
+    for each in (same, observer, other):
         each.reset(start)
     known, y = np.ones(observer.inputs), np.arange(1.0, 1.0 + observer.measurements)
-    kept = bytes(compiled.state)
-    assert compiled.step(known, [math.inf, *y[1:]])[0] == 1
-    if observer.inputs:
-        assert compiled.step([math.nan, *known[1:]], y)[0] == 1
-    assert bytes(compiled.state) == kept
-    answer, found = compiled.step(known, y)
-    assert answer == 0 and bytes(compiled.state) != kept
-    given = known if observer.inputs else None
-    assert np.allclose(found, observer.step(given, y), rtol=EXACT, atol=EXACT)
-    assert not np.allclose(found, other.step(given, y), rtol=EXACT, atol=EXACT)
+    kept, bad = same.memory, [(known, [math.inf, *y[1:]])]
+    bad += [([math.nan, *known[1:]], y)] if observer.inputs and form == "C" else []
+    bad += [(known, [*y, 1.0]), ([*known, 1.0], y)] if form == "MATLAB" else []
+    for given in bad:
+        assert same.step(*given)[0] == 1
+        assert same.memory == kept
+    answer, found = same.step(known, y)
+    assert answer == 0 and same.memory != kept
+    inputs = known if observer.inputs else None
+    assert np.allclose(found, observer.step(inputs, y), rtol=EXACT, atol=EXACT)
+    assert not np.allclose(found, other.step(inputs, y), rtol=1e-9, atol=1e-9)
 
 
 def test_bad_names_and_observers_without_a_form_have_messages() -> None:
     for observer in (result_of("multirate").observer(), lossy("one sensor, no inputs").observer()):
         with pytest.raises(InvalidInputError, match="C identifier"):
             observer.to_c("double")
-    with pytest.raises(InvalidInputError, match="no periodic recursion"):
-        result_of("delay").observer(0.01).to_c()
+    for bad in ("end", "9a", "a b", 3):
+        with pytest.raises(InvalidInputError, match="MATLAB function"):
+            result_of("multirate").observer().to_matlab(bad)
+    for form in ("to_c", "to_matlab"):
+        with pytest.raises(InvalidInputError, match="no periodic recursion"):
+            getattr(result_of("delay").observer(0.01), form)()
     with pytest.raises(InvalidInputError, match="no form in MATLAB"):
         kalman(CART, gate=2.0).run.to_matlab()
 

@@ -14,7 +14,6 @@ import scipy.io
 from replication.errors import InvalidInputError
 from replication.estimation import load
 from replication.estimation.api.results import Bracket
-from replication.estimation.api.running import PeriodicObserver
 from tests.estimation.api.running_cases import OBSERVERS, kalman, sizes, steps
 from tests.estimation.nonuniform.test_stamped_c import observer_of
 
@@ -117,13 +116,6 @@ def test_names_that_do_not_fit_are_refused(given: tuple[Any, ...], words: str) -
         with pytest.raises(InvalidInputError, match=words):
             observer.step(*given)
         assert observer.instant == 0
-
-
-def test_without_names_values_come_in_order() -> None:
-    observer = OBSERVERS["multirate"]()
-    bare = PeriodicObserver(observer.phases, observer.expected)
-    with pytest.raises(InvalidInputError, match="has no names"):
-        bare.step({"encoder": 1.0})
 
 
 @pytest.mark.parametrize("kind", ["filter", "kalman"])

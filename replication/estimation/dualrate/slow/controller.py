@@ -7,7 +7,7 @@ and 6: the discrete-time game with delayed measurements; here all is periodic, a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,8 +16,8 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.shown import Measures
-from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.loop import DualRateLoop, LoopStep, close_loop, loop_step
+from replication.estimation.dualrate.observers import OBSERVERS, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.result import DualRateResult, Weights
 from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
@@ -80,10 +80,7 @@ class Equations:
         return stacked(RiccatiMap(A, seen - lost, G @ G.T) for _, seen in self.information)
 
     def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
-        """Of the cost to go on (x, u before), one map for each instant; then R^-1 B' and the part of v that is fixed.
-
-        v = fixed (x, u before) - R^-1 B' (..) is what the inputs that change are set to.
-        """
+        """Of the cost to go on (x, u before), for each instant; then R^-1 B' and the fixed part of what changes."""
         p, step = self.problem, self.problem.sampled
         (n, m), Q, R = step.input.shape, p.period * p.state_weight, p.period * p.input_weight
         worst = np.zeros((n + m, n + m))
@@ -212,26 +209,29 @@ def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
 
 def joint(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
     """`closed` with the loads among its states."""
-    step, C = problem.sampled, problem.plant.C
-    n, m = step.input.shape
-    stages = []
-    for due, A, L, K in zip(problem.measured(), controller.A, controller.L, controller.K, strict=True):
-        u = np.hstack([np.zeros((m, n)), K])
-        transition = np.zeros((2 * n + m, 2 * n + m))
-        transition[:n, :n], transition[n : 2 * n, :n], transition[n : 2 * n, n : 2 * n] = step.state, L @ C, A
-        transition += np.vstack([step.input, step.input, np.eye(m)]) @ u
-        read = np.vstack([np.zeros((n, len(due))), L[:, due], np.zeros((m, len(due)))])
-        stages.append(_stage(problem, transition, read, due, u))
-    return PeriodicSystem(tuple(stages))
+    return _weighed(problem, loop_steps(problem, controller), problem.measured())
+
+
+def loop_steps(problem: SlowProblem, controller: Controller) -> list[LoopStep]:
+    """The loop of (x, x^, u before), instant by instant."""
+    step, C, n = problem.sampled, problem.plant.C, problem.plant.order
+    rest = np.zeros(n, complex), np.eye(n), np.zeros((n, len(C)))
+    return [
+        loop_step(K, ObserverStep(A, step.input, L, *rest), step, C)
+        for A, L, K in zip(controller.A, controller.L, controller.K, strict=True)
+    ]
 
 
 def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
     """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
-    stages = []
-    for step in loop.steps:
-        due = list(range(len(problem.plant.C))) if np.any(step.noise) else []
-        stages.append(_stage(problem, step.state, step.noise[:, due], due, step.input_state))
-    return PeriodicSystem(tuple(stages))
+    every = list(range(len(problem.plant.C)))
+    return _weighed(problem, loop.steps, [every if np.any(step.noise) else [] for step in loop.steps])
+
+
+def _weighed(problem: SlowProblem, steps: Sequence[LoopStep], read: Sequence[list[int]]) -> PeriodicSystem:
+    """The loop in units of the weights; read: the sensors whose noise counts at each instant."""
+    pairs = zip(steps, read, strict=True)
+    return PeriodicSystem(tuple(_stage(problem, s.state, s.noise[:, due], due, s.input_state) for s, due in pairs))
 
 
 def alone(problem: SlowProblem) -> PeriodicSystem:

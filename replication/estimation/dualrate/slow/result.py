@@ -17,7 +17,7 @@ from replication.estimation.api.plants import Signals, each_instant
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.running import PeriodicObserver, statespace
 from replication.estimation.api.shown import Goal, Measures, Traded, balanced
-from replication.estimation.dualrate.loop import Driven
+from replication.estimation.dualrate.loop import Driven, driven
 from replication.estimation.dualrate.slow.controller import (
     MARGIN,
     Controller,
@@ -25,9 +25,9 @@ from replication.estimation.dualrate.slow.controller import (
     central,
     closed,
     gain,
-    joint,
     kalman,
     least_level,
+    loop_steps,
     measures,
     noise_to_output,
     of_continuous_gains,
@@ -62,20 +62,19 @@ class RunningController(PeriodicObserver):
 
     def __init__(self, problem: SlowProblem, controller: Controller) -> None:
         self.problem, self.controller = problem, controller
-        n, m = problem.plant.B_u.shape
-        phases = []
-        mask = problem.mask
-        ahead = set_points(problem, controller)
-        t = ahead.shape[-1]
-        for due, A, L, K in zip(
-            mask, controller.A, controller.L, np.concatenate([controller.K, ahead], 2), strict=True
-        ):
-            transition = np.vstack([problem.sampled.input @ K, K, np.zeros((t, n + m + t))])
-            transition[:n, :n] += A
-            readout, given = np.vstack([np.eye(n, n + m + t), K]), np.eye(n + m + t)[:, n + m :]
-            phases.append(Phase(transition, given, np.vstack([L, np.zeros((m + t, len(due)))]), readout, due))
+        (n, m), p = problem.plant.B_u.shape, len(problem.plant.C)
+        phases: list[Phase] = []
+        for due, step in zip(problem.mask, driven_by(problem, controller), strict=True):
+            t = step.ahead.shape[1]
+            size = n + m + t
+            transition, readout = np.zeros((size, size)), np.eye(n + m, size)
+            transition[: n + m] = np.hstack([step.state[n:, n:], step.drive[n:]])
+            readout[n:] = np.hstack([step.input[:, n:], step.ahead])
+            given, injection = np.eye(size)[:, n + m :], np.zeros((size, p))
+            injection[:n] = controller.L[len(phases)]
+            phases.append(Phase(transition, given, injection, readout, due))
         self._count = m
-        output = np.hstack([problem.plant.C, np.zeros((len(problem.plant.C), m))])
+        output = np.hstack([problem.plant.C, np.zeros((p, m))])
         super().__init__(phases, [output @ phase.readout for phase in phases])
 
     @property
@@ -194,10 +193,7 @@ class SlowRateResult(Design, Traded):
 
 
 def set_points(problem: SlowProblem, controller: Controller) -> Array:
-    """N (N, m, t) of u = K (x^, u before) + N r: what leaves u where it holds the plant at r.
-
-    At rest x^ follows its recursion; at a finite level it is not x.
-    """
+    """N (N, m, t) of u = K (x^, u before) + N r: what leaves u where it holds the plant at r, x^ at its own rest."""
     if problem.steady is None:
         return np.zeros((*controller.K.shape[:2], 0))
     n, references = problem.plant.order, problem.steady.references
@@ -215,13 +211,7 @@ def set_points(problem: SlowProblem, controller: Controller) -> Array:
 
 def driven_by(problem: SlowProblem, controller: Controller) -> list[Driven]:
     """The loop of (x, x^, u before) with its set-points, instant by instant."""
-    (n, m), B = problem.plant.B_u.shape, problem.sampled.input
-    command, estimate = np.vstack([B, B, np.eye(m)]), np.eye(n, 2 * n + m, n)
-    stages, ahead = joint(problem, controller).stages, set_points(problem, controller)
-    return [
-        Driven(stage.A, command @ N, np.hstack([np.zeros((m, n)), K]), N, estimate)
-        for stage, K, N in zip(stages, controller.K, ahead, strict=True)
-    ]
+    return driven(loop_steps(problem, controller), list(set_points(problem, controller)))
 
 
 def require_level(goal: Goal, level: Any) -> float | None:
@@ -234,10 +224,7 @@ def require_level(goal: Goal, level: Any) -> float | None:
 def slow_design(
     problem: SlowProblem, signals: Signals, *, goal: Goal, level: float | None, observer: str
 ) -> SlowRateResult:
-    """The controller for `goal`; observer: that of the continuous gains which are set beside it.
-
-    Raises InfeasibleError: no controller at these rates keeps the level. SolverError: rounding spoils the equations.
-    """
+    """The controller for `goal`; observer: that of the continuous gains which are set beside it."""
     reached = kalman(problem)[1].upper
     solution = SlowRateResult.solve(problem, reached, goal=goal, level=level)
 

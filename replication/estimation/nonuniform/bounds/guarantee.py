@@ -17,7 +17,6 @@ from itertools import pairwise
 from math import comb, factorial
 
 import numpy as np
-import scipy
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.program import ALMOST, SolverReport
@@ -30,7 +29,7 @@ from replication.estimation.nonuniform.bounds.path_lyapunov import (
     solve,
 )
 from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing, weights_of
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 DEGREE = 5
@@ -123,7 +122,7 @@ def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Ar
     allowances = storage * (2 * step * missed + missed**2) + system.rounding(step, storage)
     if not np.all(np.isfinite(allowances)):
         return np.full((len(P), *hull.periods.shape), np.inf)
-    weights, output = system.weights(hull.periods.ravel()), system.output
+    weights, output = weights_of(system.plant, hull.periods.ravel()), system.output
     size = output.shape[1]
     needs, together = [], max(1, TOGETHER // len(steps))
     for first in range(0, len(P), together):
@@ -231,11 +230,6 @@ class Guarantee:
         """Size of the context tree."""
         return len(self.tree.leaves)
 
-    @property
-    def depth(self) -> int:
-        """Most periods ahead that a leaf knows."""
-        return max(map(len, self.tree.leaves))
-
 
 def guaranteed_level(
     plant: SampledPlant,
@@ -244,19 +238,17 @@ def guaranteed_level(
     *,
     max_leaves: int = 128,
     cuts: Sequence[float] | None = None,
-    per_duration: bool = False,
 ) -> Guarantee:
     """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
 
     cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
-    Lyapunov function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the
-    cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the
-    gain is then infinite), SolverError if no certificate is found.
+    Lyapunov function. Raises InvalidInputError if the cuts do not increase inside the range or the filter does not fit,
+    InfeasibleError if A_f is not Schur stable (the gain is then infinite), SolverError if no certificate is found.
     """
     limit = positive_integer("max_leaves", max_leaves)
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
-    natural = _natural(plant, filter_, periods.middle, per_duration)
+    natural = _natural(plant, filter_, periods.middle)
     best = _common(natural, periods)
     system = best.system
     history = [(1, best.level)]
@@ -323,14 +315,11 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
     )
 
 
-def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bool) -> ErrorSystem:
-    """The error system with its Gramian at period h about the identity, e in units of its own gain there.
-
-    The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
-    """
+def _natural(plant: SampledPlant, filter_: Estimator, h: float) -> ErrorSystem:
+    """The error system with its Gramian at period h about the identity, e in units of its own gain there."""
     balanced = balancing(plant)
     plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
-    stage = error_system(plant, filter_, h, per_duration=per_duration)
+    stage = error_system(plant, filter_, h)
     reached = gramian(stage.A, stage.B)
     # Each state in its own unit first, so that the small number added means the same to all of them.
     size = np.sqrt(np.diag(reached))
@@ -341,28 +330,9 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bo
     filter_ = filter_.in_units(own)
     T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
     T[:, plant.order :] *= own
-    level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
+    level = periodic_gain(plant, filter_, [h]).upper
     original = np.concatenate([1 / np.diag(balanced), own])
-    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration, original)
-
-
-def balancing(plant: SampledPlant) -> Array:
-    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
-    A, B = plant.A, plant.B
-    n, m = B.shape
-    outputs = np.vstack([plant.C, plant.L])
-    whole = np.block(
-        [
-            [A, B, np.zeros((n, len(outputs)))],
-            [np.zeros((m, n + m + len(outputs)))],
-            [outputs, np.zeros((len(outputs), m + len(outputs)))],
-        ]
-    )
-    _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
-    units = units[:n]
-    rate = np.linalg.norm(A / units[:, None] * units)
-    ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
-    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
+    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, original)
 
 
 def _solve_until_proved(

@@ -13,7 +13,7 @@ the largest x' P x over all futures, so that the bound tends to the gain. Source
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -28,7 +28,7 @@ from replication.estimation.conic.program import (
     symmetric_basis,
 )
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.plant import SampledPlant, weights_of
 from replication.estimation.validation import Array
 
 Word = tuple[int, ...]
@@ -111,7 +111,6 @@ class ErrorSystem:
     filter: Estimator
     T: Array
     level: float
-    per_duration: bool
     units: Array
     roundings: float = 0.0
 
@@ -143,10 +142,6 @@ class ErrorSystem:
         # The change of coordinates T magnifies rounding by its condition.
         size = ROUNDING * max(float(np.linalg.cond(self.T)), 1.0) * len(self.T)
         return np.asarray(size * (storage * (1 + step**2) + 1))
-
-    def weights(self, periods: Array) -> Array:
-        """w(h) of the squared norms."""
-        return periods if self.per_duration else np.ones_like(periods)
 
 
 @dataclass(frozen=True)
@@ -185,6 +180,27 @@ class PathSolution:
     report: SolverReport
 
 
+def storage_inequalities(
+    basis: Array,
+    frame: Array,
+    steps: Array,
+    supplied: Array,
+    demanded: Array,
+    edges: Sequence[tuple[int, int, int]],
+    weights: Array | None = None,
+) -> Inequalities:
+    """w_i (delta supplied - demanded) + frame' X_c frame - M_i' X_d M_i >= 0 for all edges (c, d, i) and steps M_i, in
+    the unknowns delta and the coordinates of X_0, X_1, ... in `basis`."""
+    terms, weights = len(basis), np.ones(len(steps)) if weights is None else weights
+    stored = np.einsum("ax,lab,by->lxy", frame, basis, frame)
+    moved = np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True)
+    before, after, which = np.array(edges).T
+    own = 1 + np.arange(terms)
+    variables = np.column_stack([np.zeros_like(before), before[:, None] * terms + own, after[:, None] * terms + own])
+    coefficients = [np.concatenate([weights[i] * supplied[None], stored, -moved[i]]) for i in which]
+    return Inequalities(-weights[which, None, None] * demanded, np.array(coefficients), variables)
+
+
 def solve(
     system: ErrorSystem, samples: Samples, tree: ContextTree, *, accept: tuple[str, ...] = ALMOST
 ) -> PathSolution:
@@ -197,7 +213,6 @@ def solve(
     basis = symmetric_basis(size)
     terms = len(basis)
     frame = np.eye(size, size + inputs)
-    stored = np.einsum("ax,lab,by->lxy", frame, basis, frame)
     supplied = np.diag(np.concatenate([np.zeros(size), np.ones(inputs)]))
     seen = [
         (h, leaf, following)
@@ -205,19 +220,12 @@ def solve(
         for h in samples.of(letter, tree.leaves[following])
     ]
     distinct, which = np.unique([h for h, _, _ in seen], return_inverse=True)
-    steps, weights = system.steps(system.plant.transitions(distinct)), system.weights(distinct)
-    moved = np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True)
+    edges = [(leaf, following, int(i)) for i, (_, leaf, following) in zip(which, seen, strict=True)]
+    steps, weights = system.steps(system.plant.transitions(distinct)), weights_of(system.plant, distinct)
     rounding = system.rounding(np.linalg.norm(steps, axis=(1, 2)), 1.0)
     slack = max(SLACK, system.roundings * float(np.max(rounding)))
     demanded = frame.T @ output.T @ output @ frame + slack * (frame.T @ frame)
-    constants, coefficients, variables = [], [], []
-    for i, (_, leaf, following) in zip(which, seen, strict=True):
-        columns = [0, *range(1 + leaf * terms, 1 + (leaf + 1) * terms)]
-        columns += range(1 + following * terms, 1 + (following + 1) * terms)
-        constants.append(-weights[i] * demanded)
-        coefficients.append(np.concatenate([weights[i] * supplied[None], stored, -moved[i]]))
-        variables.append(columns)
-    group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
+    group = storage_inequalities(basis, frame, steps, supplied, demanded, edges, weights)
     cost = np.zeros(1 + terms * len(tree.leaves))
     cost[0] = 1.0
     # What the solution proves is computed anew: steps that are not refined cost a sixth less and prove the same.
@@ -225,6 +233,6 @@ def solve(
     x, duals = solution.multipliers, np.array(solution.blocks)
     P = np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis)
     flux = np.zeros(len(tree.leaves))
-    sources = [leaf for _, leaf, _ in seen]
+    sources = [leaf for leaf, *_ in edges]
     np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], duals[:, :size, :size]))
     return PathSolution(float(x[0]), P, flux, solution.report)

@@ -18,7 +18,7 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.bounds.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods, weights_of
 from replication.estimation.validation import Array, as_array, positive_integer
 
 # The gain of given sampling sequences, one to the last digit or many at once to those that a search needs.
@@ -41,23 +41,18 @@ LOOKS = (10, 14, 18, 24, 32, 42, 56, 75, 100, 135, 180)
 
 
 def sequence_gain(
-    plant: SampledPlant,
-    filter_: Estimator,
-    periods: Array,
-    *,
-    per_duration: bool = False,
-    tolerance: float = FINAL_TOLERANCE,
+    plant: SampledPlant, filter_: Estimator, periods: Array, *, tolerance: float = FINAL_TOLERANCE
 ) -> tuple[float, Array]:
     """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
 
-    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period). Raises InvalidInputError
+    Where durations count, those of e_k and w_k are h_k (of the last error the last period). Raises InvalidInputError
     for fewer than two periods, periods that are not positive, or a filter that does not fit.
     """
     periods = as_periods("periods", periods)
     if len(periods) < 2:
         raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
     filter_.error_output(plant)
-    (root,), blocks = _blocks(plant, filter_, [periods], per_duration)
+    (root,), blocks = _blocks(plant, filter_, [periods])
     count, numbers = root.size * plant.B.shape[1], blocks.inner[:, 0].size
     operator = scipy.sparse.linalg.LinearOperator((numbers, numbers), matvec=blocks.normal, dtype=float)
     # A fixed first guess, and fixed ones after a restart, make the result reproducible.
@@ -76,18 +71,16 @@ def sequence_gain(
     return float(np.linalg.norm(blocks.forward(w))), np.asarray(w[:count].reshape(len(periods), -1) / root)
 
 
-def sequence_gains(
-    plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array], *, per_duration: bool = False
-) -> list[float]:
+def sequence_gains(plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array]) -> list[float]:
     """The gains of sequences of one length to SEARCH_TOLERANCE."""
     size = max(1, TOGETHER // (len(sequences[0]) * plant.B.shape[1]))
-    alone = partial(sequence_gain, per_duration=per_duration, tolerance=SEARCH_TOLERANCE)
+    alone = partial(sequence_gain, plant, filter_, tolerance=SEARCH_TOLERANCE)
     gains: list[float] = []
     for start in range(0, len(sequences), size):
         some = sequences[start : start + size]
-        squares, known = _largest(_blocks(plant, filter_, some, per_duration)[1], len(some), len(some[0]))
+        squares, known = _largest(_blocks(plant, filter_, some)[1], len(some), len(some[0]))
         for periods, square, settled in zip(some, squares, known, strict=True):
-            gains.append(float(np.sqrt(square)) if settled else alone(plant, filter_, periods)[0])
+            gains.append(float(np.sqrt(square)) if settled else alone(periods)[0])
     return gains
 
 
@@ -127,13 +120,11 @@ class _Blocks:
         return np.asarray((pulled[:, size:, 0] + (self.solved(costs, "T")[:, None] @ self.inner)[:, 0]).ravel())
 
 
-def _blocks(
-    plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array], per_duration: bool
-) -> tuple[list[Array], _Blocks]:
+def _blocks(plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array]) -> tuple[list[Array], _Blocks]:
     """For each of the sequences, all of one length, the roots (K, 1) of its weights; and their map."""
     length, output = len(sequences[0]), filter_.error_output(plant)
     upper = np.split(plant.transitions(np.concatenate(sequences))[:, : plant.order], len(sequences))
-    roots = [np.sqrt(periods)[:, None] if per_duration else np.ones((length, 1)) for periods in sequences]
+    roots = [np.sqrt(weights_of(plant, periods))[:, None] for periods in sequences]
     moves, errors = [], []
     for periods, rows, root in zip(sequences, upper, roots, strict=True):
         steps, drives = filter_.steps_along(plant, periods, rows)
@@ -244,7 +235,6 @@ def worst_sequence(
     *,
     horizon: int,
     final_horizon: int | None = None,
-    per_duration: bool = False,
 ) -> BadSequence:
     """Search bursts of h_u between runs of h_l, see `best_runs`.
 
@@ -253,24 +243,20 @@ def worst_sequence(
     InfeasibleError if A_f is not Schur stable (the gain is infinite).
     """
     filter_.require_settling(plant)
-
-    def gains(sequences: Sequence[Array]) -> list[float]:
-        return sequence_gains(plant, filter_, sequences, per_duration=per_duration)
-
+    gains = partial(sequence_gains, plant, filter_)
     last = positive_integer("final_horizon", horizon if final_horizon is None else final_horizon)
     best = best_runs(Search(gains, periods, horizon))
     if last != horizon:
         best = adjusted(best, Search(gains, periods, last))
     sequence = repeated(periods, best, last)
-    _, w = sequence_gain(plant, filter_, sequence, per_duration=per_duration)
+    _, w = sequence_gain(plant, filter_, sequence)
     e = simulate_error(plant, filter_, sequence, w)
-    return BadSequence(error_ratio(sequence, w, e, per_duration=per_duration), sequence, w, e, best)
+    return BadSequence(error_ratio(plant, sequence, w, e), sequence, w, e, best)
 
 
-def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = False) -> float:
-    """||e|| / ||w|| of a simulation: e (K + 1, s), w (K, m); both norms weighted by interval length if
-    `per_duration`."""
-    weights = periods if per_duration else np.ones_like(periods)
+def error_ratio(plant: SampledPlant, periods: Array, w: Array, e: Array) -> float:
+    """||e|| / ||w|| of a simulation: e (K + 1, s), w (K, m)."""
+    weights = weights_of(plant, periods)
     last = np.append(weights[1:], weights[-1])
     return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))
 
@@ -361,12 +347,9 @@ def worst_case_gain(
     final_horizon: int,
     max_leaves: int,
     cuts: Sequence[float] | None = None,
-    per_duration: bool = False,
 ) -> WorstCaseGain:
     """Both ends; see `guaranteed_level` and `worst_sequence` for the effort each argument buys and the errors
     raised."""
-    guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, cuts=cuts, per_duration=per_duration)
-    attack = worst_sequence(
-        plant, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=per_duration
-    )
+    guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, cuts=cuts)
+    attack = worst_sequence(plant, filter_, periods, horizon=horizon, final_horizon=final_horizon)
     return WorstCaseGain(attack, guarantee)

@@ -31,10 +31,10 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, balancing, cell_needs
-from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem
+from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, cell_needs
+from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
 
@@ -111,10 +111,7 @@ class StampedFilter(Estimator):
 
 
 def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
-    """The stationary Kalman predictor at a constant period, for white w of unit intensity.
-
-    None where the sensors' noise D D' is singular or a mode is not disturbed, and no such filter need exist.
-    """
+    """The stationary Kalman predictor at a constant period, for white w of unit intensity, None if none need exist."""
     Phi, Gamma = plant.discretise(h)
     noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
     if np.linalg.matrix_rank(noise) < len(noise):
@@ -174,23 +171,21 @@ class Storage:
 @dataclass(frozen=True, eq=False)
 class StampedDesign:
     """level: least one; filter: attains it; storage: its Lyapunov functions; edges (cells + 1,): of the cells, s;
-    violation: largest left over the range; rounds: programs solved; report: what the solver said of the last."""
+    violation: largest left over the range; report: what the solver said of the last."""
 
     level: float
     filter: StampedFilter
     storage: Storage
     edges: tuple[float, ...]
     violation: float
-    rounds: int
     report: program.SolverReport
 
 
 def stamped_design(
     plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS, slack: float = SLACKS[0]
 ) -> StampedDesign:
-    """The filter of least level over the range.
+    """The filter of least level over the range; slack: excess that the solver is asked for, where X is about I.
 
-    slack: excess that the solver is asked for, in coordinates in which X is about the identity.
     Raises InfeasibleError if the level cannot be told from zero or there is none, SolverError if the rounds run out.
     """
     count = at_most("cells", cells, MOST_CELLS) if periods.h_l < periods.h_u else 1
@@ -199,14 +194,14 @@ def stamped_design(
     for _ in range(COORDINATES):
         moved = plant.in_coordinates(T)
         scaled = type(plant)(moved.A, moved.B, moved.C, moved.D, moved.L / scale)
-        inner, violation, rounds, report = _exchanged(scaled, edges, slack)
+        inner, violation, report = _exchanged(scaled, edges, slack)
         if inner.delta <= ZERO:
             raise InfeasibleError(NO_LEVEL)
         filter_ = central(scaled, inner, edges).in_coordinates(np.asarray(np.linalg.inv(T)))
         level = scale * float(np.sqrt(inner.delta))
         storage = Storage(scale**2 * T.T @ inner.X @ T, level**2)
         T, scale = np.linalg.cholesky(np.mean(storage.X, axis=0) / storage.delta).T, level
-    return StampedDesign(level, filter_, storage, tuple(edges.tolist()), violation, rounds, report)
+    return StampedDesign(level, filter_, storage, tuple(edges.tolist()), violation, report)
 
 
 def central(plant: SampledPlant, storage: Storage, edges: Array) -> StampedFilter:
@@ -229,14 +224,14 @@ def violations(plant: SampledPlant, kernel: Array, storage: Storage, cell: int, 
     return np.asarray(-np.linalg.eigvalsh(left)[:, :, 0].min(axis=0))
 
 
-def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage, float, int, program.SolverReport]:
+def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage, float, program.SolverReport]:
     """The least level at a few periods of each cell, until no other one violates it."""
     kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
     if kernel.shape[1] == 0:
         raise InfeasibleError(NO_LEVEL)
     scans = [scan(plant, PeriodRange(*ends)) for ends in pairwise(edges)]
     working = [sorted({a, (a + b) / 2, b}) for a, b in pairwise(edges.tolist())]
-    for round_ in range(1, MAX_ROUNDS + 1):
+    for _ in range(MAX_ROUNDS):
         storage, report = _least(plant, kernel, working, slack)
         worst, added = -np.inf, False
         for cell, (candidates, transitions) in enumerate(scans):
@@ -246,7 +241,7 @@ def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage
             working[cell] = sorted({*working[cell], *new})
             worst, added = max(worst, peaks[0][0]), added or bool(new)
         if not added:
-            return storage, worst, round_, report
+            return storage, worst, report
     raise SolverError(
         f"the exchange method added periods for {MAX_ROUNDS} rounds, a violation of {worst:.3g} is left; narrow the "
         "range"
@@ -260,22 +255,14 @@ def _least(
     n = plant.order
     basis = program.symmetric_basis(n)
     terms, cells = len(basis), len(working)
-    stored = np.einsum("ax,lab,by->lxy", kernel[:n], basis, kernel[:n])
-    supplied = kernel[n:].T @ kernel[n:]
     weighted = plant.L.T @ plant.L
     demanded = kernel[:n].T @ weighted @ kernel[:n] + slack * np.eye(kernel.shape[1])
     own = 1 + np.arange(cells * terms).reshape(cells, terms)
-    coefficients, variables = [], []
-    for cell, periods in enumerate(working):
-        steps = plant.transitions(np.array(periods))[:, :n] @ kernel
-        for moved in np.einsum("kax,lab,kby->klxy", steps, basis, steps, optimize=True):
-            for before in range(cells):
-                coefficients.append(np.concatenate([supplied[None], stored, -moved]))
-                variables.append([0, *own[before], *own[cell]])
+    steps = plant.transitions(np.concatenate(working))[:, :n] @ kernel
+    ends = [cell for cell, periods in enumerate(working) for _ in periods]
+    edges = [(before, cell, i) for i, cell in enumerate(ends) for before in range(cells)]
     groups = (
-        program.Inequalities(
-            np.broadcast_to(-demanded, (len(variables), *demanded.shape)), np.array(coefficients), np.array(variables)
-        ),
+        storage_inequalities(basis, kernel[:n], steps, kernel[n:].T @ kernel[n:], demanded, edges),
         program.Inequalities(
             np.broadcast_to(-(weighted + slack * np.eye(n)), (cells, n, n)),
             np.broadcast_to(basis, (cells, *basis.shape)),
@@ -337,11 +324,14 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
     For all cells c and d: |e|^2 + e+' X_d e+ <= e' X_c e + level^2 |w|^2 over d, in coordinates in which X_c is the
     identity. Raises SolverError if it proves none.
     """
-    X, worst = design.storage.X / design.storage.delta, 0.0
-    for before, G in zip(X, design.filter.G, strict=True):
+    # The hulls are measured in the plant's coordinates.
+    balanced = balancing(plant)
+    units, plant, filter_ = np.diag(balanced), plant.in_coordinates(balanced), design.filter.in_coordinates(balanced)
+    X, worst = design.storage.X / np.outer(units, units) / design.storage.delta, 0.0
+    for before, G in zip(X, filter_.G, strict=True):
         T = np.linalg.cholesky(before).T
         inverse = np.linalg.inv(T)
-        system = ErrorSystem(plant, type(design.filter)(G[None]), T, design.level, False, np.ones(plant.order))
+        system = ErrorSystem(plant, type(filter_)(G[None]), T, design.level, 1 / units)
         for after, ends in zip(X, pairwise(design.edges), strict=True):
             following = inverse.T @ after @ inverse
             needs, _ = cell_needs(system, np.eye(plant.order)[None], following[None], ends, (1 + LOOSE) ** 2)

@@ -1,6 +1,6 @@
-"""The MATLAB function of an observer, read line by line as the MATLAB that it is, does what `reset` and `step` do.
+"""The MATLAB function of an observer, read line by line as the MATLAB that it is.
 
-The reader below knows the few constructs that such a function uses, and refuses any other.
+The reader knows the few constructs that such a function uses, and refuses any other.
 """
 
 from __future__ import annotations
@@ -11,13 +11,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-import pytest
 
-from replication.errors import InvalidInputError
-from tests.estimation.api.running_cases import OBSERVERS, sizes
-
-STEPS, EXACT = 300, 1e-12
-WITH_MATLAB = ("multirate", "kalman", "nonuniform", "dualrate")
 MEMORY = ("state", "instant", "lost_so_far")
 WORDS = re.compile(r"'[^']*'|[A-Za-z_]\w*|\d[\d.e+-]*|~=|\|\||&&|.")
 
@@ -45,6 +39,27 @@ class Function:
             exec(self.code, names)
         self.kept = {name: names[name] for name in MEMORY}
         return names["estimate"].ravel(), names["missed"]
+
+
+class Interpreted:
+    """The form, called as a compiled one is."""
+
+    def __init__(self, observer: Any, _: Any = None) -> None:
+        self.function = Function(observer.to_matlab("own", "A % comment\nof two lines."))
+
+    @property
+    def memory(self) -> list[Any]:
+        """All that it remembers."""
+        return [np.copy(value).tolist() for value in self.function.kept.values()]
+
+    def reset(self, start: Any) -> None:
+        self.function("reset", start)
+
+    def step(self, u: Any, y: Any) -> tuple[int, Any]:
+        try:
+            return 0, self.function(np.asarray(u), np.asarray(y))[0]
+        except Refused:
+            return 1, None
 
 
 class Return(Exception):
@@ -122,70 +137,3 @@ LIBRARY: dict[str, Any] = {
     "sum": np.sum,
     "mod": lambda a, b: a % b,
 }
-
-
-def lost(name: str, rng: np.random.Generator, size: int) -> Any:
-    """Measurements of which some do not come; of the filter that waits, whole samples."""
-    gone = rng.random(1 if name == "nonuniform" else size) < 0.2
-    return np.where(gone, np.nan, rng.standard_normal(size))
-
-
-def expected(name: str, observer: Any, u: Any, y: Any) -> Any:
-    step = observer.step(u if len(u) else None, y)
-    # The file of the filter gives x^(k+1|k), x^(k|k) and what it looks back to.
-    return np.concatenate([step.prediction, step.filtered]) if name == "kalman" else step
-
-
-@pytest.mark.parametrize("name", WITH_MATLAB)
-def test_it_is_equal_over_many_steps(name: str) -> None:
-    observer, rng = OBSERVERS[name](), np.random.default_rng(6)
-    function, (inputs, measurements) = (
-        Function(observer.to_matlab("own", "A % comment\nof two lines.")),
-        sizes(observer),
-    )
-    start = rng.standard_normal(len(observer.reset()) if name == "kalman" else observer.states)
-    observer.reset(start)
-    function("reset", start)
-    for _ in range(STEPS):
-        u, y = rng.standard_normal(inputs), lost(name, rng, measurements)
-        estimate, missed = function(u, y)
-        right = expected(name, observer, u, y)
-        assert np.allclose(estimate[: len(right)], right, rtol=EXACT, atol=EXACT)
-        assert missed == observer.missed
-    assert observer.missed > 0
-
-
-@pytest.mark.parametrize("name", WITH_MATLAB)
-def test_another_digit_is_noticed(name: str) -> None:
-    observer = OBSERVERS[name]()
-    text = observer.to_matlab()
-    gain = re.search(r"injection = \{ \.\.\.\n\s*\[(-?\d\.\d+)", text)
-    assert gain
-    other = text.replace(gain[0], gain[0].replace(gain[1], repr(float(gain[1]) + 1e-6)))
-    inputs, measurements = sizes(observer)
-    given = np.ones(inputs), np.ones(measurements)
-    right = expected(name, observer, *given)
-    assert np.allclose(Function(text)(*given)[0][: len(right)], right, rtol=EXACT)
-    assert not np.allclose(Function(other)(*given)[0][: len(right)], right, rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", WITH_MATLAB)
-def test_what_python_refuses_changes_nothing(name: str) -> None:
-    observer = OBSERVERS[name]()
-    function, (inputs, measurements) = Function(observer.to_matlab()), sizes(observer)
-    u, y = np.ones(inputs), np.ones(measurements)
-    function("reset")
-    for bad in ([u, [*y[1:], np.inf]], [u, [*y, 1.0]], [[*u, 1.0], y]):
-        before = dict(function.kept)
-        with pytest.raises(Refused):
-            function(*bad)
-        assert all(np.array_equal(before[key], function.kept[key]) for key in MEMORY)
-
-
-def test_bad_names_and_other_observers_have_messages() -> None:
-    for bad in ("end", "9a", "a b", 3):
-        with pytest.raises(InvalidInputError, match="MATLAB function"):
-            OBSERVERS["multirate"]().to_matlab(bad)
-    for name in ("delay", "innovations", "starting"):
-        with pytest.raises(InvalidInputError, match="no periodic recursion"):
-            OBSERVERS[name]().to_matlab()
