@@ -23,6 +23,7 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
+from replication.audit.judge.agreement import MARKS
 from replication.audit.judge.policies import repeated
 from replication.audit.judge.printed import is_print
 from replication.audit.judge.printed import number as number
@@ -40,22 +41,13 @@ from replication.audit.parts import Table as Table
 from replication.audit.run.command import OUTPUT, execute
 from replication.audit.run.tracing import FIXED
 from replication.errors import AuditError
-from replication.verify.predicate import Predicate, Relation, Term, unit_of
+from replication.verify.predicate import Predicate, Term, unit_of
 from replication.verify.predicate import term as term
 
 E = TypeVar("E", bound=StrEnum)
 T = TypeVar("T")
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate
-MARKS: Mapping[str, Relation] = {
-    "<=": "at most",
-    ">=": "at least",
-    "<": "less than",
-    "≤": "at most",
-    ">": "more than",
-    "≥": "at least",
-}
-"""The relations before a printed bound."""
 
 
 def usual(kind: Kind, printed: str) -> Verdict:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import msgspec
 
-from replication.audit.judge.agreement import Interval, Position, Target, position
+from replication.audit.judge.agreement import Interval, Target, compared, negated
 from replication.audit.model import Evidence, StatedClaim
 from replication.audit.store.records import CertificateRecord
 from replication.errors import AuditError
-from replication.verify.predicate import NO_READING, Exported, Predicate, Relation, Term, differences, in_words
+from replication.verify.predicate import NO_READING, Exported, Predicate, Term, differences, in_words
 
 NO_PREDICATE = "The claim states no predicate that a theorem could be compared with."
-MIRRORED: Mapping[Relation, Relation] = {"more than": "less than", "at least": "at most"}
-IS = {Position.INSIDE: True, Position.OUTSIDE: False, Position.STRADDLING: None}
 Offer = tuple[str, Exported]
 """A term of a theorem, with the name of the theorem."""
 
@@ -116,31 +115,8 @@ def _equal(predicate: Predicate, ours: Sequence[Interval], target: Target) -> bo
     if len(ours) != len(target.intervals):
         return None
     entries = zip(ours, target.printed.entries, target.intervals, strict=True)
-    parts = [IS[position(one.size() if entry.absolute else one, *stands.ends)] for one, entry, stands in entries]
-    return _negated(_all(parts)) if predicate.relation == "is not" else _all(parts)
-
-
-def compared(relation: Relation, ours: Interval, theirs: Interval) -> bool | None:
-    """Whether a relation between two numbers follows from bounds of both; None if it is open."""
-    if relation in MIRRORED:
-        return compared(MIRRORED[relation], theirs, ours)
-    if relation == "is not":
-        return _negated(compared("is", ours, theirs))
-    apart = _below(ours.high, theirs.low), _below(theirs.high, ours.low)
-    if relation == "is":
-        exact = None not in (ours.low, theirs.low) and ours == theirs and ours.low == ours.high
-        return False if any(apart) else True if exact else None
-    if relation == "less than":
-        return True if apart[0] else False if _below(theirs.high, ours.low, equal=True) else None
-    return True if _below(ours.high, theirs.low, equal=True) else False if apart[1] else None
-
-
-def _below(high: Fraction | None, low: Fraction | None, *, equal: bool = False) -> bool:
-    return high is not None and low is not None and (high < low or (equal and high == low))
-
-
-def _negated(holds: bool | None) -> bool | None:
-    return None if holds is None else not holds
+    parts = [(one.size() if entry.absolute else one).within(stands) for one, entry, stands in entries]
+    return negated(_all(parts)) if predicate.relation == "is not" else _all(parts)
 
 
 def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[Interval, ...]:
@@ -150,7 +126,7 @@ def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[
         return ()
     narrow = tuple(_narrowest(pairs) for pairs in zip(*found, strict=True))
     for one in narrow:
-        if one.low is not None and one.high is not None and one.low > one.high:
+        if one.low > one.high:
             raise AuditError(
                 f"the theorems on {in_words(predicate)} contradict each other: one says at least {one.low}, another "
                 f"at most {one.high}; one of their statements or certificates is wrong"
@@ -159,10 +135,9 @@ def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[
 
 
 def _narrowest(pairs: Iterable[tuple[str | None, str | None]]) -> Interval:
-    ends = list(pairs)
-    lows = [Fraction(low) for low, _ in ends if low is not None]
-    highs = [Fraction(high) for _, high in ends if high is not None]
-    return Interval(max(lows, default=None), min(highs, default=None))
+    lows, highs = zip(*pairs, strict=True)
+    low = max((Fraction(end) for end in lows if end is not None), default=-math.inf)
+    return Interval(low, min((Fraction(end) for end in highs if end is not None), default=math.inf))
 
 
 def _lacking(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> str:

@@ -37,9 +37,9 @@ def excess(target: Target, evidence: Evidence) -> Fraction | None:
     assert number.interval is not None
     least, _ = number.interval.ends
     low, high = number.bracket.low, number.bracket.high
-    if low is None or high is None or low <= 0 or high >= least:
+    if low <= 0 or high >= least:
         return None
-    return (least - low) / low
+    return least / Fraction(low) - 1
 
 
 def with_excess(

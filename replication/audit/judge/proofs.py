@@ -11,6 +11,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.judge.agreement import End
 from replication.audit.judge.match import Match, match
 from replication.audit.judge.printed import flat
 from replication.audit.model import NUMERIC, Claim, Evidence, Kind, Numbers, StatedClaim
@@ -79,7 +80,7 @@ BY_KIND = {
     Kind.STATISTICAL: "About random draws, which show how probable something is.",
 }
 """Why there is no theorem on claims of these kinds, unless the paper gives another reason."""
-Ends = tuple[float | None, float | None]
+Ends = tuple[float, float]
 
 
 class Wanted(CertificateRecord, frozen=True, kw_only=True):
@@ -217,16 +218,16 @@ def _bracketed(evidence: Evidence, values: Sequence[float], ends: Sequence[Ends]
     """The evidence with these values and those sides of the bracket that are known of all of them."""
     layout = evidence.value
     assert layout is not None
-    sides = [None if None in side else side for side in zip(*ends, strict=True)]
-    lower, upper = (None if side is None else _shaped(layout, iter(side)) for side in sides)
+    sides = zip(*ends, strict=True)
+    lower, upper = (_shaped(layout, iter(side)) if all(map(math.isfinite, side)) else None for side in sides)
     return msgspec.structs.replace(evidence, value=_shaped(layout, iter(values)), lower=lower, upper=upper)
 
 
-def _outward(number: Fraction | None, towards: float) -> float | None:
+def _outward(number: End, towards: float) -> float:
     """The nearest float that is not on the inner side of `number`."""
-    if number is None:
-        return None
     nearest = float(number)
+    if math.isinf(nearest):
+        return nearest
     inner = Fraction(nearest) > number if towards < 0 else Fraction(nearest) < number
     return math.nextafter(nearest, towards) if inner else nearest
 
@@ -234,14 +235,12 @@ def _outward(number: Fraction | None, towards: float) -> float | None:
 def _inside(number: float, ends: Ends, paths: str) -> float:
     inside = _clamped(number, ends)
     if abs(inside - number) > ROUNDING * max(1.0, abs(number)):
-        low, high = (-math.inf if ends[0] is None else ends[0]), (math.inf if ends[1] is None else ends[1])
-        raise AuditError(f"the theorems of {paths} prove [{low!r}, {high!r}], and the computed value is {number!r}")
+        raise AuditError(f"the theorems of {paths} prove {list(ends)}, and the computed value is {number!r}")
     return inside
 
 
 def _clamped(number: float, ends: Ends) -> float:
-    low, high = ends
-    return min(max(number, -math.inf if low is None else low), math.inf if high is None else high)
+    return min(max(number, ends[0]), ends[1])
 
 
 def _shaped(layout: Numbers, numbers: Iterator[Any]) -> Any:
