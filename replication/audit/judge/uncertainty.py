@@ -12,8 +12,6 @@ import re
 from fractions import Fraction
 from statistics import NormalDist
 
-import msgspec
-
 from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import Entry
 from replication.audit.model import Judgement, Verdict
@@ -87,4 +85,4 @@ def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgemen
         words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
         if not inside:
             words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
-    return msgspec.structs.replace(judgement, verdict=verdict, reason=f"{judgement.reason} {words}")
+    return judgement.further(words, verdict=verdict)
