@@ -1,9 +1,7 @@
 """How a paper is declared: its parts in the order of the text, each claim on the function that answers it.
 
-Names of claims, errata, experiments and figures are short where they are declared and used; `paper` puts the key of the
-paper in front of all of them, and gives each function its results under the short names.
-
-All that the modules of a paper are written with can be imported from here.
+Names are short where they are declared and used; `paper` puts the key of the paper in front. All that the modules of a
+paper are written with can be imported from here.
 """
 
 from __future__ import annotations
@@ -51,10 +49,7 @@ Said = Term | Predicate
 
 
 def usual(kind: Kind, printed: str) -> Verdict:
-    """The verdict that a claim pins unless it says otherwise: agreement.
-
-    Of one printed draw it is `compatible`, of a statement, over draws too, `consistent`.
-    """
+    """The verdict that a claim pins unless it says otherwise: agreement; `compatible` of one printed draw."""
     if kind in NUMERIC:
         return Verdict.REPRODUCED
     if kind is Kind.CITED:
@@ -71,10 +66,7 @@ STATED = "claims.toml"
 
 
 def unlisted(paper: Paper, folder: Path) -> list[str]:
-    """Claims that a module of the paper or its claims.toml declares, and that are not the paper's.
-
-    folder: that of the papers.
-    """
+    """Claims that a module of the paper or its claims.toml declares, and that it lacks; folder: of the papers."""
     known, front = {claim.id for claim in paper.claims}, f"{folder.name}.{paper.key}."
     own = [part for part in _made if f"{part.module}.".startswith(front)]
     lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in own]

@@ -1,26 +1,6 @@
-"""Claims on plain numbers without Python: a file says where each stands in the result of a command or an experiment.
+"""Claims on plain numbers without Python: claims.toml says where each stands in a result.
 
-    [[claim]]                              # in claims.toml, beside paper.toml
-    id = "slope"
-    place = "Table 2, the treated"
-    printed = "0.75"                       # or "data:slope", an entry of printed.toml with its place and unit
-    unit = "mg"
-    from = "out/fit.csv:treated:slope"     # a table: row and column; JSON, or an experiment: keys, places from 0 on
-    statement = "What a day more adds."
-    check = "closed:slope.treated"         # optional: the same number by another method
-    uncertainty = "1 sigma"                # optional, as are the other fields of `Stated`
-
-    [[command]]                            # optional: what makes the file, as `declare.command`
-    name = "fit"
-    line = ["Rscript", "fit.R"]
-    reads = ["fit.R", "data/"]
-    writes = ["out/fit.csv"]
-
-A row is named by what its first column holds, by `column=value` (several with commas), or by `#3`, the third; `*` takes
-all rows, and `low,high` two columns. Where `printed` is a table or a list, there is a claim on each entry: `{key}`
-stands for its name, and `erratum`, `meant`, `pinned` and `reading` may be tables with what holds for some, such as
-meant = { B = "1.85" }. `[[data]]` (file, sha256) pins a file that no command makes, `[[part]]` (title, reason) says
-what is left out, `[[reading]]` is that of `model.Reading`.
+Its tables, `[[claim]]`, `[[command]]`, `[[data]]`, `[[part]]` and `[[reading]]`, are told in docs/claims.md.
 """
 
 from __future__ import annotations

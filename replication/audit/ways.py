@@ -1,8 +1,7 @@
 """Where a number stands in a result: a way of steps into what an experiment returned, or a file holds.
 
 Of JSON a step is a key, or a place in a list from 0 on. Of a table the first step is a row: what its first column
-holds, `column=value` (several with commas), or `#3`, the third; then a column. `*` takes all rows, `low,high` two
-columns.
+holds, `column=value` (several with commas), or `#3`, the third; then a column. `*` takes all rows, `low,high` two.
 """
 
 from __future__ import annotations
@@ -16,10 +15,9 @@ from replication.errors import AuditError
 
 
 def value_at(where: str, steps: Sequence[str], name: str, results: Results) -> Any:
-    """What stands there in the results, lists as tuples.
+    """What stands there in the results, lists as tuples; AuditError says where the way ends, and what is there.
 
     where: in words, for messages. steps: what the way begins with, then its steps. name: of the experiment with it.
-    Raises AuditError that says where the way ends, and what is there.
     """
     first, *rest = steps
     if name not in results:

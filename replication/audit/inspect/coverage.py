@@ -1,18 +1,7 @@
 """Coverage of a text: each numeral and numbered item of it, with its place and what it is bound to, or why to nothing.
 
-    [paper]
-    runs = 4                                        # how many runs of digits the text has
-    numbered = {equation = "1-3", figure = "1"}     # how its items are numbered
-    [[paper.places]]
-    place = "Sec. II"
-    numerals = [["0.95 -0.1", "data:plant.A"], ["2", "excused:symbol"], ["3", "open: which horizon?"]]
-    items = [["equation 1-3", "claim:theory.stable"], ["figure 1", "excused:diagram"]]
-
-One table for each text of the paper; a row is what is printed, in the order of the text, then one binding or several:
-`claim:` whose print holds the numerals, or which prints none; `setting:` of a claim that prints another number than
-these; `data:` of printed.toml, which holds them; `size:` of a matrix or list there; `erratum:`, `reading:`, `figure:`;
-`scope:` a part that is left out for the reason given there; `excused:` with a reason below; `open:` with what is asked.
-No sentence of a text is stored. Numerals are runs of digits with their decimal point; numbers in words are not listed.
+docs/verdicts.md tells the form of coverage.toml, docs/adding-a-paper.md its bindings. No sentence of a text is stored.
+Numerals are runs of digits with their decimal point; numbers in words are not listed.
 """
 
 from __future__ import annotations

@@ -197,11 +197,9 @@ NEAR = 0.01
 def notes(
     papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path, folder: Path
 ) -> Iterator[str]:
-    """Experiments that nothing uses, claims without a second method, figures that are left over,
-    lists of what a text prints that do not fit it.
+    """What a run should look at: what nothing uses, is left over, has no second method, or does not fit its text.
 
-    unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
-    papers.
+    unused: experiments whose results nobody read. figures: where they were drawn. folder: that of the papers.
     """
     bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
     stated = [claim for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]

@@ -24,10 +24,7 @@ OF_READINGS = (Policy.SOLVER, Policy.CONSTANT, Policy.RULED_OUT, Policy.OWN)
 
 
 def excess(target: Target, evidence: Evidence) -> Fraction | None:
-    """How far the least number that rounds to a printed level lies above the optimum, relative to it; None if below.
-
-    Where the optimum is known by a bracket, its lower end counts.
-    """
+    """How far the least number that rounds to a printed level lies above the lower end of the optimum."""
     (number,) = measure(target, evidence)
     assert number.interval is not None
     least, _ = number.interval.ends
@@ -75,10 +72,8 @@ def _percent(share: Fraction) -> str:
 def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement) -> Judgement:
     """The judgement with the rounding of printed inputs in view: `compatible` for `differs` where it may explain it.
 
-    Inputs here are printed results, such as gains, poles or a filter, which the text had with more digits; parameters
-    that it chooses are exact. The outcome over all inputs that round to the print is a range. Where it meets what the
-    printed number stands for, the text does not tell the two apart. Raises AuditError if it is not the range of one
-    number, or leaves it out.
+    Inputs here are printed results, such as gains or poles; parameters that a text chooses are exact. Raises AuditError
+    if the range over all inputs that round to their prints is not that of one number, or leaves it out.
     """
     over = evidence.over_inputs
     if over is None:
@@ -99,10 +94,7 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
 
 
 def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple[Policy, ...]]:
-    """The verdict where readings disagree, from how many agree, and the policy that decides it if some do.
-
-    numbers: whether a printed number is compared. Where none agrees, a constant fitted to the print meets it.
-    """
+    """The verdict where readings disagree, from how many agree, and the policy that decides it if some do."""
     if not 0 < agreeing < among:
         return Verdict.UNDETERMINED, ()
     return Verdict.COMPATIBLE if numbers else Verdict.UNDETERMINED, (Policy.SOME,)
@@ -115,10 +107,7 @@ def once_corrected(verdict: Verdict) -> Verdict:
 
 
 def with_own(claim: StatedClaim, readings: Sequence[Reading], judgement: Judgement) -> Judgement:
-    """The judgement with what its readings and its kind bring: nothing of ours is reproduced.
-
-    readings: those that the verdict rests on.
-    """
+    """The judgement with what the readings that it rests on and its kind bring: nothing of ours is reproduced."""
     brought = {reading.policy for reading in readings} - {Policy.SOLVER}
     touched = [policy for policy in Policy if policy in brought or (claim.ours and policy is Policy.REMARK)]
     best = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
@@ -140,10 +129,7 @@ def repeated(claims: Iterable[Claim]) -> list[Claim]:
 
 
 def same_fact(record: ClaimRecord, first: Judgement | None) -> ClaimRecord:
-    """The record with the verdict of the claim that says the same; an error if the two contradict each other.
-
-    first: the judgement on that claim; None if there is none.
-    """
+    """The record with `first`, the verdict of the claim that says the same; an error if the two contradict."""
     own = record.judgement
     if first is None or Verdict.ERROR in (own.verdict, first.verdict):
         return record

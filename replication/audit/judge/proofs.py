@@ -96,10 +96,7 @@ class Wanted(CertificateRecord, frozen=True, kw_only=True):
 
 
 def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[str, str]]:
-    """The certificates that these papers want, and the claims without one with the reason.
-
-    Raises AuditError if a list of theorems is malformed.
-    """
+    """The certificates that these papers want, and why claims have none; AuditError for a malformed list."""
     package = read_settings(root).papers
     found: list[Wanted] = []
     reasons: dict[str, str] = {}
@@ -196,11 +193,7 @@ def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> E
 
 
 def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
-    """A statement that is proved shows the bracket of its certificates; where they give none, it shows none.
-
-    Its value is moved to the nearest end if it lies outside though its own bracket does not.
-    Raises AuditError if the two brackets have nothing in common.
-    """
+    """A proved statement shows the bracket of its certificates, if any; AuditError if its own does not meet it."""
     bare = msgspec.structs.replace(evidence, lower=None, upper=None)
     if evidence.value is None:
         return bare

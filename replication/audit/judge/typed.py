@@ -1,8 +1,6 @@
 """Numbers that a sentence only types: they stay when all that it is made from moves, and stand nowhere in it.
 
-A finding or an alternative text is a function of results or data. It is asked again with each number of these moved by
-another share. A decimal number, or one from a hundred on, that it says each time came from somewhere else: it must be
-printed in the paper, or be a number of the results.
+A decimal number, or one from a hundred on, that does so must be printed in the paper, or be a number of the results.
 """
 
 from __future__ import annotations

@@ -48,10 +48,8 @@ TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests noth
 
 @dataclass(frozen=True)
 class Case:
-    """All that a verdict depends on.
+    """All that a verdict depends on: see `judge`. target: what the claim prints, if anything; or why it cannot be read.
 
-    erratum: that of the claim, with the outcome of its proof. readings: those of the paper. target: the printed value,
-    if the claim has one; or why it cannot be read.
     printed: whether the evidence is for the text as printed, without the correction of the erratum.
     """
 
@@ -83,9 +81,8 @@ def judge(
     *,
     readings: Iterable[Reading] = (),
 ) -> Judgement:
-    """The verdict on `claim`, with its reason, deviation and rounding intervals; never raises.
+    """The verdict on `claim`, with its reason, deviation and rounding intervals; `ERROR` for what cannot be compared.
 
-    Evidence that cannot be compared (no number, wrong layout, not finite, contradictory) gives `Verdict.ERROR`.
     erratum: that of the claim, with the outcome of its proof. target: the printed value, if it was read. readings:
     those of the paper.
     """
@@ -126,10 +123,7 @@ def _judge(case: Case) -> Judgement:
 
 
 def _with_erratum(case: Case, erratum: str) -> Judgement:
-    """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds.
-
-    What rests on a slip of the text at hand alone is judged as the paper must have it.
-    """
+    """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     evidence, meant = case.evidence, case.claim.meant
     mended = _corrected(case) if meant else case
     proof = case.erratum if case.erratum is not None and not case.erratum.error else None
@@ -392,11 +386,9 @@ def make_record(
 ) -> ClaimRecord:
     """The record of `claim` with its verdict; never raises.
 
-    evidence: what the claim answered, None after a failure. erratum: that of the claim, with the outcome of its proof.
-    readings: those of the paper. code: file:line of the answer. seconds: of its experiments. error: the failure, or
-    empty.
-    certificates: those that support the claim; what they prove takes the place of what was computed.
-    unproved: why no theorem is possible. untraced: what its experiments did that nothing can follow.
+    evidence: what the claim answered, None after a failure. erratum, readings: as for `judge`. code: file:line of the
+    answer. seconds: of its experiments. error: the failure, or empty. certificates: those that support the claim, whose
+    proofs take the place of what was computed. unproved: why no theorem is possible. untraced: what nothing can follow.
     """
     stated = StatedClaim(**shared(StatedClaim, claim))
     try:

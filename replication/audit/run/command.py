@@ -1,9 +1,6 @@
 """Experiments that are a command in any language: run in a folder of their own that holds what they declare, no more.
 
-A command sees copies of the files that it declares to read, the files that the experiments made which it needs, an
-empty HOME, and of the environment PATH, a fixed language and time zone, and the variables that it declares. Its program
-counts by its place and content and by the version that it prints, a file outside that the line or a script names by its
-content. What no one can see is named. It answers in JSON or CSV, on its output or in a file.
+Its program counts by its place, content and version, a file outside that the line or a script names by its content.
 """
 
 from __future__ import annotations

@@ -21,20 +21,13 @@ from replication.files import sha256, write_atomically
 
 
 def encode(name: str, value: Any, *, sort: bool = False) -> str:
-    """JSON text of `value`; `json.loads` gives back the same floats, bit for bit, and lists for tuples.
-
-    Raises AuditError, with the path of the entry, for whatever JSON cannot hold: arrays, complex numbers, NaN and
-    infinities, keys that are not text.
-    """
+    """JSON text of `value`, floats exact; raises AuditError with the path of the entry for what JSON cannot hold."""
     require_json(name, value)
     return json.dumps(value, sort_keys=sort, separators=(",", ":"), allow_nan=False)
 
 
 def solvers_in(name: str, value: Any) -> tuple[SolverRecord, ...]:
-    """All solver records of a result: the lists that stand under a key `solvers`, at any depth, in order.
-
-    Raises AuditError if such a list holds something else.
-    """
+    """All solver records under a key `solvers`, at any depth, in order; AuditError if one is something else."""
     try:
         return tuple(msgspec.convert(record, SolverRecord) for record in _listed(value))
     except msgspec.ValidationError as error:
@@ -164,10 +157,9 @@ class Cache:
         return self.directory / "files"
 
     def lookup(self, name: str, dependencies: Dependencies, now: Checksums = lambda label: None) -> Lookup:
-        """The entry of experiment `name` if it was computed from exactly these dependencies, else the reason.
+        """The entry of experiment `name` if it was computed from exactly these dependencies and data, else the reason.
 
-        now: the checksum of a data file as it is, for entries that read some.
-        A file that is damaged in any way is reported as unreadable and never used.
+        now: the checksum of a data file as it is. A damaged file is reported as unreadable and never used.
         """
         try:
             entry = _read(self._path(name).read_bytes())
