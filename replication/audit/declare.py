@@ -112,23 +112,18 @@ class Part:
         statement: str = "",
         pinned: Verdict | str = "",
         uses: str | Iterable[str] = (),
-        erratum: str | None = None,
         meant: str = "",
-        tolerance: str | None = None,
-        tolerance_reason: str = "",
         reading: str = "",
-        uncertainty: str = "",
-        optimum: bool = False,
-        ours: bool = False,
         consequence: Consequence | str | None = None,
         says: Said | Iterable[Said] = (),
+        **rest: Any,
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
         name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
         agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
-        which the claim says that they are as printed, or hold if nothing is. The rest is that of `Claim`.
+        which the claim says that they are as printed, or hold if nothing is. rest: as of `Claim`, such as erratum.
         Raises AuditError if there is no place, no statement, or no such verdict.
         """
 
@@ -153,18 +148,13 @@ class Part:
                     answer=answer,
                     uses=_names(uses) or self.uses,
                     printed=str(printed),
-                    tolerance=tolerance,
-                    tolerance_reason=tolerance_reason,
-                    erratum=erratum,
                     meant=_plain(meant),
-                    uncertainty=uncertainty,
                     reading=reading or self.reading,
-                    optimum=optimum,
-                    ours=ours,
                     consequence=_member(Consequence, name, "consequence is", consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
                     remark=getattr(printed, "note", ""),
+                    **rest,
                 )
             )
             return answer
