@@ -38,7 +38,7 @@ from replication.audit.parts import Formula as Formula
 from replication.audit.parts import Table as Table
 from replication.audit.run.command import OUTPUT, execute
 from replication.audit.run.tracing import FIXED
-from replication.errors import AuditError
+from replication.errors import AuditError, one_of
 from replication.verify.predicate import Predicate, Term, unit_of
 from replication.verify.predicate import term as term
 
@@ -116,7 +116,7 @@ class Part:
         reading: str = "",
         consequence: Consequence | str | None = None,
         says: Said | Iterable[Said] = (),
-        **rest: Any,
+        **rest: str | bool | None,
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
@@ -124,8 +124,10 @@ class Part:
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
         agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
         which the claim says that they are as printed, or hold if nothing is. rest: as of `Claim`, such as erratum.
-        Raises AuditError if there is no place, no statement, or no such verdict.
+        Raises AuditError if there is no place, no statement, no such verdict, or no such field.
         """
+        for field in rest:
+            one_of(f"field of claim {name!r}:", field, Claim.__struct_fields__)
 
         def declare(answer: Answer) -> Answer:
             said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
@@ -154,7 +156,7 @@ class Part:
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
                     remark=getattr(printed, "note", ""),
-                    **rest,
+                    **rest,  # type: ignore[arg-type]
                 )
             )
             return answer

@@ -113,7 +113,7 @@ FIT = "echo '{\"mean\": 0.751}'"
 @pytest.mark.parametrize(
     ("file", "old", "new", "code", "words"),
     [
-        ("claims.py", 'place="Sec. 1"', 'palce="Sec. 1"', 2, r"TypeError: .*argument 'palce' \[papers/toy/claims.py:\d+\]; correct"),
+        ("claims.py", 'place="Sec. 1"', 'palce="Sec. 1"', 2, r"unknown field of claim 'powers.grow': 'palce'; did you mean place\? \[papers/toy/claims.py:\d+\]; correct"),
         ("claims.py", "def last(", "def last(:", 2, r"SyntaxError: .* \[papers/toy/claims.py:\d+\]; correct"),
         ("claims.py", "from replication", "import numpyy\nfrom replication", 2, r"No module named 'numpyy' \[papers/toy/claims.py:\d+\]"),
         ("paper.py", "**about(__file__)", "**about(__file__) | {'key': 'tay'}", 2, "must define PAPER, a Paper whose key is 'toy'"),

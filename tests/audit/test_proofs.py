@@ -16,8 +16,7 @@ from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, against_files, check
 from replication.audit.judge.agreement import Interval
-from replication.audit.judge.match import NO_PREDICATE, compared
-from replication.audit.judge.proofs import wanted, with_proofs
+from replication.audit.judge.proofs import NO_PREDICATE, compared, wanted, with_proofs
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, StatedClaim, Verdict
 from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, ResultsFile, shared
