@@ -29,7 +29,13 @@ import msgspec
 from replication.errors import AuditError, meant
 
 S = TypeVar("S", bound=msgspec.Struct)
-FIELDS = ("place", "value", "unit", "note")
+
+
+class _Table(msgspec.Struct, frozen=True):
+    place: str
+    value: Any
+    unit: str = ""
+    note: str = ""
 
 
 class PrintedValue(str):
@@ -154,18 +160,21 @@ def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _entry(where: str, table: Any) -> Any:
-    unknown = sorted(table.keys() - set(FIELDS)) if isinstance(table, dict) else []
-    if unknown:
-        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; {meant(unknown[0], FIELDS)}")
-    if not isinstance(table, dict) or not {"place", "value"} <= table.keys():
+    if not isinstance(table, dict):
         raise AuditError(f'{where} must be a table with place and value, such as place = "Table 1" and value = "1.33"')
-    for name in ("place", "unit", "note"):
-        if not isinstance(table.get(name, ""), str):
-            raise AuditError(f"{where}: {name} must be a string, got {table[name]!r}")
-    if not table["place"].strip():
+    found = converted(lambda field: where, table, _Table)
+    if not found.place.strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
-    made = partial(PrintedValue, unit=table.get("unit", ""), note=table.get("note", ""))
-    return _value(where, table["value"], table["place"], made, ())
+    return _value(where, found.value, found.place, partial(PrintedValue, unit=found.unit, note=found.note), ())
+
+
+def leaves(value: Any, keys: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """What stands in tables and lists at any depth, each with the keys that lead there, places of lists from 1 on."""
+    if not isinstance(value, Mapping | list | tuple):
+        yield keys, value
+        return
+    for key, entry in value.items() if isinstance(value, Mapping) else enumerate(value, 1):
+        yield from leaves(entry, (*keys, str(key)))
 
 
 def _value(where: str, value: Any, place: str, made: Callable[..., PrintedValue], keys: tuple[str, ...]) -> Any:

@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from replication.audit.brief import Consequence
-from replication.audit.data import PrintedValue
+from replication.audit.data import PrintedValue, leaves
 from replication.audit.judge.agreement import MARKS
 from replication.audit.judge.policies import repeated
 from replication.audit.judge.printed import is_print
@@ -263,7 +263,7 @@ def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Exp
 
     One that needs more or less time than `run --timeout` allows is `replace(experiment(...), timeout=seconds)`.
     """
-    given = frozenset((str(value), value.place) for value in _prints(inputs))
+    given = frozenset((str(value), value.place) for _, value in leaves(inputs) if isinstance(value, PrintedValue))
     return Experiment(name=name, function=function, inputs=_plain(inputs), given=given)
 
 
@@ -474,14 +474,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(entry) for key, entry in value.items()}
     return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
-
-
-def _prints(value: Any) -> Iterator[PrintedValue]:
-    if isinstance(value, PrintedValue):
-        yield value
-    elif isinstance(value, Mapping | list | tuple):
-        for entry in value.values() if isinstance(value, Mapping) else value:
-            yield from _prints(entry)
 
 
 def _inner(function: Any) -> Any:

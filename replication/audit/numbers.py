@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.data import S, converted, line_of, printed_values, read_printed, read_tables
+from replication.audit.data import S, converted, leaves, line_of, printed_values, read_printed, read_tables
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
 from replication.audit.judge.agreement import ACCURACY
@@ -116,7 +116,7 @@ def numbers(module: str) -> Numbers:
     parts = {out.title: Part(out.title, reason=out.reason) for out in _all(path, tables, "part", LeftOut)}
     for where, row, line in _rows(path, tables, "claim"):
         claim = converted(_at(where, row), row, Stated)
-        entries = [(".".join(keys), printed) for keys, printed in _entries(_prints(path, where, claim), ())]
+        entries = [(".".join(keys), printed) for keys, printed in leaves(_prints(path, where, claim))]
         _require_named(claim, [name for name, _ in entries if name], where)
         for entry, printed in entries:
             title = claim.part or getattr(printed, "place", claim.place).partition(",")[0]
@@ -213,14 +213,6 @@ def _require_named(claim: Stated, names: Sequence[str], where: str) -> None:
         for name in said if isinstance(said, dict) else ():
             if name not in names:
                 raise AuditError(f"{where}: {field} speaks of the entry {name!r}; {meant(name, names)}")
-
-
-def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
-    inner = value.items() if isinstance(value, Mapping) else enumerate(value, 1) if isinstance(value, list) else ()
-    if not isinstance(value, Mapping | list):
-        yield keys, value
-    for key, entry in inner:
-        yield from _entries(entry, (*keys, str(key)))
 
 
 def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files, where: str, line: Line) -> None:

@@ -134,7 +134,7 @@ def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> N
     ("more", "fault"),
     [
         ('[made]\nplace = "Sec. IX"\nvalue = "4.5"', "toy: printed.toml, made: no row is bound to '4.5' (Sec. IX)"),
-        ('[made]\nplace = "Sec. IX"\nvalue = { a = ["4.5"] }', "printed.toml, made.a: no row is bound to '4.5'"),
+        ('[made]\nplace = "Sec. IX"\nvalue = { a = ["4.5"] }', "printed.toml, made.a.1: no row is bound to '4.5'"),
         ('[made]\nplace = "Table 2"\nvalue = "1.33"', "no row is bound to '1.33' (Table 2)"),
         ('[made]\nplace = "Table 1"\nvalue = "1.33"', ""),
         ('[made]\nplace = "Sec. IX"\nvalue = { a = "grid", b = 4 }', ""),

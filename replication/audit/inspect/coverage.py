@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from replication.audit.data import PrintedValue, read_printed, words
+from replication.audit.data import PrintedValue, leaves, read_printed, words
 from replication.audit.parts import Coverage, Paper
 from replication.errors import AuditError, one_of
 
@@ -139,25 +139,18 @@ def _unbound(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
     data = {name for kind, name in bindings if kind in ("data", "size")}
     claims = {name for kind, name in bindings if kind in ("claim", "setting")}
     prints = {(claim.printed, claim.place) for claim in paper.claims if claim.id.partition(".")[2] in claims}
-    for keys, value in _leaves(printed, ()):
+    for keys, value in leaves(printed):
         above = {".".join(keys[:depth]) for depth in range(1, len(keys) + 1)}
-        if NUMERAL.search(value) and not above & data and (str(value), value.place) not in prints:
+        if (
+            isinstance(value, PrintedValue)
+            and NUMERAL.search(value)
+            and not above & data
+            and (str(value), value.place) not in prints
+        ):
             yield (
                 f"printed.toml, {'.'.join(keys)}: no row is bound to {value!r} ({value.place}); list where the text "
                 "prints it, or take it out of printed.toml"
             )
-
-
-def _leaves(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], PrintedValue]]:
-    """The strings of printed data with their names; a list has one name for all of it."""
-    if isinstance(value, PrintedValue):
-        yield keys, value
-    elif isinstance(value, Mapping):
-        for key, entry in value.items():
-            yield from _leaves(entry, (*keys, key))
-    elif isinstance(value, list):
-        for entry in value:
-            yield from _leaves(entry, keys)
 
 
 def _integers(numbering: str) -> list[int]:

@@ -241,7 +241,7 @@ def _cell(text: str, part: str) -> tuple[Entry, ...]:
 
 def _entry(text: str, part: str) -> Entry:
     if not _REAL.fullmatch(part):
-        meant = next((f"; it may be {advice}" for form, advice in ADVICE if re.search(form, part)), "")
+        meant = next((f"; it may be {advice}" for form, advice in ADVICE.items() if re.search(form, part)), "")
         raise AuditError(
             f"printed value {text!r}: {part!r} is not a number as printed, such as 1.33, .580 or 1.2e-3{meant}"
         )
