@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from lab import Lab, emptied, make_inside
+from tables import rows
 
 from replication.audit.declare import command
 from replication.audit.publish.linked_data import Software, filled
@@ -48,28 +49,7 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
     assert {path.name for path in (tmp_path / "store").iterdir()} and not (tmp_path / "out.csv").exists()
 
 
-@pytest.mark.parametrize(
-    ("text", "read", "named"),
-    [
-        ("echo 1 # OUT/k.txt", True, ""),
-        ("echo 1 # x=OUT/k.txt;", True, ""),
-        ("echo 1 # file://OUT/k.txt /dev/null /proc/cpuinfo /usr/share", True, ""),
-        ("cd OUT; echo 1", False, "OUT"),
-        ("echo 1 # OUT/none.txt", False, "OUT"),
-        ("echo 1 # cc -IOUT", False, "OUT"),
-        ("echo 1 # $GIVEN", False, "OUT"),
-        ("echo 1 # /tmp/none", False, "/tmp"),
-        ("echo 1 # /dev/shm/none", False, "/dev/shm"),
-        ("echo 1 # https://a.orgOUT/k.txt ${x}OUT/k.txt ~OUT/k.txt <OUT/k.txt aOUT/k.txt /no-such/place", False, ""),
-        ("mktemp > a; echo 1; rm a", False, ""),
-        ("echo 1 # /OUT//k.txt", True, ""),
-        ("echo 1 # source('UP/k.txt')", True, ""),
-        ("echo 1 # OUT/more.sh", True, ""),
-        ("echo 1 # setwd('/')", False, "/"),
-        ("echo 1 # /usr/share/none", False, "/usr/share"),
-        ("echo 1 # a/../b ../x.csv", False, ""),
-    ],
-)
+@pytest.mark.parametrize(("text", "read", "named"), rows("outside"))
 def test_what_a_script_names_outside_counts_or_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, read: bool, named: str
 ) -> None:

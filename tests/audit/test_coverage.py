@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lab import Lab
 from sample import figure
+from tables import rows
 
 from replication.audit.data import printed_values
 from replication.audit.inspect.coverage import (
@@ -94,35 +95,7 @@ def test_what_is_open_is_listed_and_excuses_are_counted(folder: Path) -> None:
     assert [tally.text for tally in tallied("blog", text)] == ["blog", "blog"]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ('"claim:order"', '"claim:ordre"', "'equation 1-2': unknown claim 'ordre'; did you mean order"),
-        ('"data:plant.A"', '"data:plant.B"', "unknown name in printed.toml 'B'"),
-        ('"data:plant.A"', '"data:plant.A.x"', "unknown name in printed.toml 'x'"),
-        ('"erratum:e1"', '"erratum:e2"', "unknown erratum 'e2'"),
-        ('"reading:norm"', '"reading:form"', "unknown reading 'form'"),
-        ('"figure:fig1"', '"figure:fig2"', "unknown figure 'fig2'"),
-        ('"scope:Appendix"', '"scope:all"', "unknown scope 'all'"),
-        (
-            '"excused:symbol"',
-            '"excused:boring"',
-            "unknown excused 'boring'; there are definition, elsewhere, symbol, sign",
-        ),
-        ('"setting:value"', '"stated:value"', "unknown kind of binding 'stated'"),
-        ("0.5 -0.1 0 1", "0.5 0.1 0 1", "which does not hold '0.1' in this order"),
-        ("0.5 -0.1 0 1", "0.5 0 -0.1 1", "which does not hold '-0.1' in this order"),
-        ('["1.33", "claim', '["1.34", "claim', "the print of claim value is '1.33', which does not hold '1.34'"),
-        ('["2", "size', '["3", "size', "size plant.A is '2 2', which does not hold '3'"),
-        ('["9", "setting', '["nine", "setting', "a row begins with what is printed, in which there is a number"),
-        ('"scope:Appendix"', '"excused:symbol"', "unknown excused 'symbol'"),
-        ('"excused:symbol"', '"excused:diagram"', "unknown excused 'diagram'"),
-        (', ["9", "setting:value"]', "", "paper: 12 numerals are listed, and the text has 13"),
-        ('["equation 3", "erratum:e1", "reading:norm"], ', "", "equation 3 is listed 0 times, and the text has 1"),
-        ('"equation 4"', '"equation 2"', "equation 2 is listed 2 times, and the text has 1"),
-        ('"equation 4"', '"lemma 4"', "lemma 4 is listed 1 times, and the text has 0"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "words"), rows("slips"))
 def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> None:
     change(folder, old, new)
     found = faults(folder, PAPER)
@@ -146,17 +119,7 @@ def test_a_print_that_no_row_is_bound_to_is_a_fault(folder: Path, more: str, fau
     assert [fault in told for told in found] == ([True] if fault else []), found
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("[paper", "is not a list of what a text holds"),
-        ("[paper]\nplaces = []", "missing required field `runs`"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numeral = [] }]", "unknown field `numeral`"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[1.14, 'data:level']] }]", "at `a text.places[0]"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [['1.14']] }]", "numerals[0]"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[]] }]", "numerals[0]"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), rows("no lists"))
 def test_a_list_that_is_none_is_refused_with_file_and_entry(tmp_path: Path, text: str, words: str) -> None:
     path = tmp_path / "coverage.toml"
     path.write_text(text, encoding="utf-8")

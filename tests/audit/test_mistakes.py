@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from lab import Lab, emptied, make_inside
 from sample import claim
+from tables import rows
 
 from replication.audit.inspect.headline import factor
 from replication.audit.judge.verdict import plain
@@ -181,20 +182,7 @@ def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
     assert "Traceback" not in done.stdout + done.stderr
 
 
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (360.0, "60"),
-        (0.1, "1/60"),
-        (21600.0, "3600"),
-        (6 / 3600, "1/3600"),
-        (25.1, "4.184"),
-        (1.434, "1/4.184"),
-        (343.77, "180/π"),
-        (0.10472, "π/180"),
-        (7.0, ""),
-    ],
-)
+@pytest.mark.parametrize(("value", "words"), rows("units"))
 def test_a_usual_unit_is_named_both_ways(value: float, words: str) -> None:
     record = claim("case", Kind.VALUE, Verdict.DIFFERS, "6.00", Evidence(method="Computed", value=value))
     assert factor(record) == words

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from lab import emptied, make_inside
+from tables import rows
 
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Kind, Verdict
@@ -107,44 +108,12 @@ def test_a_number_and_what_is_printed_beside_it_are_checked_together(tmp_path: P
         claim.answer({**results, "closed": {"all": [[1.01, 0.36]]}})
 
 
-@pytest.mark.parametrize(
-    ("way", "value"),
-    [
-        ("out/t.csv:a:low", 1.0),
-        ("out/t.csv:#2:low", 2.0),
-        ("out/t.csv:n=1:low", 2.0),
-        ("out/t.csv:=b,n=2:low", 3.0),
-        ("out/t.csv:a:low,high", (1.0, 2.0)),
-        ("out/t.csv:*:low", (1.0, 2.0, 3.0)),
-        ("fit.json:list:term=y:est", 2.5),
-        ("fit.json:list:0:est", 1.5),
-        ("fit.json:list:*:est", (1.5, 2.5)),
-        ("fit.json:deep", (1.0, (2.0,))),
-        ("fit.json:a,b", 7.0),
-        ('["fit.json", "a,b"]', 7.0),
-    ],
-)
+@pytest.mark.parametrize(("way", "value"), rows("ways"))
 def test_a_way_leads_into_tables_and_json(tmp_path: Path, way: str, value: Any) -> None:
     assert answered(tmp_path, way).value == value
 
 
-@pytest.mark.parametrize(
-    ("way", "said"),
-    [
-        ("out/t.csv:c:low", r"in out/t.csv there is a, b, and no =c"),
-        ("out/t.csv:b:low", r"2 rows of out/t.csv have =b; add ,column=value"),
-        ("out/t.csv:#4:low", r"there is #1, #2, #3, and no #4"),
-        ("out/t.csv:a:lwo", r"in out/t.csv:=a there is , n, low, high, and no lwo"),
-        ("out/t.csv:#3:high", "'NA', which is no number"),
-        ("out/t.csv", "which is no number"),
-        ("fit.json:list:x=1", "there is x, y, and no x=1"),
-        ("fit.json:deep:x=1:est", "in fit.json:deep there is only"),
-        ("fit.json:list:2", "in fit.json:list there is 0, 1, and no 2"),
-        ("fit.json:deep:0:x", "there is only 1.0, and no x"),
-        ("fit.json:flag", "True, which is no number"),
-        ("nothing:x", "leads nowhere: among the results there is out-t.csv, fit.json"),
-    ],
-)
+@pytest.mark.parametrize(("way", "said"), rows("no ways"))
 def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, way: str, said: str) -> None:
     with pytest.raises(AuditError, match=rf"claims.toml:2: \[\[claim\]\]: .*{said}"):
         answered(tmp_path, way)

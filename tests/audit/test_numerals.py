@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from sample import claim
 from tables import number as read
+from tables import rows
 
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Interval, Measured, Target
@@ -171,25 +172,7 @@ def seen(record: ClaimRecord) -> tuple[EntryView, ...]:
     return side_by_side(Target.judged(record.claim, record.judgement), record.evidence)
 
 
-@pytest.mark.parametrize(
-    ("printed", "value", "agreed", "off", "tail"),
-    [
-        ("1.33", 1.32871, "1.32", "", "8710"),
-        ("1.14", 1.134687, "1.1", "3", "4687"),
-        ("1.3511", 1.35116518, "1.3511", "6", "518"),
-        ("0.1270", 0.12771501, "0.127", "7", "1501"),
-        ("13.89", 43.62701, "", "43.62", "7010"),
-        ("1", 7, "", "7", ""),
-        ("2", 2.6, "2", "", ".6000"),
-        (".2357", 0.23570226, "0.2357", "", "0226"),
-        ("-0.0000", -0.0000123, "−0.0000", "", "1230"),
-        ("-.25", -0.24, "−0.2", "4", "0000"),
-        ("-0.5", 0.5, "", "0.5", "0000"),
-        ("1.5", 15.1, "", "15.1", "0000"),
-        ("73", 7, "", "7", ""),
-        ("1.14", 1.14, "1.14", "", "0000"),
-    ],
-)
+@pytest.mark.parametrize(("printed", "value", "agreed", "off", "tail"), rows("digits"))
 def test_digits_say_how_far_the_print_agrees(printed: str, value: float, agreed: str, off: str, tail: str) -> None:
     (entry,) = entries(printed, value)
     parts = dict(entry.digits)
@@ -237,17 +220,7 @@ def test_each_number_has_the_band_of_its_own_last_place() -> None:
     assert [call.args[1] for call in drawn.call_args_list] == [(-2.0, 2.0), (-20.0, 20.0)]
 
 
-@pytest.mark.parametrize(
-    ("printed", "value", "literal"),
-    [
-        ("2,393", 2392.75, "2,393"),
-        ("7.6×10⁵", 764510.2, "7.6×10⁵"),
-        ("48.3(6)", 48.31, "48.3(6)"),
-        ("78.7 %", 78.73, "78.7 %"),
-        ("-1.5", -1.49, ""),
-        ("1.33", 1.32871, ""),
-    ],
-)
+@pytest.mark.parametrize(("printed", "value", "literal"), rows("literal"))
 def test_a_print_of_more_than_digits_is_shown_as_it_stands(printed: str, value: float, literal: str) -> None:
     (entry,) = entries(printed, value)
     assert entry.literal == literal
@@ -265,17 +238,7 @@ def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
     return replace(record, judgement=replace(record.judgement, verdict=verdict))
 
 
-@pytest.mark.parametrize(
-    ("printed", "value", "off"),
-    [
-        ("1.14", 1.134687, (0.466, "% below the print")),
-        ("42.03", 58.40, (38.95, "% above the print")),
-        ("16.73", 12.25, (26.78, "% below the print")),
-        ("2.0", 5.0, (150.0, "% above the print")),
-        ("25.92", 15.85, (38.85, "% below the print")),
-        ("0.1", 2.0, (20.0, "times the print")),
-    ],
-)
+@pytest.mark.parametrize(("printed", "value", "off"), rows("distance"))
 def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value: float, off: tuple[float, str]) -> None:
     record = claim("case", Kind.VALUE, Verdict.DIFFERS, printed, Evidence(method="Evaluated directly", value=value))
     (view,) = views([record], targets([record]))
