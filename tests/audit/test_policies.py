@@ -9,6 +9,7 @@ import pytest
 from cases import case, claim, judge, paper, recorded, results_file, statement_case, value_case
 from msgspec.structs import replace
 from sample import paper_record
+from tables import rows
 
 from benchmarks.readme import results_block
 from replication.audit.inspect.headline import counts, headline, sentence
@@ -81,31 +82,10 @@ def told(printed: str, **outcomes: float) -> Judgement:
     return judge(value_case(printed, None, outcomes=family), readings=READINGS)
 
 
-@pytest.mark.parametrize(
-    ("outcomes", "verdict", "policies"),
-    [
-        ({"norm": 1.33, "other": 1.33}, Verdict.REPRODUCED, ()),
-        ({"norm": 1.33, "other": 1.5}, Verdict.COMPATIBLE, (Policy.SOME,)),
-        ({"norm": 1.33, "ruled_out": 1.5}, Verdict.REPRODUCED, (Policy.RULED_OUT,)),
-        ({"norm": 1.5, "ruled_out": 1.33}, Verdict.DIFFERS, (Policy.RULED_OUT,)),
-        ({"norm": 1.5, "epsilon": 1.33}, Verdict.UNDETERMINED, (Policy.CONSTANT,)),
-        ({"norm": 1.5, "ruled_out": 1.33, "epsilon": 1.33}, Verdict.UNDETERMINED, (Policy.CONSTANT, Policy.RULED_OUT)),
-        ({"norm": 1.5, "epsilon": 1.5}, Verdict.DIFFERS, (Policy.CONSTANT,)),
-        ({"norm": 1.33, "epsilon": 1.5}, Verdict.REPRODUCED, (Policy.CONSTANT,)),
-        ({"norm": 1.33, "other": 1.5, "epsilon": 1.33}, Verdict.COMPATIBLE, (Policy.CONSTANT, Policy.SOME)),
-        ({"epsilon": 1.33}, Verdict.ERROR, ()),
-        ({"our_plant": 1.33}, Verdict.COMPATIBLE, (Policy.OWN,)),
-        ({"our_plant": 1.33, "ruled_out": 1.33}, Verdict.COMPATIBLE, (Policy.RULED_OUT, Policy.OWN)),
-        ({"our_plant": 1.5}, Verdict.DIFFERS, (Policy.OWN,)),
-        ({"our_plant": 1.33, "norm": 1.33}, Verdict.REPRODUCED, (Policy.OWN,)),
-        ({"ruled_out": 1.33}, Verdict.ERROR, ()),
-    ],
-)
-def test_a_reading_brings_its_policy(
-    outcomes: dict[str, float], verdict: Verdict, policies: tuple[Policy, ...]
-) -> None:
+@pytest.mark.parametrize(("outcomes", "verdict", "policies"), rows("policies"))
+def test_a_reading_brings_its_policy(outcomes: dict[str, float], verdict: str, policies: tuple[str, ...]) -> None:
     judgement = told("1.33", **outcomes)
-    assert judgement.verdict is verdict, judgement.reason
+    assert judgement.verdict == verdict, judgement.reason
     assert set(judgement.policies) == set(policies)
 
 
@@ -246,22 +226,12 @@ def test_claims_that_say_the_same_as_data_are_one_fact() -> None:
     assert [one.repeats for one in claims] == ["", "", "toy.a", "", "", "", "toy.b"]
 
 
-@pytest.mark.parametrize(
-    ("own", "first", "verdict"),
-    [
-        (Verdict.REPRODUCED, Verdict.REPRODUCED, Verdict.REPRODUCED),
-        (Verdict.UNDETERMINED, Verdict.COMPATIBLE, Verdict.COMPATIBLE),
-        (Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.REPRODUCED_AFTER_ERRATUM),
-        (Verdict.REFUTED, Verdict.DIFFERS, Verdict.DIFFERS),
-        (Verdict.DIFFERS, Verdict.REPRODUCED, Verdict.ERROR),
-        (Verdict.CONSISTENT, Verdict.REFUTED, Verdict.ERROR),
-    ],
-)
-def test_one_fact_has_one_verdict(own: Verdict, first: Verdict, verdict: Verdict) -> None:
+@pytest.mark.parametrize(("own", "first", "verdict"), rows("facts"))
+def test_one_fact_has_one_verdict(own: str, first: str, verdict: str) -> None:
     record = recorded(Evidence(method="m", value=1.33), id="toy.again", repeats="toy.value")
-    record = replace(record, judgement=replace(record.judgement, verdict=own))
-    judged = same_fact(record, Judgement(verdict=first, reason="r")).judgement
-    assert judged.verdict is verdict and "toy.value" in judged.reason and Policy.FACT in judged.policies
+    record = replace(record, judgement=replace(record.judgement, verdict=Verdict(own)))
+    judged = same_fact(record, Judgement(verdict=Verdict(first), reason="r")).judgement
+    assert judged.verdict == verdict and "toy.value" in judged.reason and Policy.FACT in judged.policies
     assert same_fact(record, None) is record
 
 
