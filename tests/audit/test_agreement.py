@@ -57,22 +57,17 @@ def test_one_unit_in_the_last_place_of_any_entry_flips_the_verdict(text: str) ->
         assert judgement.deviation_ulp == pytest.approx(float((was.value - now.value) / now.unit), abs=1e-9)
 
 
-@given(st.integers(-(10**9), 10**9), st.integers(0, 6), st.floats(-0.49, 0.49), st.sampled_from([-1, 1]))
-def test_any_printed_number_flips(digits: int, places: int, offset: float, units: int) -> None:
-    value = float(Fraction(digits, 10**places) + Fraction(offset) / 10**places)
-    text, other = (decimal_text(number, places) for number in (digits, digits + units))
-    assert judge(value_case(text, value)).verdict is Verdict.REPRODUCED
-    assert judge(value_case(other, value)).verdict is Verdict.DIFFERS
-
-
-@given(st.integers(-(10**6), 10**6), FINITE)
-def test_verdict_is_the_exact_comparison(digits: int, value: float) -> None:
-    off = abs(Fraction(value) - Fraction(digits, 100)) - Fraction(1, 200)
-    inside = off <= ACCURACY * abs(Fraction(value))
-    assume(off <= 0 or off > 2 * ACCURACY * abs(Fraction(value)))
-    judgement = judge(value_case(decimal_text(digits, 2), value))
-    assert (judgement.verdict is Verdict.REPRODUCED) == inside
-    assert (judgement.verdict is Verdict.DIFFERS) == (not inside)
+@given(st.integers(-(10**6), 10**6), st.integers(0, 6), FINITE, st.floats(-2, 2))
+def test_verdict_is_the_exact_comparison_and_that_of_the_mirrored_number(
+    digits: int, places: int, anywhere: float, beside: float
+) -> None:
+    printed, unit = Fraction(digits, 10**places), Fraction(1, 10**places)
+    for value in (anywhere, float(printed + Fraction(beside) * unit)):
+        off = abs(Fraction(value) - printed) - unit / 2
+        assume(off <= 0 or off > 2 * ACCURACY * abs(Fraction(value)))
+        one, mirrored = (judge(value_case(decimal_text(sign * digits, places), sign * value)) for sign in (1, -1))
+        assert one.verdict is mirrored.verdict is (Verdict.REPRODUCED if off <= 0 else Verdict.DIFFERS)
+        assert one.deviation_ulp is not None and mirrored.deviation_ulp == -one.deviation_ulp
 
 
 @pytest.mark.parametrize(
@@ -98,14 +93,6 @@ def test_a_number_half_way_between_two_prints_agrees_with_both(printed: str, val
 def test_reason_has_digits_enough_to_tell_the_number_from_the_end(value: float) -> None:
     reason = judge(value_case("3", value)).reason
     assert "Computed 3.500000" in reason and "[2.5, 3.5]" in reason and "place: 0.5)" not in reason
-
-
-@given(st.integers(-9999, 9999), FINITE)
-def test_mirrored_number_has_the_mirrored_judgement(digits: int, value: float) -> None:
-    one = judge(value_case(decimal_text(digits, 2), value))
-    other = judge(value_case(decimal_text(-digits, 2), -value))
-    assert one.verdict is other.verdict
-    assert one.deviation_ulp is not None and other.deviation_ulp == -one.deviation_ulp
 
 
 # Brackets.
@@ -143,15 +130,6 @@ def test_what_is_no_number_in_the_layout_of_the_print_is_an_error(value: Any) ->
 def test_the_reason_names_the_entry_that_is_farthest_away() -> None:
     assert "entry 2: computed 2.5" in judge(value_case("(1.0, 2.0)", (1.1, 2.5))).reason
     assert "entry 1: computed 1.5" in judge(value_case("(1.0, 2.0)", (1.5, 2.1))).reason
-
-
-@given(st.floats(1.2, 1.5), st.floats(0, 0.2), st.floats(0, 0.2), st.floats(0, 1), st.floats(0, 1))
-def test_a_narrower_bracket_never_contradicts_a_wider_one(
-    value: float, below: float, above: float, one: float, other: float
-) -> None:
-    wide = judge(value_case("1.33", value, value - below, value + above)).verdict
-    narrow = judge(value_case("1.33", value, value - one * below, value + other * above)).verdict
-    assert wide is Verdict.UNDETERMINED or narrow is wide
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-12, 1e-2))
