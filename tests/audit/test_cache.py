@@ -221,7 +221,8 @@ DEEP = {"top": "", "deep__init": "", "deep__side": "x = 1", "deep__deeper__init"
         # An enclosing package counts, its imports only if a name is taken from it.
         ({"init": "from lab.c import C", "c": "C = ()", "a": "from lab import b", "b": ""}, "a",
          ["__init__.py", "a.py", "b.py"]),
-        ({"init": "from lab.c import C", "c": "C = ()", "a": "from lab import C"}, "a", ["__init__.py", "a.py", "c.py"]),
+        ({"init": "from lab.c import C", "c": "C = ()", "a": "from lab import C"}, "a",
+         ["__init__.py", "a.py", "c.py"]),
         # A package that binds the name of a submodule is followed, and a circle ends.
         ({"init": "from lab.other import b", "a": "from lab import b", "b": "", "other": "import lab.a\nb = 1"}, "a",
          ["__init__.py", "a.py", "b.py", "other.py"]),

@@ -136,21 +136,21 @@ def test_claims_of_file_and_code_are_the_same_set() -> None:
 
 CODE = paper(claim(), figures=(figure("toy-fig1"),), tables=(Table(place="T", caption="", header=("a",), rows=()),))
 HONEST = file_of(CODE, GOOD)
+NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
 
 
 @pytest.mark.parametrize("key", stated([CODE]), ids=" ".join)
 def test_what_the_file_repeats_from_the_code_cannot_be_changed(key: tuple[str, str]) -> None:
     """Field by field; the name of a record, with which it is looked for, is a part that is missing."""
-    sort, name = key
+    sort = key[0]
     part, naming = PARTS[sort]
     (record,) = getattr(HONEST, part)
-    said = record.claim if sort == "claim" else record
     for field, value in stated([CODE])[key].items():
-        other: Any = (
-            not value if isinstance(value, bool) else (*value, *value) or ("x",) if isinstance(value, tuple) else "x"
-        )
-        changed = replace(said, **{field: other})
-        forged = replace(record, claim=changed) if sort == "claim" else changed
+        other: Any = not value if isinstance(value, bool) else "x"
+        if isinstance(value, tuple):
+            other = (NORM,) if field == "readings" else (*value, *value) or ("x",)
+        said = replace(record.claim if sort == "claim" else record, **{field: other})
+        forged = replace(record, claim=said) if sort == "claim" else said
         problems = check(replace(HONEST, **{part: (forged,)}), [CODE])
         told = [one for one in problems if one.cause is Cause.TEXT and one.message.startswith(f"{field} is")]
         assert told if field not in (naming, "paper") else problems, field
@@ -164,9 +164,6 @@ def test_no_part_can_be_taken_out_or_put_in_twice(part: str) -> None:
     assert problem.cause is Cause.SET and "in the code and not in the file" in problem.message
     (problem,) = check(replace(HONEST, **{part: (*records, *records)}), [CODE])
     assert problem.cause is Cause.SET and "stands 2 times" in problem.message
-
-
-NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
 
 
 def test_the_readings_of_a_file_are_those_of_the_code_and_decide_again() -> None:
