@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, cast
 
 import msgspec
-from cases import EXPERIMENT, RUN, altered, proved
+from cases import EXPERIMENT, RUN, SAMPLE, altered, proved
 
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
-from replication.audit.parts import Coverage, Figure, FigureData, Formula, ScopeItem, Table
+from replication.audit.parts import Figure, FigureData, Formula, ScopeItem, Table
 from replication.audit.report.page import build_report
 from replication.audit.run.draw import write_figure
 from replication.audit.store.records import (
@@ -35,19 +35,8 @@ from replication.drawing.style import line, new_axes
 from replication.verify.predicate import Exported, Predicate, term
 
 KEY = "doe1999"
-READINGS = (
-    Reading(name="at-rest", place="Section IV", text="The observer starts at zero."),
-    Reading(name="at-output", place="Section IV", text="The observer starts at the first output."),
-    Reading(name="both-noises", place="Equation (34)", text="The norm is over both noises.", inference=True),
-)
-SOLVER = SolverRecord(
-    name="Clarabel",
-    version="0.11.1",
-    status="solved",
-    options={"tol_gap_rel": 1e-9, "max_iter": 200, "equilibrate": True},
-    residuals={"primal": 3.2e-10, "dual": 1.8e-11, "gap": 4.4e-10},
-    iterations=17,
-)
+READINGS = msgspec.convert(SAMPLE["readings"], tuple[Reading, ...])
+SOLVER = msgspec.convert(SAMPLE["solver"], SolverRecord)
 
 
 def claim(
@@ -261,48 +250,10 @@ def certificates() -> tuple[CertificateRecord, ...]:
 
 
 def paper_record(ids: tuple[str, ...]) -> PaperRecord:
-    return PaperRecord(
-        key=KEY,
-        notebook="",
-        sensitivity=(),
-        common=(),
-        readings=READINGS,
-        brief=brief(),
-        title="Observers for Slow Sensors: An Invented Paper",
-        authors=("Jane Doe", "Richard Roe", "Max Mustermann"),
-        year=1999,
-        venue="Journal of Invented Results",
-        doi="10.0000/invented.1999.001",
-        summary="Sensors of unequal period are read by a periodic observer, whose gains come from matrix inequalities.",
-        bibtex="@article{doe1999,\n  author = {Doe, Jane and Roe, Richard},\n  year = {1999}\n}",
-        findings=("Two of the printed levels lie above the optimum.", "A shorter period can make the level worse."),
-        formulas=(
-            Formula(
-                text="Error system",
-                latex=r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)",
-            ),
-            Formula(text="Guaranteed level", latex=r"\gamma = \sup_{d \in \ell_2} \frac{\|z\|_2}{\|d\|_2}"),
-        ),
-        tables=(
-            Table(
-                place="Table 1",
-                caption="Guaranteed level over the periods",
-                header=("Periods", "(2,3)", "(4,5)", "(5,7)", "(8,9)"),
-                rows=(
-                    ("Level", *(f"claim:{KEY}.column-{pair}" for pair in ("2-3", "4-5", "5-7", "8-9"))),
-                    ("Poles", f"claim:{KEY}.poles", "text", f"claim:{KEY}.broken", f"claim:{KEY}.order"),
-                ),
-            ),
-        ),
-        scope=(
-            ScopeItem(part="Table 1", claims=ids, figures=("doe1999-fig2",)),
-            ScopeItem(part="Section V", reason="It describes hardware."),
-        ),
-        coverage=(
-            Coverage(text="paper", of="numerals", total=419, bound=412, excused=6, open=1, aside=764),
-            Coverage(text="paper", of="items", total=54, bound=46, excused=8, open=0, aside=0),
-        ),
-    )
+    scope = ScopeItem(part="Table 1", claims=ids, figures=("doe1999-fig2",))
+    left_out = ScopeItem(part="Section V", reason="It describes hardware.")
+    made = msgspec.convert(SAMPLE["paper"], PaperRecord)
+    return msgspec.structs.replace(made, readings=READINGS, brief=brief(), scope=(scope, left_out))
 
 
 def brief(topic: str = "Sensors that are slow", words: str = "one column") -> Brief:
@@ -350,31 +301,7 @@ def explorer(words: str = "Sensors that are slow", **more: Any) -> Explorer:
 
 
 def errata() -> tuple[ErratumRecord, ...]:
-    shared = {"paper": KEY, "code": "papers/doe1999/errata.py:9", "error": ""}
-    return (
-        ErratumRecord(
-            id=f"{KEY}.denominator",
-            place="Equation (34)",
-            printed="‖w‖ in the denominator",
-            meant="‖(d, w)‖ in the denominator",
-            inference=False,
-            holds=True,
-            text="No draw of the noise gives the printed value with the printed denominator.",
-            quantities={"smallest printed reading": 1.31},
-            **shared,
-        ),
-        ErratumRecord(
-            id=f"{KEY}.matrix",
-            place="Section IV-C",
-            printed="A as in Section IV-A",
-            meant="A with the stated poles",
-            inference=True,
-            holds=True,
-            text="The stated poles and the printed gains fit no other matrix of the search.",
-            quantities={},
-            **shared,
-        ),
-    )
+    return msgspec.convert(SAMPLE["errata"], tuple[ErratumRecord, ...])
 
 
 HOSTILE = (
