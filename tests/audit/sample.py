@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -84,67 +84,24 @@ def bracketed(value: float, width: float, **more: Any) -> Evidence:
     )
 
 
-def direct(**found: Any) -> Evidence:
-    return Evidence(method="Evaluated directly", **found)
-
-
 def claims() -> tuple[ClaimRecord, ...]:
     """One claim of each kind with each verdict that it may have."""
-    value, matrix, order, agrees, differs = Kind.VALUE, Kind.MATRIX, Kind.ORDER, Verdict.REPRODUCED, Verdict.DIFFERS
-    gains = tuple(tuple(math.sin(3 * i + j) for j in range(3)) for i in range(5))
-    printed_gains = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
-    levels = {"level (2,4)": 1.41, "level (3,4)": 1.39}
-    ticks = "Read off a figure with ticks at every 0.01."
-    at_rest, at_output = ("at-rest", "at-output")
-    readings = (
-        Outcome(reading=at_rest, holds=True, margin=0.25),
-        Outcome(reading=at_output, holds=False, margin=-0.125),
-    )
-    peaks = (Outcome(reading=at_rest, value=2.51, lower=2.5, upper=2.52), Outcome(reading=at_output, value=3.1))
-    rounded = {"margin": 1e-12 - 5e-15, "threshold": 1e-12, "threshold_reason": "Rounding of sums."}
-    misprinted, proof = Verdict.REPRODUCED_AFTER_ERRATUM, Proof(holds=True, text="No other reading fits.")
-    plain: tuple[tuple[str, Kind, Verdict, str, Evidence | None], ...] = (
-        ("column-2-3", value, agrees, "1.33", bracketed(1.32871, 1e-8)),
-        ("column-4-5", value, agrees, "1.55", bracketed(1.5461, 0.002)),
-        ("column-5-7", value, differs, "1.93", bracketed(1.91712, 1e-8, note="The printed gains reach it.")),
-        ("column-8-9", value, differs, "2.64", bracketed(2.6354, 0.0003)),
-        ("wide", value, Verdict.UNDETERMINED, "3.1", bracketed(3.12, 0.04)),
-        ("far", value, agrees, "0.0120", bracketed(0.7125, 1e-6)),
-        ("variables", value, agrees, "73", direct(value=73)),
-        ("zero", value, agrees, "-0.0000", direct(value=-0.0000123)),
-        ("gains", matrix, agrees, printed_gains, direct(value=gains)),
-        ("poles", matrix, agrees, "(1.031, 1.085±0.240i)", direct(value=(1.03122, (1.08463, -0.23981)))),
-        ("schedule", matrix, agrees, "[1 0; 0 -1; 0.5 0]", direct(value=((1, 0), (0, -1), (0.5, 0)))),
-        ("root", value, agrees, "0.25-0.50i", direct(value=(0.25, -0.501))),
-        ("tail", Kind.BOUND, agrees, "<0.001", direct(value=0.00041, upper=0.00042)),
-        ("bound-fails", Kind.BOUND, differs, "≤2", direct(value=2.5)),
-        ("order", order, Verdict.CONSISTENT, "", direct(holds=True, margin=0.217)),
-        ("shorter-is-better", order, Verdict.REFUTED, "", direct(holds=False, margin=-0.0135, quantities=levels)),
-        ("feasible", Kind.FEASIBLE, Verdict.CONSISTENT, "", direct(holds=True, margin=1e-9)),
-        ("identity", order, Verdict.CONSISTENT, "", direct(holds=True, **rounded)),
-        ("random", Kind.STATISTICAL, Verdict.COMPATIBLE, "0.85", direct(probability=0.3125)),
-        ("cited", Kind.CITED, Verdict.UNDETERMINED, "12.5", direct(not_checkable="Cited.")),
-        ("noise", value, misprinted, "0.6320", direct(value=0.63204, as_printed=direct(value=1.7771))),
-        ("loose", value, agrees, "0.52", bracketed(0.5262, 1e-9)),
-        ("plant", value, Verdict.COMPATIBLE, "1.20", direct(value=1.2, as_printed=direct(value=0.7))),
-        ("ratio", value, Verdict.COMPATIBLE, "0.43", direct(value=0.4311)),
-        ("rest", value, agrees, "0.61", direct(value=0.6132)),
-        ("first-seconds", order, Verdict.UNDETERMINED, "", direct(outcomes=readings)),
-        ("peak", value, Verdict.COMPATIBLE, "2.5", direct(value=2.51, outcomes=peaks)),
-        ("broken", value, agrees, "4.56", None),
-    )
-    more: dict[str, dict[str, Any]] = {
-        "shorter-is-better": {"statement": "A shorter period never makes the guaranteed level worse."},
-        "identity": {"statement": "Both ways to write the error system are the same."},
-        "noise": {"erratum": f"{KEY}.denominator", "proof": proof},
-        "loose": {"tolerance": "0.01", "tolerance_reason": ticks},
-        "plant": {"erratum": f"{KEY}.matrix", "proof": proof, "inferred": True},
-        "ratio": {"reading": "both-noises"},
-        "rest": {"reading": at_rest},
-        "first-seconds": {"statement": "The alternating observer is the faster one in the first seconds."},
-        "broken": {"error": "SolverError: status insufficient_progress"},
-    }
-    return tuple(claim(*row, **more.get(row[0], {})) for row in plain)
+    return tuple(_claim(**one) for one in SAMPLE["claims"])
+
+
+def _claim(
+    name: str, kind: str, expected: str, printed: str = "", bracket: Sequence[float] = (), **more: Any
+) -> ClaimRecord:
+    said = msgspec.convert({"method": "Evaluated directly"} | more.pop("evidence", {}), Evidence)
+    if name == "gains":
+        gains = tuple(tuple(math.sin(3 * i + j) for j in range(3)) for i in range(5))
+        printed = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
+        said = msgspec.structs.replace(said, value=gains)
+    if bracket:
+        said = bracketed(*bracket, note=said.note)
+    if "erratum" in more:
+        more["proof"] = Proof(holds=True, text="No other reading fits.")
+    return claim(name, Kind(kind), Verdict(expected), printed, None if "error" in more else said, **more)
 
 
 def draw(data: FigureData) -> Any:
