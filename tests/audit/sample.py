@@ -5,6 +5,7 @@ The paper does not exist and its numbers are made up.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 import re
@@ -15,7 +16,7 @@ from typing import Any, cast
 import msgspec
 from cases import EXPERIMENT, RUN, SAMPLE, altered, proved
 
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
+from replication.audit.brief import Brief, Explorer, Picture
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import Figure, FigureData, Formula, ScopeItem, Table
@@ -213,48 +214,26 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
     return msgspec.structs.replace(made, readings=READINGS, brief=brief(), scope=(scope, left_out))
 
 
+def _filled(value: Any, **words: str) -> Any:
+    """Data with these words in the place of their names."""
+    if isinstance(value, str):
+        return functools.reduce(lambda text, word: text.replace(*word), words.items(), value)
+    if isinstance(value, list):
+        return [_filled(entry, **words) for entry in value]
+    return {name: _filled(entry, **words) for name, entry in value.items()} if isinstance(value, dict) else value
+
+
 def brief(topic: str = "Sensors that are slow", words: str = "one column") -> Brief:
-    return Brief(
-        topic=topic,
-        card=f"Most levels [agree](+column-2-3), [{words}](-column-5-7) does not.",
-        holds=f"[{words}](column-2-3) of Table 1.",
-        correct=f"[{words}](column-5-7), and the [denominator](denominator) of eq. (34).",
-        guess=f"[{words}](first-seconds), and the [matrix](matrix).",
-        sketch=Sketch(
-            alt=f"A wave with dots: {topic}.",
-            strokes=(
-                Stroke(draws=Draws.TRUTH, points=((0, 75), (100, 20), (320, 90))),
-                Stroke(draws=Draws.BAND, points=((0, 70), (320, 80), (320, 95))),
-                Stroke(draws=Draws.MEASURED, points=((0, 75), (100, 20))),
-                Stroke(draws=Draws.TICK, points=((0, 140), (100, 140))),
-                Stroke(draws=Draws.LABEL, points=((10, 14),), text=topic),
-            ),
-        ),
-        explorers=(explorer(" ".join(topic.split()[:15])),),
-    )
+    made = msgspec.convert(_filled(SAMPLE["brief"], TOPIC=topic, WORDS=words), Brief)
+    return msgspec.structs.replace(made, explorers=(explorer(" ".join(topic.split()[:15])),))
 
 
 def explorer(words: str = "Sensors that are slow", **more: Any) -> Explorer:
     """Two pictures of the first figure, and one of the figure that fails."""
-    fields = {
-        "label": f"{words}, moved",
-        "figure": "doe1999-fig2",
-        "across": "k",
-        "x": "instant k",
-        "y": f"error ({words})",
-        "begin": 20.0,
-        "last": 60.0,
-        "curves": (
-            Curve(label=words, columns=("error 1",)),
-            Curve(label="both", columns=("error 1", "error 2"), quiet=True),
-            Curve(label="between", columns=("error 1",), upper="error 2"),
-        ),
-        "limit": (0.0, words),
-        "sensors": (Ticks(label="y₁", period=2), Ticks(label="y₂", period=3, offset=1)),
-    } | more
-    still: dict[str, Any] = fields | {"begin": None, "label": "still", "claim": "column-2-3"}
-    absent: dict[str, Any] = fields | {"figure": "doe1999-fig3"}
-    return Explorer(title=words, text=words, pictures=tuple(Picture(**one) for one in (fields, still, absent)))
+    moved = msgspec.structs.replace(msgspec.convert(_filled(SAMPLE["picture"], WORDS=words), Picture), **more)
+    still = msgspec.structs.replace(moved, begin=None, label="still", claim="column-2-3")
+    absent = msgspec.structs.replace(moved, figure="doe1999-fig3")
+    return Explorer(title=words, text=words, pictures=(moved, still, absent))
 
 
 def errata() -> tuple[ErratumRecord, ...]:
