@@ -203,48 +203,10 @@ def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_ther
         Available({"model": 1.0}, {"closed": "failed"})["modle"]
 
 
-PAPER = """
-[[command]]
-name = "fit"
-line = ["sh", "fit.sh"]
-reads = ["fit.sh", "data/"]
-writes = ["out/fit.csv"]
-[[data]]
-file = "data/d.csv"
-sha256 = "SHA"
-[[claim]]
-id = "slope"
-place = "Table 2, {key}"
-printed = { treated = "0.75", control = "1.3" }
-pinned = { control = "differs" }
-unit = "mg"
-from = "out/fit.csv:{key}:est"
-statement = "The slope of the {key}."
-[[claim]]
-id = "raw"
-place = "Sec. 1"
-printed = "1.213"
-from = "data/d.csv:#2:est"
-check = "out/fit.csv:control:est"
-statement = "The raw number."
-[[claim]]
-id = "time"
-place = "Sec. 1"
-printed = "12"
-reason = "Of their computer."
-statement = "Seconds."
-[[part]]
-title = "Introduction"
-reason = "No numbers."
-"""
+TABLES = Path(__file__).parent / "texts" / "tables"
+"""A paper without Python of its own."""
+INIT = "from replication.audit.numbers import paper_of_tables\nPAPER = paper_of_tables(__file__)\n"
 DATA = '"",est\n"treated",0.7512\n"control",1.213\n'
-PROJECT = {
-    "__init__.py": "from replication.audit.numbers import paper_of_tables\nPAPER = paper_of_tables(__file__)\n",
-    "paper.toml": 'title = "T"\nauthors = ["A. Roe"]\nsummary = "S."\n',
-    "coverage.toml": '[paper]\nruns = 4\n[[paper.places]]\nplace = "Table 2"\n'
-    'numerals = [["0.75", "claim:slope.treated"], ["1.3", "claim:slope.control"],'
-    ' ["1.213", "claim:raw"], ["12", "claim:time"]]\n',
-}  # fmt: skip
 
 
 @pytest.mark.slow
@@ -252,8 +214,8 @@ def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
     """A command makes a file, claims read it and a pinned one; a changed script, table or pin is noticed."""
     lab = emptied(make_inside(tmp_path / "lab"))
     sha = hashlib.sha256(DATA.encode()).hexdigest()
-    texts = {f"{lab.package}/roe/{name}": text for name, text in PROJECT.items()}
-    texts |= {f"{lab.package}/roe/claims.toml": PAPER.replace("SHA", sha), "data/d.csv": DATA}
+    texts = {f"{lab.package}/roe/{path.name}": path.read_text().replace("SHA", sha) for path in TABLES.iterdir()}
+    texts |= {f"{lab.package}/roe/__init__.py": INIT, "data/d.csv": DATA}
     texts["fit.sh"] = "echo Fitting...; mkdir out; cp data/d.csv out/fit.csv\n"
     for name, text in texts.items():
         (lab.root / name).parent.mkdir(parents=True, exist_ok=True)
