@@ -1,14 +1,6 @@
 """Printed data of a paper: a TOML file beside its module, every number a string that knows where it stands.
 
-    [gamma]
-    place = "Sec. IV-A, Case {key}"
-    unit = "1"                 # optional, as is note
-    [gamma.value]
-    A = "1.67"
-    B = "1.68"
-
-A value is a string, an integer that counts, or a list or table of values; `{key}` in a place stands for the keys that
-lead to an entry. The verifier reads the same file by itself.
+docs/claims.md has the form of the file; `{key}` in a place stands for the keys that lead to an entry.
 """
 
 from __future__ import annotations

@@ -1,17 +1,6 @@
 """A project, the folder that holds `replication.toml`, and its papers: what `paper.toml` says of each.
 
-title = "Replication of three papers on epidemics"
-subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
-authors = ["A. Author"]                # optional: of the audit, for its citation
-common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
-copy = "We read the preprint."         # optional: what was read of the papers, for the articles on them
-repository = "https://github.com/a/b"  # optional: the public address, to which the report then links code at the commit
-papers = "papers"                      # optional: the package in this folder that holds a package for each paper
-
-[codecheck]                            # optional: what a codechecker adds to codecheck.yml
-codechecker = [{name = "C. Checker", orcid = "0000-0002-1825-0097"}]
-certificate = "2026-001"               # the number that the register gave
-report = "https://doi.org/10.5281/zenodo.3674056"
+docs/adding-a-paper.md has the settings, all of which may be left out.
 """
 
 from __future__ import annotations

@@ -1,11 +1,6 @@
-r"""Forms in which fields write a number, brought to the few that `printed` reads, and what to write for any other.
+"""Forms in which fields write a number, brought to the few that `printed` reads, and what to write for any other.
 
-LaTeX (`$0.75$`, `1.2\times10^{-3}`, `66\,033`), a name before it (`p = 0.75`, `t(24) < 2.1`) and marks behind it
-(`0.75***`, `0.75^{\dagger}`) are taken away. What stands for an uncertainty is read:
-
-- `1.23(4)`, `1.23 ± 0.04`, `(1.23 ± 0.04)×10^3`, and with a blank and a point the error, `0.75 (0.03)`;
-- `0.75^{+0.10}_{-0.20}`, `0.75 +0.10/-0.20`, other below than above;
-- `0.75 [0.70, 0.80]`, `0.75 (95 % CI 0.70 to 0.80)`, the number between its limits.
+LaTeX, a name before a number and marks behind it are taken away; what stands for an uncertainty is read.
 """
 
 from __future__ import annotations

@@ -72,17 +72,16 @@ def run(
     executor: Compute = processes,
     progress: Callable[[str], None] = lambda line: None,
     figures: Path | None = None,
-    packages: Mapping[str, Path] | None = None,
     timeout: float = TIMEOUT,
 ) -> Outcome:
     """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`, of which results do not depend.
 
     Each is stored when it is there, so that a second run takes up where the first one ended. An experiment that fails
-    is an error in the records of what uses it alone. packages: as `default_packages(root)`. progress: told a line on
-    each experiment. figures: where those are drawn; None to draw none. timeout: seconds of one that names none.
+    is an error in the records of what uses it alone. progress: told a line on each experiment. figures: where those are
+    drawn; None to draw none. timeout: seconds of one that names none.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
-    packages = packages or default_packages(root)
+    packages = default_packages(root)
     sources = SourceTree(packages)
     require_typed(papers, sources)
     validate_claims(papers, sources.mentioned)
