@@ -201,31 +201,8 @@ def _not_checkable(reason: str, settled_by: str, results: Results) -> Evidence:
     return Evidence(method="", not_checkable=reason, settled_by=settled_by)
 
 
-Prove = Callable[[Results], Proof]
 ROUNDING = 1e-10
 """Residuals of an identity below this are rounding: the data are of size one."""
-
-
-class Errata(list[Erratum]):
-    """The misprints of a paper, each declared on the function that proves its correction."""
-
-    def misprint(
-        self,
-        name: str,
-        place: str,
-        printed: str,
-        meant: str,
-        *uses: str,
-        inference: bool = False,
-        scan: bool = False,
-    ) -> Callable[[Prove], Prove]:
-        """A decorator, as `Part.claim`; uses: the experiments whose results the proof receives."""
-
-        def declare(prove: Prove) -> Prove:
-            self.append(Erratum(name, place, printed, meant, prove, uses, inference, scan))
-            return prove
-
-        return declare
 
 
 def contrast(
