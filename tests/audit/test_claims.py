@@ -13,7 +13,7 @@ from tables import rows
 
 from replication.audit.declare import Part
 from replication.audit.judge.validate import unused_readings, validate_claims, validate_theorems
-from replication.audit.model import Evidence, Kind, Outcome, Reading, Results
+from replication.audit.model import Evidence, Kind, Outcome, Reading, Results, Verdict
 from replication.audit.parts import Paper, ScopeItem, Table
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Term, in_words, term
