@@ -283,7 +283,7 @@ def test_what_changed_beside_the_claims_is_listed() -> None:
     change = compare(WHOLE, replace(WHOLE, errata=(moved,)))[-1]
     assert [(field.field, field.old, field.new) for field in change.fields] == [
         ("holds", True, False),
-        ("quantities", {}, {"gap": 2.0}),
+        ("quantities.gap", None, 2.0),
     ]
     assert compare(WHOLE, replace(WHOLE, errata=(replace(erratum, code="elsewhere:9"),))) == []
     (page,) = WHOLE.papers

@@ -35,6 +35,7 @@ from replication.audit.store.records import (
     ResultsFile,
     RunRecord,
     shared,
+    unlike,
 )
 from replication.errors import AuditError
 from replication.files import sha256
@@ -303,16 +304,5 @@ def _absent(again: Outcome) -> set[str]:
 
 
 def _changed(where: str, stored: Any, found: Any) -> Iterator[Problem]:
-    return (Problem(where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
-
-
-def _moved(path: str, stored: Any, found: Any) -> Iterator[str]:
-    """Each leaf at which two values differ, with both."""
-    if isinstance(stored, dict) and isinstance(found, dict) and stored.keys() == found.keys():
-        for name in stored:
-            yield from _moved(f"{path}.{name}" if path else name, stored[name], found[name])
-    elif isinstance(stored, list | tuple) and isinstance(found, list | tuple) and len(stored) == len(found):
-        for index, pair in enumerate(zip(stored, found, strict=True)):
-            yield from _moved(f"{path}[{index}]", *pair)
-    elif stored != found:
-        yield f"{path} is {stored!r}, and the kept results give {found!r}"
+    for path, one, other in unlike(msgspec.to_builtins(stored), msgspec.to_builtins(found)):
+        yield Problem(where, f"{path} is {one!r}, and the kept results give {other!r}")
