@@ -111,17 +111,20 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
 
 
-def converted(where: Callable[[str], str], table: Mapping[str, Any], kind: type[S]) -> S:
+def converted(where: str | Callable[[str], str], table: Any, kind: type[S]) -> S:
     """A table as a record; raises AuditError for a field that is unknown or of another form, by `where` it stands."""
+    at = where if callable(where) else lambda field: where
+    if not isinstance(table, Mapping):
+        raise AuditError(f"{at('')} is {table!r:.80} and no table; write its fields below its name in brackets")
     known = [field.encode_name for field in msgspec.structs.fields(kind)]
     if unknown := sorted(table.keys() - set(known)):
-        raise AuditError(f"{where(unknown[0])}: unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+        raise AuditError(f"{at(unknown[0])}: unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
         field = re.search(r"\$\.(\w+)", str(error))
         said = str(error).replace("`str | object`", "a string, or a table by entry")
-        raise AuditError(f"{where(field[1] if field else '')}: {said}; correct it") from None
+        raise AuditError(f"{at(field[1] if field else '')}: {said}; correct it") from None
 
 
 @cache
@@ -152,9 +155,7 @@ def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _entry(where: str, table: Any) -> Any:
-    if not isinstance(table, dict):
-        raise AuditError(f'{where} must be a table with place and value, such as place = "Table 1" and value = "1.33"')
-    found = converted(lambda field: where, table, _Table)
+    found = converted(where, table, _Table)
     if not found.place.strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
     return _value(where, found.value, found.place, partial(PrintedValue, unit=found.unit, note=found.note), ())

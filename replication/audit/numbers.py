@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -162,8 +162,8 @@ def _rows(path: Path, tables: Mapping[str, Any], name: str) -> Iterator[tuple[st
         yield f"{path}:{line}: [[{name}]]", row, line
 
 
-def _at(where: str, row: Mapping[str, Any]) -> Callable[[str], str]:
-    return lambda field: f"{where} {row.get('id', '')}".rstrip()
+def _at(where: str, row: Mapping[str, Any]) -> str:
+    return f"{where} {row.get('id', '')}".rstrip()
 
 
 def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Iterator[S]:

@@ -24,6 +24,7 @@ from replication.audit.parts import Paper
 from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
+from replication.files import sha256
 
 CONFIGURATION = "replication.toml"
 PACKAGE = "papers"
@@ -145,15 +146,12 @@ def read_settings(root: Path) -> Settings:
     Raises AuditError that names the file and the wrong or unknown field.
     """
     path = root / CONFIGURATION
-    return _settings(path, path.read_bytes()) if path.is_file() else Settings()
+    return _settings(path, sha256(path)) if path.is_file() else Settings()
 
 
 @functools.cache
-def _settings(path: Path, content: bytes) -> Settings:
-    try:
-        found = msgspec.toml.decode(content, type=Settings)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise AuditError(f"{path} cannot be used: {error}; correct it") from None
+def _settings(path: Path, content: str) -> Settings:
+    found = converted(str(path), read_tables(path), Settings)
     name = found.papers
     if not name.isidentifier() or name in {"replication", "tests", *sys.stdlib_module_names}:
         raise AuditError(

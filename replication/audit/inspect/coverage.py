@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from replication.audit.data import PrintedValue, leaves, read_printed, words
+from replication.audit.data import PrintedValue, converted, leaves, read_printed, read_tables, words
 from replication.audit.parts import Coverage, Paper
 from replication.errors import AuditError, one_of
 
@@ -53,13 +53,8 @@ class Text(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def read_coverage(path: Path) -> dict[str, Text]:
     """The texts of a paper by name; raises AuditError that names the file and the entry that is not usable."""
-    try:
-        return msgspec.toml.decode(path.read_bytes(), type=dict[str, Text])
-    except OSError as error:
-        raise AuditError(f"{path} cannot be read: {error.strerror}; list the numerals of the text there") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        said = str(error).replace("$[...]", "a text")
-        raise AuditError(f"{path} is not a list of what a text holds: {said}") from None
+    tables = read_tables(path)
+    return {name: converted(f"{path}: [{name}]", table, Text) for name, table in tables.items()}
 
 
 def tallied(name: str, text: Text) -> Iterator[Coverage]:

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import SolverRecord
-from replication.errors import AuditError
+from replication.errors import AuditError, listed
 from replication.files import sha256, write_atomically
 
 # Inputs and results of experiments as JSON text: checked on the way in, floats exact on the way back
@@ -75,8 +75,6 @@ UNREADABLE = "entry unreadable"
 NOT_ASKED = "the cache was not asked"
 NOT_KEPT = "not kept: the cache cannot be written"
 NOT_TRACED = "cannot be followed"
-NAMED = 4
-"""Changes that a reason names; it counts the others."""
 FIELDS = ("function", "inputs", "lock", "python", "kernel")
 _FRONT = re.compile(rb'\{"key":"(?P<key>[0-9a-f]{64})","sha256":"(?P<sha256>[0-9a-f]{64})",')
 """How an entry begins: its checksum is that of the text without these two fields, byte for byte."""
@@ -172,8 +170,7 @@ class Cache:
         read = {label: sha256 for label in entry.data if (sha256 := now(label)) is not None}
         changes = [*_changes(entry.dependencies, dependencies), *_moved(entry.data, read)]
         if changes:
-            more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
-            return Lookup(None, f"changed: {', '.join(changes[:NAMED])}{more}", entry.seconds)
+            return Lookup(None, f"changed: {listed(changes)}", entry.seconds)
         if any(not (self.files / sha256).is_file() for sha256 in entry.files.values()):
             return Lookup(None, "the files that it made are gone", entry.seconds)
         if entry.untraced:
