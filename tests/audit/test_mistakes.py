@@ -110,13 +110,14 @@ def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
         (inside.root / name).write_text(text, encoding="utf-8")
     if file == "claims.toml":
         inside.path("toy/claims.toml").write_text(new, encoding="utf-8")
-        inside.edit(
-            "toy/paper.py",
-            "\nPOWERS =",
-            "\nfrom replication.audit.numbers import numbers\nN = numbers(__file__)\nPOWERS =",
+        read = "\nfrom replication.audit.numbers import numbers\nN = numbers(__file__)\nPOWERS ="
+        more = (
+            ("\nPOWERS =", read),
+            ("parts=(", "parts=(*N.parts, "),
+            ("experiments=(", "experiments=(*N.experiments, "),
         )
-        inside.edit("toy/paper.py", "parts=(", "parts=(*N.parts, ")
-        inside.edit("toy/paper.py", "experiments=(", "experiments=(*N.experiments, ")
+        for pair in more if old != "unread" else ():
+            inside.edit("toy/paper.py", *pair)
     else:
         inside.edit(f"toy/{file}", old, new)
     done = inside.cli("run")
@@ -223,33 +224,3 @@ def test_a_fault_of_the_program_has_a_code_of_its_own(lab: Lab) -> None:
     assert shown.returncode == 70 and "Traceback" in shown.stderr
     done = lab.python("-c", program.format("MemoryError"))
     assert done.returncode == 70 and "too little memory" in done.stderr
-
-
-def test_claims_of_a_part_that_no_paper_lists_are_told(lab: Lab) -> None:
-    text = """
-from replication.audit.declare import Part
-LOST = Part("Table 8", reading="none")
-@LOST.order("eight", place="Table 8")
-def eight(results):
-    "It is eight."
-"""
-    lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8") + text, encoding="utf-8")
-    done = lab.cli("run")
-    told = "claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add them to parts"
-    assert done.returncode == 2 and told in done.stderr, done.stderr
-    lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8").replace(text, ""), encoding="utf-8")
-    lab.path("toy2020/claims.toml").write_text("", encoding="utf-8")
-    assert re.search(r"those of .*toy2020/claims.toml, which `numbers\(__file__\)` reads", lab.cli("run").stderr)
-
-
-def test_a_number_without_an_experiment_is_told(lab: Lab) -> None:
-    text = lab.path(CLAIMS).read_text(encoding="utf-8")
-    start = text.index("def two_squared")
-    lab.path(CLAIMS).write_text(
-        text[:start]
-        + text[start:]
-        .replace('value=results["toy2020.square"]["squares"][1]', "value=4.0", 1)
-        .replace('uses=("toy2020.square",)', "uses=()", 1),
-        encoding="utf-8",
-    )
-    assert "note: a number that rests on no experiment: toy2020.square.two\n" in lab.cli("run").stdout
