@@ -107,17 +107,27 @@ def test_a_bracket_decides_or_the_value_where_there_is_none(
     assert judge(case(kind, evidence, printed=printed)).verdict == verdict
 
 
-def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
-    lower, upper = ((0.99, 1.8), (2.99, 4.2)), ((1.01, 2.2), (3.01, 4.3))
-    judgement = judge(value_case("[1.0 2.0; 3.0 4.0]", ((1.0, 2.0), (3.0, 4.25)), lower, upper))
-    assert judgement.verdict is Verdict.DIFFERS
-    assert "1 of 4 entries disagree: " in judgement.reason and "(2,2)" in judgement.reason
-    agreeing = judge(value_case("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21)), lower, upper))
-    assert agreeing.verdict is Verdict.UNDETERMINED
-    assert agreeing.reason.startswith("2 of 4 entries undecided: ")
-    inside = judge(value_case("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21))))
-    assert inside.verdict is Verdict.REPRODUCED
-    assert inside.reason.startswith("All 4 entries agree: ")
+LOWER, UPPER = ((0.99, 1.8), (2.99, 4.2)), ((1.01, 2.2), (3.01, 4.3))
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "bracket", "verdict", "words"),
+    [
+        ("[1.0 2.0; 3.0 4.0]", ((1.0, 2.0), (3.0, 4.25)), (LOWER, UPPER), Verdict.DIFFERS,
+         "1 of 4 entries disagree: entry (2,2): "),
+        ("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21)), (LOWER, UPPER), Verdict.UNDETERMINED,
+         "2 of 4 entries undecided: "),
+        ("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21)), (None, None), Verdict.REPRODUCED, "All 4 entries agree: "),
+        # The entry that is farthest away is named.
+        ("(1.0, 2.0)", (1.1, 2.5), (None, None), Verdict.DIFFERS, "entry 2: computed 2.5"),
+        ("(1.0, 2.0)", (1.5, 2.1), (None, None), Verdict.DIFFERS, "entry 1: computed 1.5"),
+    ],
+)  # fmt: skip
+def test_several_numbers_differ_if_any_entry_does_and_the_farthest_is_named(
+    printed: str, value: Any, bracket: tuple[Any, Any], verdict: Verdict, words: str
+) -> None:
+    judgement = judge(value_case(printed, value, *bracket))
+    assert judgement.verdict is verdict and words in judgement.reason
 
 
 @pytest.mark.parametrize("value", [True, "1", (1.0,)])
@@ -125,11 +135,6 @@ def test_what_is_no_number_in_the_layout_of_the_print_is_an_error(value: Any) ->
     assert judge(value_case("1", 1)).verdict is Verdict.REPRODUCED
     assert judge(value_case("1", value)).verdict is Verdict.ERROR
     assert judge(case(Kind.BOUND, Evidence(method="computed", value=0.5), printed="0.5")).verdict is Verdict.ERROR
-
-
-def test_the_reason_names_the_entry_that_is_farthest_away() -> None:
-    assert "entry 2: computed 2.5" in judge(value_case("(1.0, 2.0)", (1.1, 2.5))).reason
-    assert "entry 1: computed 1.5" in judge(value_case("(1.0, 2.0)", (1.5, 2.1))).reason
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-12, 1e-2))

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from cases import case, claim, judge, paper, recorded, results_file, statement_case, value_case
+from cases import case, claim, judge, paper, recorded, results_file, value_case
 from msgspec.structs import replace
 from sample import paper_record
 from tables import rows
@@ -64,15 +64,6 @@ def test_a_level_is_not_excused_by_a_solver_that_the_text_does_not_use() -> None
     assert judge(value_case("1.14", **PROVED), readings=(MINCX,)).verdict is Verdict.DIFFERS
     exact = replace(MINCX, accuracy=1e-8)
     assert optimum("1.14", (exact,)).verdict is Verdict.DIFFERS
-
-
-def test_an_optimum_is_one_number() -> None:
-    for tried in (
-        value_case("(1.1, 1.2)", (1.1, 1.2), optimum=True),
-        statement_case(Kind.ORDER, True, optimum=True),
-    ):
-        judgement = judge(tried, readings=(MINCX,))
-        assert judgement.verdict is Verdict.ERROR and "optimum" in judgement.reason
 
 
 def told(printed: str, **outcomes: float) -> Judgement:
@@ -167,23 +158,6 @@ def test_the_rounding_of_inputs_makes_compatible_what_it_may_explain(how: How) -
 def test_a_bound_has_a_range_over_inputs_too(lower: float, verdict: Verdict) -> None:
     claim, evidence, proof = value_case("<0.5", 0.6, over_inputs=over(lower, 0.7))
     assert judge((replace(claim, kind=Kind.BOUND), evidence, proof)).verdict is verdict
-
-
-@pytest.mark.parametrize(
-    ("tried", "words"),
-    [
-        (value_case("1.33", 1.34, over_inputs=over(1.36, 1.35)), "empty"),
-        (value_case("1.33", 1.34, over_inputs=over(1.35, 1.36)), "does not hold its own value"),
-        (value_case("(1.1, 1.2)", (1.1, 1.3), over_inputs=over(1.0, 1.4)), "one number"),
-        (
-            value_case("1.33", 1.34, over_inputs=over(1.3, 1.4), outcomes=(Outcome(reading="norm", value=1.34),)),
-            "one reading",
-        ),
-    ],
-)
-def test_a_range_over_inputs_that_says_nothing_is_an_error(tried: tuple[object, ...], words: str) -> None:
-    judgement = judge(tried, readings=(NORM,))  # type: ignore[arg-type]
-    assert judgement.verdict is Verdict.ERROR and words in judgement.reason
 
 
 def test_a_fact_is_counted_once_and_a_remark_of_ours_not() -> None:

@@ -229,7 +229,7 @@ def found(said: dict[str, Any] | None) -> Evidence:
 def test_what_cannot_be_compared_is_an_error(
     kind: str, stated: dict[str, Any] | None, said: dict[str, Any] | None, words: str
 ) -> None:
-    judgement = judge(case(Kind(kind), found(said), **(stated or {})))
+    judgement = judge(case(Kind(kind), found(said), **(stated or {})), readings=READINGS)
     assert judgement.verdict is Verdict.ERROR
     assert judgement.deviation_ulp is None
     assert words in judgement.reason
