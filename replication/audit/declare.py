@@ -140,19 +140,22 @@ class Part:
             for what, text in (("place", where), ("statement", said)):
                 if not text:
                     raise AuditError(f"claim {name!r} has no {what}; give {what}=... where it is declared")
+            pin = one_of(f"verdict of claim {name!r}:", pinned or usual(kind, str(printed)), [*Verdict])
+            if consequence:
+                one_of(f"consequence of claim {name!r}:", consequence, [*Consequence])
             self.claims.append(
                 Claim(
                     id=name,
                     place=where,
                     kind=kind,
                     statement=said,
-                    expected=_member(Verdict, name, "pins", pinned or usual(kind, str(printed))),
+                    expected=Verdict(pin),
                     answer=answer,
                     uses=_names(uses) or self.uses,
                     printed=str(printed),
                     meant=_plain(meant),
                     reading=reading or self.reading,
-                    consequence=_member(Consequence, name, "consequence is", consequence) if consequence else None,
+                    consequence=Consequence(consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
                     remark=getattr(printed, "note", ""),
@@ -457,14 +460,3 @@ def _inner(function: Any) -> Any:
     while isinstance(function, partial) or hasattr(function, "__wrapped__"):
         function = function.func if isinstance(function, partial) else function.__wrapped__
     return function
-
-
-def _member(kind: type[E], name: str, said: str, value: str) -> E:
-    """The member of this value; AuditError that lists those that there are."""
-    try:
-        return kind(value)
-    except ValueError:
-        known = ", ".join(repr(str(one)) for one in kind)
-        raise AuditError(
-            f"claim {name!r} {said} {value!r}, which is no {kind.__name__.lower()}; there are {known}"
-        ) from None

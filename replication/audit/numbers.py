@@ -21,6 +21,7 @@ from replication.audit.data import S, converted, leaves, line_of, printed_values
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
 from replication.audit.judge.agreement import ACCURACY
+from replication.audit.judge.numerals import layout
 from replication.audit.judge.printed import by_digits, decimal_fraction, parse
 from replication.audit.model import NO_READING, Evidence, Experiment, Kind, Reading, Results
 from replication.audit.parts import Paper
@@ -284,17 +285,13 @@ def _answer(
                 f"{where}: {paths[0]} is {first!r} and {paths[1]} is {second!r}, more than half a printed place apart; "
                 "find out which of the two is wrong"
             )
-    return Evidence(method=told, cross_check=f"{paths[1]} gives {_told(values[1])}.", value=values[0])
+    return Evidence(method=told, cross_check=f"{paths[1]} gives {layout(values[1], '{:.9g}'.format)}.", value=values[0])
 
 
 def _scaled(value: Any, times: str) -> Any:
     if isinstance(value, tuple):
         return tuple(_scaled(entry, times) for entry in value)
     return value if times == "1" else float(Fraction(value) * decimal_fraction(times))
-
-
-def _told(value: Any) -> str:
-    return f"[{', '.join(map(_told, value))}]" if isinstance(value, tuple) else f"{value:.9g}"
 
 
 # Where a number stands in a result: a way of steps into what an experiment returned, or a file holds.
