@@ -91,11 +91,9 @@ class Entries(dict[str, Any]):
 
 
 def read_printed(file: str | Path) -> Mapping[str, Any]:
-    """The values of a file of printed data by name, each string a `PrintedValue`.
+    """The values of a file of printed data by name, each string a `PrintedValue`; AuditError by file and entry.
 
     file: the TOML file, or the module beside it that has its name: `read_printed(__file__)` in printed.py.
-    Raises AuditError that names file and entry for what is no table with place and value, for an unknown field, and for
-    a number that is not written as a string.
     """
     path = Path(file).with_suffix(".toml")
     return printed_values(path, read_tables(path))

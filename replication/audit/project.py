@@ -71,11 +71,7 @@ class Project:
         return tuple(sorted(name for name in found if not name.startswith("_")))
 
     def load(self, keys: Iterable[str] = ()) -> tuple[Paper, ...]:
-        """The papers of these keys, or all, in the order of `keys`.
-
-        Raises AuditError for an unknown key, naming the nearest, for a paper that cannot be imported, and if there is
-        none at all.
-        """
+        """The papers of these keys, or all, in the order of `keys`; AuditError for an unknown or broken one."""
         if not self.keys:
             raise AuditError(f"there is no paper in {self.folder} yet; begin one with `replication new KEY`")
         wanted = {one_of("paper", key, self.keys) for key in keys} or set(self.keys)
@@ -189,8 +185,6 @@ def about(module: str) -> dict[str, Any]:
     """What `paper` asks of a source: its key, what paper.toml says of it, and how much of its text is covered.
 
     module: a module of the paper, as `__file__`; the key is the name of its folder.
-    Raises AuditError that names file and field for what paper.toml does not say, or says in another form, and as
-    `read_coverage`.
     """
     path = Path(module).with_name(NAME)
     found, texts = _read(path), read_coverage(path.with_name("coverage.toml"))

@@ -92,10 +92,7 @@ def excuses(text: Text) -> Counter[str]:
 
 
 def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
-    """Bindings that do not exist or hold other numerals, what was taken out of the list, and prints that are not in it.
-
-    printed: the data of the paper (`read_printed`).
-    """
+    """Bindings to what is not there or holds other numerals, what is not listed, and prints in no list."""
     bindings = _Bindings(paper, printed)
     for name, text in texts.items():
         for place, what, row in text.rows:

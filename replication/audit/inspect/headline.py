@@ -243,10 +243,7 @@ def notes(
 
 
 def contradiction(claim: ClaimRecord) -> str:
-    """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it.
-
-    A unit of the last printed place is near as well; others may count samples, or say how far the two are apart.
-    """
+    """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it."""
     computed = [] if claim.evidence.value is None else [abs(number) for number in flat(claim.evidence.value) if number]
     unit = max((float(Fraction(high) - Fraction(low)) for low, high in claim.judgement.intervals), default=0.0)
     said = [float(number.replace(",", "")) for number in numbers_in(claim.evidence.cross_check)]

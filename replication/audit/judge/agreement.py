@@ -128,10 +128,7 @@ class Target:
 
     @classmethod
     def judged(cls, claim: StatedClaim, judgement: Judgement) -> Target:
-        """The same of a claim that was judged, with the intervals of its judgement.
-
-        Raises AuditError if the print cannot be read, or the intervals are not those of its numbers.
-        """
+        """The same of a claim that was judged, with its intervals; AuditError if these are not those of its numbers."""
         printed, intervals = parse(claim.printed), stored_intervals(claim, judgement)
         if claim.uncertainty in BY_DIGITS:
             printed = by_digits(printed, len(intervals) > 1)
@@ -208,10 +205,9 @@ class Measured:
 
 
 def judge_value(target: Target, evidence: Evidence) -> Judgement:
-    """Compare every entry with the interval that it stands for, ends included.
+    """Compare every entry with the interval that it stands for, ends included; errors as `measure`.
 
     Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: undetermined.
-    Raises AuditError if there is no value, or its layout or bracket does not fit.
     """
     if target.printed.relation:
         raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
@@ -263,10 +259,7 @@ BOUNDED: Mapping[bool | None, tuple[str, Verdict]] = {
 
 
 def judge_bound(target: Target, evidence: Evidence) -> Judgement:
-    """Compare a value or bracket with a printed relation such as `<0.001`, exactly as it stands, without a tolerance.
-
-    Raises AuditError if there is no relation, no value, or the layout or bracket does not fit.
-    """
+    """Compare a value or bracket with a printed relation such as `<0.001`, as it stands; errors as `measure`."""
     printed = target.printed
     if not printed.relation:
         raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")

@@ -85,9 +85,8 @@ def at_print(
 ) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number. It
-    stays in its bracket from `low` to `high`, with up to `MORE` digits more; where the bracket is narrower than these,
-    it is just rounded.
+    It is rounded `beyond` digits further on, so that both parts read on as one number, and stays in its bracket from
+    `low` to `high` with up to `MORE` digits more, where that is not narrower still.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:

@@ -289,10 +289,9 @@ Quantities = Mapping[str, float]
 
 
 def spread(prints: Mapping[str, str], compute: Callable[[Parameters], Quantities]) -> dict[str, Any]:
-    """What `compute` gives at the printed numbers, and with each of them half a unit lower and higher.
+    """What `compute` gives at the printed numbers, and with each that is not whole half a unit lower and higher.
 
-    Whole numbers stand for themselves and are left alone. Returns JSON: `base`, and `rows` with `parameter`, `printed`,
-    `low` and `high`; an end where `compute` finds no result (an `InfeasibleError`, for example) is None.
+    Returns JSON: `base`, and `rows` with `parameter`, `printed`, `low` and `high`; None where there is no result.
     """
     parsed = {name: parse(text) for name, text in prints.items()}
     exact = {name: [entry.value for entry in printed.entries] for name, printed in parsed.items()}

@@ -33,9 +33,8 @@ from replication.verify.theorem import Refused
 
 
 def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[str, str]]:
-    """What Coq left beside a paper: the file of its statement, and the checksum of each certificate, by name.
+    """What Coq left beside a paper: the file of its statement, checksums of certificates by name; nothing once stale.
 
-    Nothing where the theory, the decimals or the list of theorems have changed since.
     stated: the theorems that Coq has a statement of. Raises AuditError if the record names another one.
     """
     keys, unknown = ("statement", "theory", "certificates"), "of which Coq has no statement"
@@ -44,10 +43,9 @@ def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[st
 
 
 def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
-    """What the second arithmetic left: the checksum of each certificate of which both prove the same, by name.
+    """Checksums, by name, of the certificates of which both arithmetics prove the same; nothing once stale.
 
-    Nothing where the second arithmetic has changed since. listed: the theorems that the paper wants. Raises AuditError
-    if the record names another one.
+    listed: the theorems that the paper wants. Raises AuditError if the record names another one.
     """
     keys, unknown = ("arithmetic", "certificates"), "which theorems.json does not"
     arithmetic, sums = _left(folder / RECORD, "python verify.py --both", keys, listed, unknown)
@@ -159,8 +157,7 @@ def with_proofs(
 ) -> tuple[Evidence, bool, str]:
     """The evidence for a claim with what is proved of it in place of what was computed, and whether it is proved.
 
-    Last what the theorems do not say, if they only support it. Nothing changes unless theorems say the claim, or while
-    one of its certificates is not proved.
+    Last what the theorems do not say, if they only support it. Nothing changes while a certificate is not proved.
     Raises AuditError if the theorems contradict the evidence, or bound other numbers than it has.
     """
     if not certificates or not all(certificate.proved for certificate in certificates) or evidence.not_checkable:

@@ -75,10 +75,7 @@ class Drawn:
 
 
 class Drawings:
-    """The figures of `papers`, each drawn into `directory` as soon as the experiments that it uses have ended.
-
-    Without a directory none is drawn, and `done` has those that are kept, None for one that is out of date.
-    """
+    """The figures of `papers`, each drawn as soon as what it uses has ended; without a directory none is drawn."""
 
     def __init__(
         self, papers: Sequence[Paper], directory: Path | None, cache: Cache, root: Path, environment: Environment

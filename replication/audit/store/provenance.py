@@ -147,8 +147,7 @@ class Environment:
     def of_key(self, loaded: Mapping[str, str], exact: bool = False) -> dict[str, Any]:
         """What the key of a result has of it, as fields of `Dependencies`.
 
-        loaded: the distributions that are imported, beside those that the project declares. exact: without linear
-        algebra in floating point.
+        loaded: distributions imported beside the declared ones. exact: without linear algebra in floating point.
         """
         packages = {**self.packages, **loaded}
         kernel = "" if exact else self.kernel
