@@ -23,7 +23,9 @@ from replication.errors import AuditError, meant
 S = TypeVar("S", bound=msgspec.Struct)
 
 
-class _Table(msgspec.Struct, frozen=True):
+class PrintedTable(msgspec.Struct, frozen=True):
+    """A table of the file."""
+
     place: str
     value: Any
     unit: str = ""
@@ -153,7 +155,7 @@ def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _entry(where: str, table: Any) -> Any:
-    found = converted(where, table, _Table)
+    found = converted(where, table, PrintedTable)
     if not found.place.strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
     return _value(where, found.value, found.place, partial(PrintedValue, unit=found.unit, note=found.note), ())
