@@ -1,14 +1,6 @@
 """Printed data of a paper: a TOML file beside its module, every number a string that knows where it stands.
 
-    [gamma]
-    place = "Sec. IV-A, Case {key}"
-    unit = "1"                 # optional, as is note
-    [gamma.value]
-    A = "1.67"
-    B = "1.68"
-
-A value is a string, an integer that counts, or a list or table of values; `{key}` in a place stands for the keys that
-lead to an entry. The verifier reads the same file by itself.
+docs/claims.md has the form of the file; `{key}` in a place stands for the keys that lead to an entry.
 """
 
 from __future__ import annotations
@@ -29,7 +21,15 @@ import msgspec
 from replication.errors import AuditError, meant
 
 S = TypeVar("S", bound=msgspec.Struct)
-FIELDS = ("place", "value", "unit", "note")
+
+
+class PrintedTable(msgspec.Struct, frozen=True):
+    """A table of the file."""
+
+    place: str
+    value: Any
+    unit: str = ""
+    note: str = ""
 
 
 class PrintedValue(str):
@@ -93,11 +93,9 @@ class Entries(dict[str, Any]):
 
 
 def read_printed(file: str | Path) -> Mapping[str, Any]:
-    """The values of a file of printed data by name, each string a `PrintedValue`.
+    """The values of a file of printed data by name, each string a `PrintedValue`; AuditError by file and entry.
 
     file: the TOML file, or the module beside it that has its name: `read_printed(__file__)` in printed.py.
-    Raises AuditError that names file and entry for what is no table with place and value, for an unknown field, and for
-    a number that is not written as a string.
     """
     path = Path(file).with_suffix(".toml")
     return printed_values(path, read_tables(path))
@@ -113,17 +111,20 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
 
 
-def converted(where: Callable[[str], str], table: Mapping[str, Any], kind: type[S]) -> S:
+def converted(where: str | Callable[[str], str], table: Any, kind: type[S]) -> S:
     """A table as a record; raises AuditError for a field that is unknown or of another form, by `where` it stands."""
+    at = where if callable(where) else lambda field: where
+    if not isinstance(table, Mapping):
+        raise AuditError(f"{at('')} is {table!r:.80} and no table; write its fields below its name in brackets")
     known = [field.encode_name for field in msgspec.structs.fields(kind)]
     if unknown := sorted(table.keys() - set(known)):
-        raise AuditError(f"{where(unknown[0])}: unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
+        raise AuditError(f"{at(unknown[0])}: unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
         field = re.search(r"\$\.(\w+)", str(error))
         said = str(error).replace("`str | object`", "a string, or a table by entry")
-        raise AuditError(f"{where(field[1] if field else '')}: {said}; correct it") from None
+        raise AuditError(f"{at(field[1] if field else '')}: {said}; correct it") from None
 
 
 @cache
@@ -154,18 +155,19 @@ def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _entry(where: str, table: Any) -> Any:
-    unknown = sorted(table.keys() - set(FIELDS)) if isinstance(table, dict) else []
-    if unknown:
-        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; {meant(unknown[0], FIELDS)}")
-    if not isinstance(table, dict) or not {"place", "value"} <= table.keys():
-        raise AuditError(f'{where} must be a table with place and value, such as place = "Table 1" and value = "1.33"')
-    for name in ("place", "unit", "note"):
-        if not isinstance(table.get(name, ""), str):
-            raise AuditError(f"{where}: {name} must be a string, got {table[name]!r}")
-    if not table["place"].strip():
+    found = converted(where, table, PrintedTable)
+    if not found.place.strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
-    made = partial(PrintedValue, unit=table.get("unit", ""), note=table.get("note", ""))
-    return _value(where, table["value"], table["place"], made, ())
+    return _value(where, found.value, found.place, partial(PrintedValue, unit=found.unit, note=found.note), ())
+
+
+def leaves(value: Any, keys: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """What stands in tables and lists at any depth, each with the keys that lead there, places of lists from 1 on."""
+    if not isinstance(value, Mapping | list | tuple):
+        yield keys, value
+        return
+    for key, entry in value.items() if isinstance(value, Mapping) else enumerate(value, 1):
+        yield from leaves(entry, (*keys, str(key)))
 
 
 def _value(where: str, value: Any, place: str, made: Callable[..., PrintedValue], keys: tuple[str, ...]) -> Any:

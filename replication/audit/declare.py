@@ -1,9 +1,7 @@
 """How a paper is declared: its parts in the order of the text, each claim on the function that answers it.
 
-Names of claims, errata, experiments and figures are short where they are declared and used; `paper` puts the key of the
-paper in front of all of them, and gives each function its results under the short names.
-
-All that the modules of a paper are written with can be imported from here.
+Names are short where they are declared and used; `paper` puts the key of the paper in front. All that the modules of a
+paper are written with can be imported from here.
 """
 
 from __future__ import annotations
@@ -22,7 +20,8 @@ from typing import Any, TypeVar
 import msgspec
 
 from replication.audit.brief import Consequence
-from replication.audit.data import PrintedValue
+from replication.audit.data import PrintedValue, leaves
+from replication.audit.judge.agreement import MARKS
 from replication.audit.judge.policies import repeated
 from replication.audit.judge.printed import is_print
 from replication.audit.judge.printed import number as number
@@ -39,30 +38,18 @@ from replication.audit.parts import Formula as Formula
 from replication.audit.parts import Table as Table
 from replication.audit.run.command import OUTPUT, execute
 from replication.audit.run.tracing import FIXED
-from replication.errors import AuditError
-from replication.verify.predicate import Predicate, Relation, Term, unit_of
+from replication.errors import AuditError, one_of
+from replication.verify.predicate import Predicate, Term, unit_of
 from replication.verify.predicate import term as term
 
 E = TypeVar("E", bound=StrEnum)
 T = TypeVar("T")
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate
-MARKS: Mapping[str, Relation] = {
-    "<=": "at most",
-    ">=": "at least",
-    "<": "less than",
-    "≤": "at most",
-    ">": "more than",
-    "≥": "at least",
-}
-"""The relations before a printed bound."""
 
 
 def usual(kind: Kind, printed: str) -> Verdict:
-    """The verdict that a claim pins unless it says otherwise: agreement.
-
-    Of one printed draw it is `compatible`, of a statement, over draws too, `consistent`.
-    """
+    """The verdict that a claim pins unless it says otherwise: agreement; `compatible` of one printed draw."""
     if kind in NUMERIC:
         return Verdict.REPRODUCED
     if kind is Kind.CITED:
@@ -79,10 +66,7 @@ STATED = "claims.toml"
 
 
 def unlisted(paper: Paper, folder: Path) -> list[str]:
-    """Claims that a module of the paper or its claims.toml declares, and that are not the paper's.
-
-    folder: that of the papers.
-    """
+    """Claims that a module of the paper or its claims.toml declares, and that it lacks; folder: of the papers."""
     known, front = {claim.id for claim in paper.claims}, f"{folder.name}.{paper.key}."
     own = [part for part in _made if f"{part.module}.".startswith(front)]
     lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in own]
@@ -128,25 +112,22 @@ class Part:
         statement: str = "",
         pinned: Verdict | str = "",
         uses: str | Iterable[str] = (),
-        erratum: str | None = None,
         meant: str = "",
-        tolerance: str | None = None,
-        tolerance_reason: str = "",
         reading: str = "",
-        uncertainty: str = "",
-        optimum: bool = False,
-        ours: bool = False,
         consequence: Consequence | str | None = None,
         says: Said | Iterable[Said] = (),
+        **rest: str | bool | None,
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
         name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
         agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
-        which the claim says that they are as printed, or hold if nothing is. The rest is that of `Claim`.
-        Raises AuditError if there is no place, no statement, or no such verdict.
+        which the claim says that they are as printed, or hold if nothing is. rest: as of `Claim`, such as erratum.
+        Raises AuditError if there is no place, no statement, no such verdict, or no such field.
         """
+        for field in rest:
+            one_of(f"field of claim {name!r}:", field, Claim.__struct_fields__)
 
         def declare(answer: Answer) -> Answer:
             said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
@@ -159,28 +140,26 @@ class Part:
             for what, text in (("place", where), ("statement", said)):
                 if not text:
                     raise AuditError(f"claim {name!r} has no {what}; give {what}=... where it is declared")
+            pin = one_of(f"verdict of claim {name!r}:", pinned or usual(kind, str(printed)), [*Verdict])
+            if consequence:
+                one_of(f"consequence of claim {name!r}:", consequence, [*Consequence])
             self.claims.append(
                 Claim(
                     id=name,
                     place=where,
                     kind=kind,
                     statement=said,
-                    expected=_member(Verdict, name, "pins", pinned or usual(kind, str(printed))),
+                    expected=Verdict(pin),
                     answer=answer,
                     uses=_names(uses) or self.uses,
                     printed=str(printed),
-                    tolerance=tolerance,
-                    tolerance_reason=tolerance_reason,
-                    erratum=erratum,
                     meant=_plain(meant),
-                    uncertainty=uncertainty,
                     reading=reading or self.reading,
-                    optimum=optimum,
-                    ours=ours,
-                    consequence=_member(Consequence, name, "consequence is", consequence) if consequence else None,
+                    consequence=Consequence(consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
                     remark=getattr(printed, "note", ""),
+                    **rest,  # type: ignore[arg-type]
                 )
             )
             return answer
@@ -225,31 +204,8 @@ def _not_checkable(reason: str, settled_by: str, results: Results) -> Evidence:
     return Evidence(method="", not_checkable=reason, settled_by=settled_by)
 
 
-Prove = Callable[[Results], Proof]
 ROUNDING = 1e-10
 """Residuals of an identity below this are rounding: the data are of size one."""
-
-
-class Errata(list[Erratum]):
-    """The misprints of a paper, each declared on the function that proves its correction."""
-
-    def misprint(
-        self,
-        name: str,
-        place: str,
-        printed: str,
-        meant: str,
-        *uses: str,
-        inference: bool = False,
-        scan: bool = False,
-    ) -> Callable[[Prove], Prove]:
-        """A decorator, as `Part.claim`; uses: the experiments whose results the proof receives."""
-
-        def declare(prove: Prove) -> Prove:
-            self.append(Erratum(name, place, printed, meant, prove, uses, inference, scan))
-            return prove
-
-        return declare
 
 
 def contrast(
@@ -287,7 +243,7 @@ def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Exp
 
     One that needs more or less time than `run --timeout` allows is `replace(experiment(...), timeout=seconds)`.
     """
-    given = frozenset((str(value), value.place) for value in _prints(inputs))
+    given = frozenset((str(value), value.place) for _, value in leaves(inputs) if isinstance(value, PrintedValue))
     return Experiment(name=name, function=function, inputs=_plain(inputs), given=given)
 
 
@@ -500,26 +456,7 @@ def _plain(value: Any) -> Any:
     return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
 
 
-def _prints(value: Any) -> Iterator[PrintedValue]:
-    if isinstance(value, PrintedValue):
-        yield value
-    elif isinstance(value, Mapping | list | tuple):
-        for entry in value.values() if isinstance(value, Mapping) else value:
-            yield from _prints(entry)
-
-
 def _inner(function: Any) -> Any:
     while isinstance(function, partial) or hasattr(function, "__wrapped__"):
         function = function.func if isinstance(function, partial) else function.__wrapped__
     return function
-
-
-def _member(kind: type[E], name: str, said: str, value: str) -> E:
-    """The member of this value; AuditError that lists those that there are."""
-    try:
-        return kind(value)
-    except ValueError:
-        known = ", ".join(repr(str(one)) for one in kind)
-        raise AuditError(
-            f"claim {name!r} {said} {value!r}, which is no {kind.__name__.lower()}; there are {known}"
-        ) from None

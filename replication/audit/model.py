@@ -6,7 +6,7 @@ function beside it stays in memory.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -205,6 +205,14 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     unproved: str = ""
     policies: tuple[Policy, ...] = ()
     readings: tuple[int, int] = (0, 0)
+
+    def further(self, *sentences: str, policies: Iterable[Policy] = (), **changes: Any) -> Judgement:
+        """The same with more sentences in its reason, the policies that touched it too, and other changes."""
+        said = {
+            "reason": " ".join(filter(None, (self.reason, *sentences))),
+            "policies": tuple(dict.fromkeys((*self.policies, *policies))),
+        }
+        return msgspec.structs.replace(self, **(said | changes))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,26 +1,6 @@
-"""Claims on plain numbers without Python: a file says where each stands in the result of a command or an experiment.
+"""Claims on plain numbers without Python: claims.toml says where each stands in a result.
 
-    [[claim]]                              # in claims.toml, beside paper.toml
-    id = "slope"
-    place = "Table 2, the treated"
-    printed = "0.75"                       # or "data:slope", an entry of printed.toml with its place and unit
-    unit = "mg"
-    from = "out/fit.csv:treated:slope"     # a table: row and column; JSON, or an experiment: keys, places from 0 on
-    statement = "What a day more adds."
-    check = "closed:slope.treated"         # optional: the same number by another method
-    uncertainty = "1 sigma"                # optional, as are the other fields of `Stated`
-
-    [[command]]                            # optional: what makes the file, as `declare.command`
-    name = "fit"
-    line = ["Rscript", "fit.R"]
-    reads = ["fit.R", "data/"]
-    writes = ["out/fit.csv"]
-
-A row is named by what its first column holds, by `column=value` (several with commas), or by `#3`, the third; `*` takes
-all rows, and `low,high` two columns. Where `printed` is a table or a list, there is a claim on each entry: `{key}`
-stands for its name, and `erratum`, `meant`, `pinned` and `reading` may be tables with what holds for some, such as
-meant = { B = "1.85" }. `[[data]]` (file, sha256) pins a file that no command makes, `[[part]]` (title, reason) says
-what is left out, `[[reading]]` is that of `model.Reading`.
+Its tables, `[[claim]]`, `[[command]]`, `[[data]]`, `[[part]]` and `[[reading]]`, are told in docs/claims.md.
 """
 
 from __future__ import annotations
@@ -28,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -37,16 +17,16 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.data import S, converted, line_of, printed_values, read_printed, read_tables
+from replication.audit.data import S, converted, leaves, line_of, printed_values, read_printed, read_tables
 from replication.audit.declare import STATED as FILE
 from replication.audit.declare import Part, command, declared, paper
 from replication.audit.judge.agreement import ACCURACY
+from replication.audit.judge.numerals import layout
 from replication.audit.judge.printed import by_digits, decimal_fraction, parse
 from replication.audit.model import NO_READING, Evidence, Experiment, Kind, Reading, Results
 from replication.audit.parts import Paper
 from replication.audit.project import about
 from replication.audit.run.command import held
-from replication.audit.ways import value_at
 from replication.errors import AuditError, meant, one_of
 
 OfEntries = str | dict[str, str]
@@ -137,7 +117,7 @@ def numbers(module: str) -> Numbers:
     parts = {out.title: Part(out.title, reason=out.reason) for out in _all(path, tables, "part", LeftOut)}
     for where, row, line in _rows(path, tables, "claim"):
         claim = converted(_at(where, row), row, Stated)
-        entries = [(".".join(keys), printed) for keys, printed in _entries(_prints(path, where, claim), ())]
+        entries = [(".".join(keys), printed) for keys, printed in leaves(_prints(path, where, claim))]
         _require_named(claim, [name for name, _ in entries if name], where)
         for entry, printed in entries:
             title = claim.part or getattr(printed, "place", claim.place).partition(",")[0]
@@ -183,8 +163,8 @@ def _rows(path: Path, tables: Mapping[str, Any], name: str) -> Iterator[tuple[st
         yield f"{path}:{line}: [[{name}]]", row, line
 
 
-def _at(where: str, row: Mapping[str, Any]) -> Callable[[str], str]:
-    return lambda field: f"{where} {row.get('id', '')}".rstrip()
+def _at(where: str, row: Mapping[str, Any]) -> str:
+    return f"{where} {row.get('id', '')}".rstrip()
 
 
 def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Iterator[S]:
@@ -234,14 +214,6 @@ def _require_named(claim: Stated, names: Sequence[str], where: str) -> None:
         for name in said if isinstance(said, dict) else ():
             if name not in names:
                 raise AuditError(f"{where}: {field} speaks of the entry {name!r}; {meant(name, names)}")
-
-
-def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
-    inner = value.items() if isinstance(value, Mapping) else enumerate(value, 1) if isinstance(value, list) else ()
-    if not isinstance(value, Mapping | list):
-        yield keys, value
-    for key, entry in inner:
-        yield from _entries(entry, (*keys, str(key)))
 
 
 def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files, where: str, line: Line) -> None:
@@ -313,7 +285,7 @@ def _answer(
                 f"{where}: {paths[0]} is {first!r} and {paths[1]} is {second!r}, more than half a printed place apart; "
                 "find out which of the two is wrong"
             )
-    return Evidence(method=told, cross_check=f"{paths[1]} gives {_told(values[1])}.", value=values[0])
+    return Evidence(method=told, cross_check=f"{paths[1]} gives {layout(values[1], '{:.9g}'.format)}.", value=values[0])
 
 
 def _scaled(value: Any, times: str) -> Any:
@@ -322,5 +294,79 @@ def _scaled(value: Any, times: str) -> Any:
     return value if times == "1" else float(Fraction(value) * decimal_fraction(times))
 
 
-def _told(value: Any) -> str:
-    return f"[{', '.join(map(_told, value))}]" if isinstance(value, tuple) else f"{value:.9g}"
+# Where a number stands in a result: a way of steps into what an experiment returned, or a file holds.
+#
+# Of JSON a step is a key, or a place in a list from 0 on. Of a table the first step is a row: what its first column
+# holds, `column=value` (several with commas), or `#3`, the third; then a column. `*` takes all rows, `low,high` two.
+
+
+def value_at(where: str, steps: Sequence[str], name: str, results: Results) -> Any:
+    """What stands there in the results, lists as tuples; AuditError says where the way ends, and what is there.
+
+    where: in words, for messages. steps: what the way begins with, then its steps. name: of the experiment with it.
+    """
+    first, *rest = steps
+    if name not in results:
+        there = ", ".join(list(results)[:8])
+        raise AuditError(f"{where}: {':'.join(steps)!r} leads nowhere: among the results there is {there}")
+    value = results[name]
+    if first.endswith(".csv"):
+        header, columns = list(value), value.values()
+        value = [dict(zip(header, cells, strict=True)) for cells in zip(*columns, strict=True)]
+        if rest and not re.search(r"^[#*]|=", rest[0]):
+            rest[0] = f"{header[0]}={rest[0]}"
+    return _inside(f"{where}: {':'.join(steps)!r}", first, value, rest)
+
+
+def _inside(where: str, so_far: str, value: Any, steps: Sequence[str]) -> Any:
+    """What a way leads to inside a value."""
+    if not steps:
+        return _tupled(f"{where}: at {so_far!r}", value)
+    step, *rest = steps
+    if step == "*" and isinstance(value, list):
+        return tuple(_inside(where, f"{so_far}:{number}", entry, rest) for number, entry in enumerate(value))
+    inside = value if isinstance(value, Mapping) else dict(enumerate(value)) if isinstance(value, list) else {}
+    several = step.split(",")
+    if isinstance(value, list):
+        if "=" in step:
+            rows = [entry for entry in value if isinstance(entry, Mapping) and entry]
+            found = [row for row in rows if _fits(row, several)]
+            if len(found) > 1:
+                raise AuditError(f"{where}: {len(found)} rows of {so_far} have {step}; add ,column=value, or write #1")
+            inside = {step: found[0]} if found else {next(iter(row.values())): row for row in rows}
+        elif step.startswith("#"):
+            inside = {f"#{number}": entry for number, entry in enumerate(value, 1)}
+    elif step not in inside and len(several) > 1 and all(one in inside for one in several):
+        inside = {step: [inside[one] for one in several]}
+    key: Any = int(step) if isinstance(value, list) and step.isdecimal() else step
+    if key not in inside:
+        there = ", ".join(map(str, list(inside)[:8])) or f"only {value!r:.40}"
+        raise AuditError(f"{where} leads nowhere: in {so_far} there is {there}, and no {step}")
+    return _inside(where, f"{so_far}:{step}", inside[key], rest)
+
+
+def _fits(row: Mapping[str, Any], conditions: Sequence[str]) -> bool:
+    """Whether each `column=value` holds, as text or as a number."""
+    pairs = [(row.get(column), wanted) for column, _, wanted in (one.partition("=") for one in conditions)]
+    return all(cell is not None and (str(cell) == wanted or _number(cell) == _number(wanted)) for cell, wanted in pairs)
+
+
+def _number(cell: Any) -> Any:
+    """The number that a cell holds; else an object that equals no other."""
+    try:
+        return float(cell)
+    except (TypeError, ValueError):
+        return object()
+
+
+def _tupled(where: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(_tupled(where, entry) for entry in value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        cure = (
+            "write it with a point and without unit or sign of thousands"
+            if re.search(r"\d", str(value)) and isinstance(value, str)
+            else "name a place where one stands"
+        )
+        raise AuditError(f"{where} there is {value!r:.60}, which is no number; {cure}")
+    return float(value)

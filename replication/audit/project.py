@@ -1,17 +1,6 @@
 """A project, the folder that holds `replication.toml`, and its papers: what `paper.toml` says of each.
 
-title = "Replication of three papers on epidemics"
-subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
-authors = ["A. Author"]                # optional: of the audit, for its citation
-common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
-copy = "We read the preprint."         # optional: what was read of the papers, for the articles on them
-repository = "https://github.com/a/b"  # optional: the public address, to which the report then links code at the commit
-papers = "papers"                      # optional: the package in this folder that holds a package for each paper
-
-[codecheck]                            # optional: what a codechecker adds to codecheck.yml
-codechecker = [{name = "C. Checker", orcid = "0000-0002-1825-0097"}]
-certificate = "2026-001"               # the number that the register gave
-report = "https://doi.org/10.5281/zenodo.3674056"
+docs/adding-a-paper.md has the settings, all of which may be left out.
 """
 
 from __future__ import annotations
@@ -35,6 +24,7 @@ from replication.audit.parts import Paper
 from replication.audit.people import Codecheck, Named, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
+from replication.files import sha256
 
 CONFIGURATION = "replication.toml"
 PACKAGE = "papers"
@@ -81,11 +71,7 @@ class Project:
         return tuple(sorted(name for name in found if not name.startswith("_")))
 
     def load(self, keys: Iterable[str] = ()) -> tuple[Paper, ...]:
-        """The papers of these keys, or all, in the order of `keys`.
-
-        Raises AuditError for an unknown key, naming the nearest, for a paper that cannot be imported, and if there is
-        none at all.
-        """
+        """The papers of these keys, or all, in the order of `keys`; AuditError for an unknown or broken one."""
         if not self.keys:
             raise AuditError(f"there is no paper in {self.folder} yet; begin one with `replication new KEY`")
         wanted = {one_of("paper", key, self.keys) for key in keys} or set(self.keys)
@@ -156,15 +142,12 @@ def read_settings(root: Path) -> Settings:
     Raises AuditError that names the file and the wrong or unknown field.
     """
     path = root / CONFIGURATION
-    return _settings(path, path.read_bytes()) if path.is_file() else Settings()
+    return _settings(path, sha256(path)) if path.is_file() else Settings()
 
 
 @functools.cache
-def _settings(path: Path, content: bytes) -> Settings:
-    try:
-        found = msgspec.toml.decode(content, type=Settings)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise AuditError(f"{path} cannot be used: {error}; correct it") from None
+def _settings(path: Path, content: str) -> Settings:
+    found = converted(str(path), read_tables(path), Settings)
     name = found.papers
     if not name.isidentifier() or name in {"replication", "tests", *sys.stdlib_module_names}:
         raise AuditError(
@@ -202,8 +185,6 @@ def about(module: str) -> dict[str, Any]:
     """What `paper` asks of a source: its key, what paper.toml says of it, and how much of its text is covered.
 
     module: a module of the paper, as `__file__`; the key is the name of its folder.
-    Raises AuditError that names file and field for what paper.toml does not say, or says in another form, and as
-    `read_coverage`.
     """
     path = Path(module).with_name(NAME)
     found, texts = _read(path), read_coverage(path.with_name("coverage.toml"))

@@ -27,47 +27,14 @@ from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.slow
 
-EPIDEMIC = Path(__file__).parent / "epidemic"
+EPIDEMIC, JOURNAL = (Path(__file__).parent / name for name in ("epidemic", "journal"))
+"""The paper; settings and citation of its project, and a certificate of a plant of one's own."""
 OURS = re.compile(
     r"slow.sensor|control eng|\bmake (?:report|readme|lock|artifact|coq|verify\S*|test)\b|`make|okajima|mustafa|"
     r"\bshao\b|peet\b|state estimation|estimators?\b|kalman|\[estimation\]|\bdocs/",
     re.IGNORECASE,
 )
 """What is of this project, and belongs in no output of another."""
-SETTINGS = """title = "Epidemics, replicated"
-subject = "the growth of epidemics"
-authors = ["B. Reader"]
-[codecheck]
-codechecker = [{name = "C. Checker", orcid = "0000-0002-1825-0097"}]
-certificate = "2026-001"
-report = "https://doi.org/10.5281/zenodo.3674056"
-"""
-CITATION = """cff-version: 1.2.0
-message: Cite it.
-title: "Epidemics, replicated"
-abstract: Growth and final size of an epidemic.
-authors: [{name: B. Reader, orcid: https://orcid.org/0000-0002-1825-0097}]
-version: 1.0.0
-license: MIT
-"""
-PAPER = """title = "A note on an epidemic"
-authors = [{name = "A. Author", orcid = "0000-0002-1825-0097"}]
-year = 2031
-venue = "Made up"
-summary = "Growth, doubling time and final size of an epidemic."
-[[replies]]
-claim = "final"
-by = "A. Author"
-date = "2031-05-04"
-text = "Two digits were exchanged in proof."
-"""
-STABLE = {
-    "format": "replication-certificate/1", "paper": None, "name": "stable", "claims": [],
-    "statement": "dualrate.stable", "parameters": {"observer": "fast_sensor"}, "bound": {},
-    "witness": {"radius": "1023/1024"},
-    "plant": {"name": "scalar", "K": [["-2"]], "L": [["2"]], "T": "1/1000", "M": "5"} | {key: [["1"]] for key in "ABC"},
-}  # fmt: skip
-"""A certificate of a plant of one's own."""
 
 
 @pytest.fixture(scope="module")
@@ -78,12 +45,8 @@ def project(stranger: Stranger) -> Stranger:
     assert begun.returncode == as_it_is.returncode == 0, begun.stderr + as_it_is.stderr + as_it_is.stdout
     for path in EPIDEMIC.iterdir():
         shutil.copy(path, stranger.home / "papers" / "epidemic" / path.name)
-    for name, text in (
-        ("replication.toml", SETTINGS),
-        ("CITATION.cff", CITATION),
-        ("papers/epidemic/paper.toml", PAPER),
-    ):
-        (stranger.home / name).write_text(text, encoding="utf-8")
+    for name in ("replication.toml", "CITATION.cff"):
+        shutil.copy(JOURNAL / name, stranger.home / name)
     committed(stranger.home)
     for words in (("run",), ("export",), ("artifact", "--to", "../epidemics.zip")):
         done = stranger.run("replication", *words)
@@ -157,8 +120,9 @@ def test_reasons_ask_for_no_certificate_and_a_theorem_is_verified_without_its_ex
     listed.unlink()
     assert (done.returncode, done.stdout, done.stderr) == (1, "0 of 0 certificates proved\n", "")
     radius = {"radius": "511/1024"}  # below what it is
+    stable = json.loads((JOURNAL / "stable.json").read_bytes())
     for changed, begins in (({}, "proved stable.json: own plant: "), ({"witness": radius}, "NOT PROVED stable.json: ")):
-        (project.home / "stable.json").write_text(json.dumps({**STABLE, **changed}), encoding="utf-8")
+        (project.home / "stable.json").write_text(json.dumps({**stable, **changed}), encoding="utf-8")
         done = project.run("replication", "verify", "stable.json")
         assert done.returncode == bool(changed) and done.stdout.startswith(begins)
     (project.home / "stable.json").unlink()

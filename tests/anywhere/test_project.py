@@ -37,11 +37,11 @@ def test_without_a_configuration_the_usual_settings_hold(tmp_path: Path) -> None
     ("text", "said"),
     [
         ("title = 3", r"Expected `str`, got `int` - at `\$.title`"),
-        ('titel = "A"', "unknown field `titel`"),
+        ('titel = "A"', "unknown field 'titel'; did you mean title"),
         ('title = " "', "the title is empty"),
         ('papers = "../other"', "cannot name a package"),
         ('papers = "json"', "cannot name a package"),
-        ("title = ", "cannot be used"),
+        ("title = ", "is not valid TOML"),
         ('repository = "git@host:a/b"', "no public address"),
         ('repository = "https://host/a b"', "no public address"),
         ("repository = 'https://host/\"><script>'", "no public address"),

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
 from typing import Any
 
+import msgspec
 from msgspec.structs import replace
 
 from replication.audit.judge import verdict
@@ -106,30 +109,10 @@ def errata_of(record: ClaimRecord, proof: Proof | None) -> dict[str, ErratumReco
     return {} if erratum is None else {erratum.id: erratum}
 
 
-RUN = RunRecord(
-    package_version="0",
-    date="2020-01-01T00:00:00Z",
-    commit="c0",
-    dirty=False,
-    lock_sha256="l0",
-    python="3.11.0",
-    packages={"numpy": "2.1"},
-    blas="openblas",
-    threads=1,
-    cpu="a processor",
-    platform="linux",
-)
-EXPERIMENT = ExperimentRecord(
-    name="toy-run",
-    paper="toy",
-    function="papers.toy:run",
-    code="papers/toy.py:3",
-    inputs={"n": 2},
-    key="k0",
-    seconds=0.5,
-    solvers=(),
-    error="",
-)
+SAMPLE = tomllib.loads(Path(__file__).with_name("sample.toml").read_text(encoding="utf-8"))
+"""Records as data, by name."""
+RUN = msgspec.convert(SAMPLE["run"], RunRecord)
+EXPERIMENT = msgspec.convert(SAMPLE["experiment"], ExperimentRecord)
 
 
 def results_file(*records: ClaimRecord, errata: tuple[ErratumRecord, ...] = ()) -> ResultsFile:

@@ -5,20 +5,21 @@ The paper does not exist and its numbers are made up.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import msgspec
-from cases import EXPERIMENT, RUN, altered, proved
+from cases import EXPERIMENT, RUN, SAMPLE, altered, proved
 
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
+from replication.audit.brief import Brief, Explorer, Picture
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
-from replication.audit.parts import Coverage, Figure, FigureData, Formula, ScopeItem, Table
+from replication.audit.parts import Figure, FigureData, Formula, ScopeItem, Table
 from replication.audit.report.page import build_report
 from replication.audit.run.draw import write_figure
 from replication.audit.store.records import (
@@ -35,19 +36,8 @@ from replication.drawing.style import line, new_axes
 from replication.verify.predicate import Exported, Predicate, term
 
 KEY = "doe1999"
-READINGS = (
-    Reading(name="at-rest", place="Section IV", text="The observer starts at zero."),
-    Reading(name="at-output", place="Section IV", text="The observer starts at the first output."),
-    Reading(name="both-noises", place="Equation (34)", text="The norm is over both noises.", inference=True),
-)
-SOLVER = SolverRecord(
-    name="Clarabel",
-    version="0.11.1",
-    status="solved",
-    options={"tol_gap_rel": 1e-9, "max_iter": 200, "equilibrate": True},
-    residuals={"primal": 3.2e-10, "dual": 1.8e-11, "gap": 4.4e-10},
-    iterations=17,
-)
+READINGS = msgspec.convert(SAMPLE["readings"], tuple[Reading, ...])
+SOLVER = msgspec.convert(SAMPLE["solver"], SolverRecord)
 
 
 def claim(
@@ -95,67 +85,24 @@ def bracketed(value: float, width: float, **more: Any) -> Evidence:
     )
 
 
-def direct(**found: Any) -> Evidence:
-    return Evidence(method="Evaluated directly", **found)
-
-
 def claims() -> tuple[ClaimRecord, ...]:
     """One claim of each kind with each verdict that it may have."""
-    value, matrix, order, agrees, differs = Kind.VALUE, Kind.MATRIX, Kind.ORDER, Verdict.REPRODUCED, Verdict.DIFFERS
-    gains = tuple(tuple(math.sin(3 * i + j) for j in range(3)) for i in range(5))
-    printed_gains = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
-    levels = {"level (2,4)": 1.41, "level (3,4)": 1.39}
-    ticks = "Read off a figure with ticks at every 0.01."
-    at_rest, at_output = ("at-rest", "at-output")
-    readings = (
-        Outcome(reading=at_rest, holds=True, margin=0.25),
-        Outcome(reading=at_output, holds=False, margin=-0.125),
-    )
-    peaks = (Outcome(reading=at_rest, value=2.51, lower=2.5, upper=2.52), Outcome(reading=at_output, value=3.1))
-    rounded = {"margin": 1e-12 - 5e-15, "threshold": 1e-12, "threshold_reason": "Rounding of sums."}
-    misprinted, proof = Verdict.REPRODUCED_AFTER_ERRATUM, Proof(holds=True, text="No other reading fits.")
-    plain: tuple[tuple[str, Kind, Verdict, str, Evidence | None], ...] = (
-        ("column-2-3", value, agrees, "1.33", bracketed(1.32871, 1e-8)),
-        ("column-4-5", value, agrees, "1.55", bracketed(1.5461, 0.002)),
-        ("column-5-7", value, differs, "1.93", bracketed(1.91712, 1e-8, note="The printed gains reach it.")),
-        ("column-8-9", value, differs, "2.64", bracketed(2.6354, 0.0003)),
-        ("wide", value, Verdict.UNDETERMINED, "3.1", bracketed(3.12, 0.04)),
-        ("far", value, agrees, "0.0120", bracketed(0.7125, 1e-6)),
-        ("variables", value, agrees, "73", direct(value=73)),
-        ("zero", value, agrees, "-0.0000", direct(value=-0.0000123)),
-        ("gains", matrix, agrees, printed_gains, direct(value=gains)),
-        ("poles", matrix, agrees, "(1.031, 1.085±0.240i)", direct(value=(1.03122, (1.08463, -0.23981)))),
-        ("schedule", matrix, agrees, "[1 0; 0 -1; 0.5 0]", direct(value=((1, 0), (0, -1), (0.5, 0)))),
-        ("root", value, agrees, "0.25-0.50i", direct(value=(0.25, -0.501))),
-        ("tail", Kind.BOUND, agrees, "<0.001", direct(value=0.00041, upper=0.00042)),
-        ("bound-fails", Kind.BOUND, differs, "≤2", direct(value=2.5)),
-        ("order", order, Verdict.CONSISTENT, "", direct(holds=True, margin=0.217)),
-        ("shorter-is-better", order, Verdict.REFUTED, "", direct(holds=False, margin=-0.0135, quantities=levels)),
-        ("feasible", Kind.FEASIBLE, Verdict.CONSISTENT, "", direct(holds=True, margin=1e-9)),
-        ("identity", order, Verdict.CONSISTENT, "", direct(holds=True, **rounded)),
-        ("random", Kind.STATISTICAL, Verdict.COMPATIBLE, "0.85", direct(probability=0.3125)),
-        ("cited", Kind.CITED, Verdict.UNDETERMINED, "12.5", direct(not_checkable="Cited.")),
-        ("noise", value, misprinted, "0.6320", direct(value=0.63204, as_printed=direct(value=1.7771))),
-        ("loose", value, agrees, "0.52", bracketed(0.5262, 1e-9)),
-        ("plant", value, Verdict.COMPATIBLE, "1.20", direct(value=1.2, as_printed=direct(value=0.7))),
-        ("ratio", value, Verdict.COMPATIBLE, "0.43", direct(value=0.4311)),
-        ("rest", value, agrees, "0.61", direct(value=0.6132)),
-        ("first-seconds", order, Verdict.UNDETERMINED, "", direct(outcomes=readings)),
-        ("peak", value, Verdict.COMPATIBLE, "2.5", direct(value=2.51, outcomes=peaks)),
-        ("broken", value, agrees, "4.56", None),
-    )
-    more: dict[str, dict[str, Any]] = {
-        "shorter-is-better": {"statement": "A shorter period never makes the guaranteed level worse."},
-        "identity": {"statement": "Both ways to write the error system are the same."},
-        "noise": {"erratum": f"{KEY}.denominator", "proof": proof},
-        "loose": {"tolerance": "0.01", "tolerance_reason": ticks},
-        "plant": {"erratum": f"{KEY}.matrix", "proof": proof, "inferred": True},
-        "ratio": {"reading": "both-noises"},
-        "rest": {"reading": at_rest},
-        "first-seconds": {"statement": "The alternating observer is the faster one in the first seconds."},
-        "broken": {"error": "SolverError: status insufficient_progress"},
-    }
-    return tuple(claim(*row, **more.get(row[0], {})) for row in plain)
+    return tuple(_claim(**one) for one in SAMPLE["claims"])
+
+
+def _claim(
+    name: str, kind: str, expected: str, printed: str = "", bracket: Sequence[float] = (), **more: Any
+) -> ClaimRecord:
+    said = msgspec.convert({"method": "Evaluated directly"} | more.pop("evidence", {}), Evidence)
+    if name == "gains":
+        gains = tuple(tuple(math.sin(3 * i + j) for j in range(3)) for i in range(5))
+        printed = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
+        said = msgspec.structs.replace(said, value=gains)
+    if bracket:
+        said = bracketed(*bracket, note=said.note)
+    if "erratum" in more:
+        more["proof"] = Proof(holds=True, text="No other reading fits.")
+    return claim(name, Kind(kind), Verdict(expected), printed, None if "error" in more else said, **more)
 
 
 def draw(data: FigureData) -> Any:
@@ -261,120 +208,36 @@ def certificates() -> tuple[CertificateRecord, ...]:
 
 
 def paper_record(ids: tuple[str, ...]) -> PaperRecord:
-    return PaperRecord(
-        key=KEY,
-        notebook="",
-        sensitivity=(),
-        common=(),
-        readings=READINGS,
-        brief=brief(),
-        title="Observers for Slow Sensors: An Invented Paper",
-        authors=("Jane Doe", "Richard Roe", "Max Mustermann"),
-        year=1999,
-        venue="Journal of Invented Results",
-        doi="10.0000/invented.1999.001",
-        summary="Sensors of unequal period are read by a periodic observer, whose gains come from matrix inequalities.",
-        bibtex="@article{doe1999,\n  author = {Doe, Jane and Roe, Richard},\n  year = {1999}\n}",
-        findings=("Two of the printed levels lie above the optimum.", "A shorter period can make the level worse."),
-        formulas=(
-            Formula(
-                text="Error system",
-                latex=r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)",
-            ),
-            Formula(text="Guaranteed level", latex=r"\gamma = \sup_{d \in \ell_2} \frac{\|z\|_2}{\|d\|_2}"),
-        ),
-        tables=(
-            Table(
-                place="Table 1",
-                caption="Guaranteed level over the periods",
-                header=("Periods", "(2,3)", "(4,5)", "(5,7)", "(8,9)"),
-                rows=(
-                    ("Level", *(f"claim:{KEY}.column-{pair}" for pair in ("2-3", "4-5", "5-7", "8-9"))),
-                    ("Poles", f"claim:{KEY}.poles", "text", f"claim:{KEY}.broken", f"claim:{KEY}.order"),
-                ),
-            ),
-        ),
-        scope=(
-            ScopeItem(part="Table 1", claims=ids, figures=("doe1999-fig2",)),
-            ScopeItem(part="Section V", reason="It describes hardware."),
-        ),
-        coverage=(
-            Coverage(text="paper", of="numerals", total=419, bound=412, excused=6, open=1, aside=764),
-            Coverage(text="paper", of="items", total=54, bound=46, excused=8, open=0, aside=0),
-        ),
-    )
+    scope = ScopeItem(part="Table 1", claims=ids, figures=("doe1999-fig2",))
+    left_out = ScopeItem(part="Section V", reason="It describes hardware.")
+    made = msgspec.convert(SAMPLE["paper"], PaperRecord)
+    return msgspec.structs.replace(made, readings=READINGS, brief=brief(), scope=(scope, left_out))
+
+
+def _filled(value: Any, **words: str) -> Any:
+    """Data with these words in the place of their names."""
+    if isinstance(value, str):
+        return functools.reduce(lambda text, word: text.replace(*word), words.items(), value)
+    if isinstance(value, list):
+        return [_filled(entry, **words) for entry in value]
+    return {name: _filled(entry, **words) for name, entry in value.items()} if isinstance(value, dict) else value
 
 
 def brief(topic: str = "Sensors that are slow", words: str = "one column") -> Brief:
-    return Brief(
-        topic=topic,
-        card=f"Most levels [agree](+column-2-3), [{words}](-column-5-7) does not.",
-        holds=f"[{words}](column-2-3) of Table 1.",
-        correct=f"[{words}](column-5-7), and the [denominator](denominator) of eq. (34).",
-        guess=f"[{words}](first-seconds), and the [matrix](matrix).",
-        sketch=Sketch(
-            alt=f"A wave with dots: {topic}.",
-            strokes=(
-                Stroke(draws=Draws.TRUTH, points=((0, 75), (100, 20), (320, 90))),
-                Stroke(draws=Draws.BAND, points=((0, 70), (320, 80), (320, 95))),
-                Stroke(draws=Draws.MEASURED, points=((0, 75), (100, 20))),
-                Stroke(draws=Draws.TICK, points=((0, 140), (100, 140))),
-                Stroke(draws=Draws.LABEL, points=((10, 14),), text=topic),
-            ),
-        ),
-        explorers=(explorer(" ".join(topic.split()[:15])),),
-    )
+    made = msgspec.convert(_filled(SAMPLE["brief"], TOPIC=topic, WORDS=words), Brief)
+    return msgspec.structs.replace(made, explorers=(explorer(" ".join(topic.split()[:15])),))
 
 
 def explorer(words: str = "Sensors that are slow", **more: Any) -> Explorer:
     """Two pictures of the first figure, and one of the figure that fails."""
-    fields = {
-        "label": f"{words}, moved",
-        "figure": "doe1999-fig2",
-        "across": "k",
-        "x": "instant k",
-        "y": f"error ({words})",
-        "begin": 20.0,
-        "last": 60.0,
-        "curves": (
-            Curve(label=words, columns=("error 1",)),
-            Curve(label="both", columns=("error 1", "error 2"), quiet=True),
-            Curve(label="between", columns=("error 1",), upper="error 2"),
-        ),
-        "limit": (0.0, words),
-        "sensors": (Ticks(label="y₁", period=2), Ticks(label="y₂", period=3, offset=1)),
-    } | more
-    still: dict[str, Any] = fields | {"begin": None, "label": "still", "claim": "column-2-3"}
-    absent: dict[str, Any] = fields | {"figure": "doe1999-fig3"}
-    return Explorer(title=words, text=words, pictures=tuple(Picture(**one) for one in (fields, still, absent)))
+    moved = msgspec.structs.replace(msgspec.convert(_filled(SAMPLE["picture"], WORDS=words), Picture), **more)
+    still = msgspec.structs.replace(moved, begin=None, label="still", claim="column-2-3")
+    absent = msgspec.structs.replace(moved, figure="doe1999-fig3")
+    return Explorer(title=words, text=words, pictures=(moved, still, absent))
 
 
 def errata() -> tuple[ErratumRecord, ...]:
-    shared = {"paper": KEY, "code": "papers/doe1999/errata.py:9", "error": ""}
-    return (
-        ErratumRecord(
-            id=f"{KEY}.denominator",
-            place="Equation (34)",
-            printed="‖w‖ in the denominator",
-            meant="‖(d, w)‖ in the denominator",
-            inference=False,
-            holds=True,
-            text="No draw of the noise gives the printed value with the printed denominator.",
-            quantities={"smallest printed reading": 1.31},
-            **shared,
-        ),
-        ErratumRecord(
-            id=f"{KEY}.matrix",
-            place="Section IV-C",
-            printed="A as in Section IV-A",
-            meant="A with the stated poles",
-            inference=True,
-            holds=True,
-            text="The stated poles and the printed gains fit no other matrix of the search.",
-            quantities={},
-            **shared,
-        ),
-    )
+    return msgspec.convert(SAMPLE["errata"], tuple[ErratumRecord, ...])
 
 
 HOSTILE = (

@@ -80,7 +80,7 @@ def test_what_was_stored_comes_back(cache: Cache) -> None:
         ({"inputs": "{}", "lock": "m"}, "changed: inputs, lock"),
         (
             {"sources": {f"lab/{letter}.py": "9" for letter in "abcdef"}, "inputs": "{}"},
-            "changed: inputs, lab/a.py, lab/b.py, lab/c.py (new) and 3 more",
+            "changed: inputs, lab/a.py, lab/b.py and 4 more",
         ),
     ],
 )
@@ -192,67 +192,47 @@ def write(tmp_path: Path, **files: str) -> None:
         path.write_text(text, encoding="utf-8")
 
 
-def names(tree: SourceTree, module: str) -> list[str]:
-    return [file.removeprefix("lab/") for file in tree.files_of(module)]
-
-
-def test_closure_is_transitive_and_leaves_out_what_is_not_used(tmp_path: Path, tree: SourceTree) -> None:
-    write(tmp_path, a="from lab.b import f\nimport numpy", b="from . import c", c="x = 1", unused="import lab.a")
-    assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py", "c.py"]
+DEEP = {"top": "", "deep__init": "", "deep__side": "x = 1", "deep__deeper__init": "", "deep__deeper__near": ""}
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("files", "module", "found"),
     [
-        "import lab.b",
-        "import lab.b as other",
-        "from lab import b",
-        "from . import b",
-        "from .b import f",
-        "from lab.b import *",
-        "def f():\n    from lab import b",
-        "if True:\n    import lab.b",
-        "try:\n    from lab.b import f\nexcept ImportError:\n    raise",
+        *(
+            ({"a": text, "b": "f = 1"}, "a", ["__init__.py", "a.py", "b.py"])
+            for text in (
+                *("import lab.b", "import lab.b as other", "from lab import b", "from . import b", "from .b import f"),
+                *("from lab.b import *", "def f():\n    from lab import b", "if True:\n    import lab.b"),
+                "try:\n    from lab.b import f\nexcept ImportError:\n    raise",
+            )
+        ),
+        # Transitive, without what is not used.
+        (
+            {"a": "from lab.b import f\nimport numpy", "b": "from . import c", "c": "x = 1", "unused": "import lab.a"},
+            "a",
+            ["__init__.py", "a.py", "b.py", "c.py"],
+        ),
+        (
+            DEEP | {"deep__deeper__a": "from ... import top\nfrom ..side import x\nfrom . import near"},
+            "deep.deeper.a",
+            ["__init__.py", "deep/__init__.py", "deep/deeper/__init__.py", "deep/deeper/a.py", "deep/deeper/near.py",
+             "deep/side.py", "top.py"],
+        ),
+        # An enclosing package counts, its imports only if a name is taken from it.
+        ({"init": "from lab.c import C", "c": "C = ()", "a": "from lab import b", "b": ""}, "a",
+         ["__init__.py", "a.py", "b.py"]),
+        ({"init": "from lab.c import C", "c": "C = ()", "a": "from lab import C"}, "a",
+         ["__init__.py", "a.py", "c.py"]),
+        # A package that binds the name of a submodule is followed, and a circle ends.
+        ({"init": "from lab.other import b", "a": "from lab import b", "b": "", "other": "import lab.a\nb = 1"}, "a",
+         ["__init__.py", "a.py", "b.py", "other.py"]),
     ],
-)
-def test_every_form_of_import_is_seen(tmp_path: Path, tree: SourceTree, text: str) -> None:
-    write(tmp_path, a=text, b="f = 1")
-    assert "b.py" in names(tree, "lab.a")
-
-
-def test_relative_imports_from_deeper_packages(tmp_path: Path, tree: SourceTree) -> None:
-    write(
-        tmp_path,
-        deep__init="",
-        deep__deeper__init="",
-        deep__deeper__a="from ... import top\nfrom ..side import x\nfrom . import near",
-    )
-    write(tmp_path, top="", deep__side="x = 1", deep__deeper__near="")
-    found = names(tree, "lab.deep.deeper.a")
-    assert {"top.py", "deep/side.py", "deep/deeper/near.py"} <= set(found)
-    assert {"__init__.py", "deep/__init__.py", "deep/deeper/__init__.py"} <= set(found)
-
-
-def test_enclosing_package_counts_but_its_imports_only_if_a_name_is_taken_from_it(
-    tmp_path: Path, tree: SourceTree
+)  # fmt: skip
+def test_the_files_of_a_module_are_all_that_it_imports(
+    tmp_path: Path, tree: SourceTree, files: dict[str, str], module: str, found: list[str]
 ) -> None:
-    write(
-        tmp_path,
-        init="from lab.claims import CLAIMS",
-        claims="CLAIMS = ()",
-        a="from lab import b",
-        b="",
-        c="from lab import CLAIMS",
-    )
-    assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py"]
-    assert "claims.py" in names(tree, "lab.c")
-
-
-def test_a_package_that_binds_the_name_of_a_submodule_is_followed_and_a_circle_ends(
-    tmp_path: Path, tree: SourceTree
-) -> None:
-    write(tmp_path, init="from lab.other import b", a="from lab import b", b="", other="import lab.a\nb = 1")
-    assert names(tree, "lab.a") == ["__init__.py", "a.py", "b.py", "other.py"]
+    write(tmp_path, **files)
+    assert [file.removeprefix("lab/") for file in tree.files_of(f"lab.{module}")] == found
 
 
 def test_checksums_follow_the_content(tmp_path: Path, tree: SourceTree) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from lab import Lab, emptied, make_inside
+from tables import rows
 
 from replication.audit.declare import command
 from replication.audit.publish.linked_data import Software, filled
@@ -48,28 +49,7 @@ def test_it_sees_what_it_declares_and_answers_in_json_or_csv(tmp_path: Path, mon
     assert {path.name for path in (tmp_path / "store").iterdir()} and not (tmp_path / "out.csv").exists()
 
 
-@pytest.mark.parametrize(
-    ("text", "read", "named"),
-    [
-        ("echo 1 # OUT/k.txt", True, ""),
-        ("echo 1 # x=OUT/k.txt;", True, ""),
-        ("echo 1 # file://OUT/k.txt /dev/null /proc/cpuinfo /usr/share", True, ""),
-        ("cd OUT; echo 1", False, "OUT"),
-        ("echo 1 # OUT/none.txt", False, "OUT"),
-        ("echo 1 # cc -IOUT", False, "OUT"),
-        ("echo 1 # $GIVEN", False, "OUT"),
-        ("echo 1 # /tmp/none", False, "/tmp"),
-        ("echo 1 # /dev/shm/none", False, "/dev/shm"),
-        ("echo 1 # https://a.orgOUT/k.txt ${x}OUT/k.txt ~OUT/k.txt <OUT/k.txt aOUT/k.txt /no-such/place", False, ""),
-        ("mktemp > a; echo 1; rm a", False, ""),
-        ("echo 1 # /OUT//k.txt", True, ""),
-        ("echo 1 # source('UP/k.txt')", True, ""),
-        ("echo 1 # OUT/more.sh", True, ""),
-        ("echo 1 # setwd('/')", False, "/"),
-        ("echo 1 # /usr/share/none", False, "/usr/share"),
-        ("echo 1 # a/../b ../x.csv", False, ""),
-    ],
-)
+@pytest.mark.parametrize(("text", "read", "named"), rows("outside"))
 def test_what_a_script_names_outside_counts_or_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, read: bool, named: str
 ) -> None:
@@ -100,42 +80,13 @@ def test_its_home_is_empty_and_may_be_written(tmp_path: Path, monkeypatch: pytes
     assert f"files in {tmp_path / 'home'}" in trace.untraced
 
 
-@pytest.mark.parametrize(
-    ("line", "more", "words"),
-    [
-        (["no-such-program"], {}, "`no-such-program` cannot be started: No such file.*install no-such-program"),
-        (sh("echo it hurts >&2; exit 3"), {}, "ended with code 3: it hurts"),
-        (sh("exit 1"), {}, "ended with code 1: it says nothing"),
-        (sh("echo Error in file: cannot open >&2; echo In addition >&2; echo \"cannot open 'k.csv'\" >&2; exit 1"), {},
-         "code 1: Error in file: cannot open; cannot open 'k.csv'$"),
-        (sh("cat ~/k.txt"), {}, "code 1: cat: '?~/k.txt'?: No such file"),
-        (sh("exit 1"), {"reads": ["a"]}, "it says nothing; hidden files are left out, unless reads names them: a/.k.txt$"),
-        (sh("kill -9 $$"), {}, r"was ended by signal 9 \(Killed\)"),
-        (sh("echo '{\"a\": 1'"), {}, "its output is no JSON, near '{.a.: 1.*write the answer and nothing else"),
-        (sh("echo '{\"a\": 1, \"b\": NA}'"), {}, "near '.*NA}.*column 15.*JSON has no NA, only null, true and false"),
-        (sh("echo '[-Inf]'"), {}, "JSON has no -Inf"),
-        (sh("true"), {}, "its output is empty; write the answer there"),
-        (sh("echo 2 > in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
-        (sh("rm in.txt; echo 1"), {"reads": ["in.txt"]}, "it changes what it reads: in.txt"),
-        (sh("echo 1 > log.txt; echo 1"), {}, r"it writes log.txt, which it does not declare; add to writes"),
-        (sh("echo 1"), {"writes": ["out.csv"]}, "it did not write out.csv, as it declares"),
-        (sh("echo a,a > o.csv; echo 1,2 >> o.csv"), {"writes": ["o.csv"], "answer": "o.csv"}, "o.csv is no table: two columns are called 'a'"),
-        (sh("echo a,b > o.csv; echo 1 >> o.csv"), {"writes": ["o.csv"], "answer": "o.csv"}, "o.csv is no table: line 2 has 1 of 2 cells"),
-        (sh("echo a > o.csv"), {"writes": ["o.csv"], "answer": "o.csv"}, "o.csv is no table: no line is below its names"),
-        (sh("echo 2 > ROOT/in.txt; echo 1"), {"reads": ["in.txt"]}, r"it changes what it reads: \S*/in.txt; let it write another"),
-        (sh("echo 2 > ROOT/out.csv; echo 1"), {}, r"it writes outside of its folder: \S*/out.csv; let it write where it starts"),
-        (sh("d=ROOT; d=$d/a; echo 2 > $d/b/out.csv; echo 1"), {}, r"it writes outside of its folder: \S*/a/b/out\.csv"),
-        (sh("echo 2 > ../out.csv; echo 1"), {"reads": ["in.txt"]}, r"it writes outside of its folder: \S*/out.csv"),
-        (sh("echo 1"), {"reads": ["absent.txt"]}, "reads 'absent.txt', which is not in"),
-        (sh("echo 1"), {"environment": "renv.lock"}, "reads 'renv.lock', which is not in"),
-    ],
-)  # fmt: skip
-def test_bad_commands_are_told_apart(tmp_path: Path, line: list[str], more: dict[str, Any], words: str) -> None:
+@pytest.mark.parametrize(("line", "more", "words"), rows("bad commands"))
+def test_bad_commands_are_told_apart(tmp_path: Path, line: list[str], more: dict[str, Any] | None, words: str) -> None:
     (tmp_path / "in.txt").write_text("1")
     (tmp_path / "a" / "b").mkdir(parents=True)
     (tmp_path / "a" / ".k.txt").write_text("1")
     with pytest.raises(AuditError, match=words):
-        answer(tmp_path, [word.replace("ROOT", str(tmp_path)) for word in line], **more)
+        answer(tmp_path, [word.replace("ROOT", str(tmp_path)) for word in line], **(more or {}))
     assert (tmp_path / "in.txt").read_text() == ("2\n" if "ROOT/in.txt" in line[-1] else "1")
 
 
@@ -176,24 +127,10 @@ def test_a_file_of_the_project_that_changes_meanwhile_is_named(tmp_path: Path) -
     assert "out.csv changed while it ran" in trace.untraced
 
 
-@pytest.mark.parametrize(
-    ("line", "more", "words"),
-    [
-        ("node fit.js", {}, "command is 'node fit.js'; write a list of words"),
-        ([], {}, r"has no program; write \[program, argument"),
-        (["a"], {"reads": "data"}, "reads is 'data'; write a list"),
-        (["a"], {"reads": [""]}, "reads is"),
-        (["a"], {"reads": ["/etc/passwd"]}, "'/etc/passwd' leads out of the project"),
-        (["a"], {"writes": ["../x"]}, "'../x' leads out of the project"),
-        (["a"], {"environment": "../renv.lock"}, "leads out of the project"),
-        (["a"], {"answer": "out.csv"}, "answer 'out.csv' must be a .json or .csv file among writes"),
-        (["a"], {"answer": "o.txt", "writes": ["o.txt"]}, "answer 'o.txt' must be"),
-        (["a"], {"timeout": 0}, "timeout is 0; give positive seconds"),
-    ],
-)
-def test_a_command_that_cannot_be_meant_is_refused(line: Any, more: dict[str, Any], words: str) -> None:
+@pytest.mark.parametrize(("line", "more", "words"), rows("no commands"))
+def test_a_command_that_cannot_be_meant_is_refused(line: Any, more: dict[str, Any] | None, words: str) -> None:
     with pytest.raises(AuditError, match=words):
-        command("toy", line, **more)
+        command("toy", line, **(more or {}))
 
 
 NO_LOCK = "packages, clock, draws, child programs and computed paths"

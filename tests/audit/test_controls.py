@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import pytest
 from cases import altered, recorded, results_file
 from msgspec.structs import replace
 from sample import claim, paper_record
+from tables import rows
 
 from replication.audit.data import read_printed
 from replication.audit.declare import Part, experiment, paper
@@ -153,6 +153,10 @@ def test_each_printed_number_with_decimals_is_moved_alone() -> None:
     assert [row["low"]["toy.sum"] for row in found["rows"]] == pytest.approx(
         [found["base"]["toy.sum"] - move for move in moves]
     )
+    made = sensitivities(found)
+    assert [(one.claim, one.parameter, one.base) for one in made] == [
+        ("toy.sum", row["parameter"], 8.5) for row in found["rows"]
+    ]
 
 
 def test_a_parameter_without_a_result_is_told_and_other_errors_are_not_hidden() -> None:
@@ -178,43 +182,22 @@ def file_with(printed: str, value: float, *ends: tuple[float | None, float | Non
     return replace(results_file(claim), papers=(paper,))
 
 
-def test_room_is_the_part_of_the_rounding_that_the_claim_bears() -> None:
-    (found,) = rooms(file_with("1.33", 1.33, (1.329, 1.331), (1.32, 1.331), (1.33, 1.35)))
-    assert [(moves.parameter, share) for moves, share in found.rooms] == [
-        ("p2", pytest.approx(0.25)), ("p1", pytest.approx(0.5)), ("p0", 1.0),
-    ]  # fmt: skip
-    assert found.agrees
-    assert [moves.parameter for moves, _ in found.deciding] == ["p2", "p1"]
-
-
-def test_no_result_is_no_room() -> None:
-    (found,) = rooms(file_with("1.33", 1.33, (1.33, None)))
-    assert found.agrees
-    assert found.deciding == found.rooms
-    assert found.rooms[0][1] == 0.0
-
-
-def test_a_claim_that_differs_may_be_reached_by_rounding() -> None:
-    (found,) = rooms(file_with("1.33", 1.35, (1.349, 1.351), (1.334, 1.36), (1.36, 1.30), (1.35, None)))
-    assert not found.agrees
-    # The first to decide leads; what never reaches the print, or moves nothing, comes last.
-    assert [(moves.parameter, share) for moves, share in found.rooms] == [
-        ("p2", pytest.approx(0.3)), ("p1", pytest.approx(0.9375)), ("p0", None), ("p3", None),
-    ]  # fmt: skip
-    assert [moves.parameter for moves, _ in found.deciding] == ["p2", "p1"]
+@pytest.mark.parametrize(("value", "ends", "agrees", "shares", "deciding"), rows("rooms"))
+def test_room_is_the_part_of_the_rounding_that_the_claim_bears_or_that_reaches_its_print(
+    value: float, ends: Any, agrees: bool, shares: Any, deciding: tuple[str, ...]
+) -> None:
+    """The first to decide leads; what never reaches the print, or moves nothing, comes last."""
+    (found,) = rooms(file_with("1.33", value, *ends))
+    assert found.agrees is agrees
+    expected = [(name, None if share is None else pytest.approx(share)) for name, share in shares]
+    assert [(moves.parameter, share) for moves, share in found.rooms] == expected
+    assert [moves.parameter for moves, _ in found.deciding] == [*deciding]
 
 
 def test_an_unknown_claim_is_an_error() -> None:
     file = file_with("1.33", 1.33, (1.33, 1.33))
     with pytest.raises(AuditError, match="which is no claim"):
         rooms(replace(file, claims=()))
-
-
-def test_records_come_from_the_spread() -> None:
-    found = sensitivities(spread({"A": "[0.5 -1; 0 .25]", "b": "3.0", "c": "(1, 2.50)"}, total))
-    assert len(found) == 4
-    assert {move.claim for move in found} == {"toy.sum"}
-    assert Fraction(found[0].base) == Fraction(8.5)
 
 
 PRINTED = """

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lab import Lab
 from sample import figure
+from tables import rows
 
 from replication.audit.data import printed_values
 from replication.audit.inspect.coverage import (
@@ -31,30 +33,8 @@ from replication.audit.model import Reading
 from replication.audit.parts import ScopeItem
 from replication.errors import AuditError
 
-PRINTED = """
-[plant]
-place = "Sec. II"
-value = { A = "[0.5 -0.1; 0 1]", delays = [".5", "1"] }
-[level]
-place = "Table 1"
-value = { "2,1" = "1.14" }
-"""
-LIST = """
-[paper]
-runs = 13
-numbered = { equation = "1-3", figure = "1" }
-[[paper.places]]
-place = "Sec. II"
-numerals = [
-  ["0.5 -0.1 0 1", "data:plant.A"], ["2", "size:plant.A", "size:plant.delays"],
-  ["2 1 1.14", "data:level"], ["7", "excused:symbol"],
-]
-items = [["equation 1-2", "claim:order"], ["figure 1", "figure:fig1"]]
-[[paper.places]]
-place = "Sec. III"
-numerals = [["1.33", "claim:value"], ["9", "setting:value"], ["3", "excused:elsewhere"], ["8", "open: which horizon?"]]
-items = [["equation 3", "erratum:e1", "reading:norm"], ["equation 4", "scope:Appendix"]]
-"""
+TEXTS = Path(__file__).parent / "texts"
+"""A list of what a text prints, and two texts of which to draft one."""
 TEXT = "In Sec. 7 A is 0.5, -0.1, 0, 1 in 2 states; (2, 1) gives 1.14. Then 1.33 after 9 and 3 of 8 steps."
 PAPER = paper(
     claim(printed="1.33"),
@@ -67,8 +47,8 @@ PAPER = paper(
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
-    (tmp_path / "coverage.toml").write_text(LIST.replace("1-3", "1-4"), encoding="utf-8")
+    for name in ("printed.toml", "coverage.toml"):
+        shutil.copy(TEXTS / name, tmp_path)
     return tmp_path
 
 
@@ -94,35 +74,7 @@ def test_what_is_open_is_listed_and_excuses_are_counted(folder: Path) -> None:
     assert [tally.text for tally in tallied("blog", text)] == ["blog", "blog"]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ('"claim:order"', '"claim:ordre"', "'equation 1-2': unknown claim 'ordre'; did you mean order"),
-        ('"data:plant.A"', '"data:plant.B"', "unknown name in printed.toml 'B'"),
-        ('"data:plant.A"', '"data:plant.A.x"', "unknown name in printed.toml 'x'"),
-        ('"erratum:e1"', '"erratum:e2"', "unknown erratum 'e2'"),
-        ('"reading:norm"', '"reading:form"', "unknown reading 'form'"),
-        ('"figure:fig1"', '"figure:fig2"', "unknown figure 'fig2'"),
-        ('"scope:Appendix"', '"scope:all"', "unknown scope 'all'"),
-        (
-            '"excused:symbol"',
-            '"excused:boring"',
-            "unknown excused 'boring'; there are definition, elsewhere, symbol, sign",
-        ),
-        ('"setting:value"', '"stated:value"', "unknown kind of binding 'stated'"),
-        ("0.5 -0.1 0 1", "0.5 0.1 0 1", "which does not hold '0.1' in this order"),
-        ("0.5 -0.1 0 1", "0.5 0 -0.1 1", "which does not hold '-0.1' in this order"),
-        ('["1.33", "claim', '["1.34", "claim', "the print of claim value is '1.33', which does not hold '1.34'"),
-        ('["2", "size', '["3", "size', "size plant.A is '2 2', which does not hold '3'"),
-        ('["9", "setting', '["nine", "setting', "a row begins with what is printed, in which there is a number"),
-        ('"scope:Appendix"', '"excused:symbol"', "unknown excused 'symbol'"),
-        ('"excused:symbol"', '"excused:diagram"', "unknown excused 'diagram'"),
-        (', ["9", "setting:value"]', "", "paper: 12 numerals are listed, and the text has 13"),
-        ('["equation 3", "erratum:e1", "reading:norm"], ', "", "equation 3 is listed 0 times, and the text has 1"),
-        ('"equation 4"', '"equation 2"', "equation 2 is listed 2 times, and the text has 1"),
-        ('"equation 4"', '"lemma 4"', "lemma 4 is listed 1 times, and the text has 0"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "words"), rows("slips"))
 def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> None:
     change(folder, old, new)
     found = faults(folder, PAPER)
@@ -134,29 +86,20 @@ def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> N
     ("more", "fault"),
     [
         ('[made]\nplace = "Sec. IX"\nvalue = "4.5"', "toy: printed.toml, made: no row is bound to '4.5' (Sec. IX)"),
-        ('[made]\nplace = "Sec. IX"\nvalue = { a = ["4.5"] }', "printed.toml, made.a: no row is bound to '4.5'"),
+        ('[made]\nplace = "Sec. IX"\nvalue = { a = ["4.5"] }', "printed.toml, made.a.1: no row is bound to '4.5'"),
         ('[made]\nplace = "Table 2"\nvalue = "1.33"', "no row is bound to '1.33' (Table 2)"),
         ('[made]\nplace = "Table 1"\nvalue = "1.33"', ""),
         ('[made]\nplace = "Sec. IX"\nvalue = { a = "grid", b = 4 }', ""),
     ],
 )
 def test_a_print_that_no_row_is_bound_to_is_a_fault(folder: Path, more: str, fault: str) -> None:
-    (folder / "printed.toml").write_text(PRINTED + more, encoding="utf-8")
+    with (folder / "printed.toml").open("a", encoding="utf-8") as printed:
+        printed.write(more)
     found = faults(folder, PAPER)
     assert [fault in told for told in found] == ([True] if fault else []), found
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("[paper", "is not a list of what a text holds"),
-        ("[paper]\nplaces = []", "missing required field `runs`"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numeral = [] }]", "unknown field `numeral`"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[1.14, 'data:level']] }]", "at `a text.places[0]"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [['1.14']] }]", "numerals[0]"),
-        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[]] }]", "numerals[0]"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), rows("no lists"))
 def test_a_list_that_is_none_is_refused_with_file_and_entry(tmp_path: Path, text: str, words: str) -> None:
     path = tmp_path / "coverage.toml"
     path.write_text(text, encoding="utf-8")
@@ -183,49 +126,7 @@ def test_a_text_of_which_nothing_is_listed_is_a_fault(folder: Path) -> None:
     assert "toy: paper: 0 numerals are listed, and the text has 3; one was taken out or added" in faults(folder, PAPER)
 
 
-TEX = r"""\documentclass[11pt]{article}
-\begin{document}
-\section{Introduction}
-In 1908 we saw 24 patients \cite{roe98}, see Table~\ref{tab1} and [3, 5].
-\section{Results}
-The slope is $0.75 \pm 0.03$ mg ($p < 0.001$), or 12.5\,\% of $x_1^2$.
-\subsection{More} % comment 7
-A speed of $3.00\times10^{8}$ m/s; 0.75 [0.70, 0.80], -0.5 and .33 in 66,033 cases.
-\begin{table}[h2]
-\caption{Rates in 3 groups}
-\begin{tabular}{lcc}
-\hline
-Group & Rate & $n$ \\ \hline
-Treated & 0.75*** & 12 \\
-Control & $-1.2$ & 14 \\
-\end{tabular}
-\end{table}
-\begin{equation}
- y = 2.5 x + 3
-\end{equation}
-\begin{thebibliography}{9}
-\bibitem{roe98} Roe, 1998, 12--34.
-\end{thebibliography}
-\end{document}
-"""
-PLAIN = """A note of 1908
-
-1. Introduction
-As Roe (1898) and others [2] say, see Section 2 and Eq. (3), it is 4.5 %.
-
-Table 1. Hours of sleep
-Patient 1   0.7  1.9
-mean        .75  2.33
-
-2. Results
-Table 1 gives 6.6 of them, and Table 2,
-Table 3, too: 3.84(5) × 10^4 and (3.84 ± 0.06) × 10^4.
-
-The odds are 666 to 1; P = .8873, from -0.5 to 1.2e-3.
-
-References
-[1] Roe, Journal 12, 1898.
-"""
+TEX, PLAIN = ((TEXTS / name).read_text(encoding="utf-8") for name in ("paper.tex", "paper.txt"))
 
 
 def read(text: str, *, tex: bool) -> tuple[dict[str, object], list[tuple[str, str, tuple[str, ...]]], list[str]]:

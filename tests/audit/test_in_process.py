@@ -13,7 +13,6 @@ from cases import RUN, claim, paper, recorded, results_file
 from msgspec import structs
 from test_proofs import GAIN, LEVEL, certificate, stated
 
-from replication.audit.inspect.check import _moved
 from replication.audit.judge.proofs import Wanted
 from replication.audit.judge.proofs import record as certificate_record
 from replication.audit.model import Erratum, Evidence, Kind, Proof, Verdict
@@ -28,7 +27,7 @@ from replication.audit.run.pool import Action, Step, processes
 from replication.audit.run.runner import _longest_first
 from replication.audit.run.tracing import traced
 from replication.audit.store.cache import Dependencies, Entry
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile, unlike
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
@@ -106,11 +105,12 @@ def test_certificates_that_are_proved_are_left_alone_unless_asked_for_again(
 
 
 def test_each_leaf_that_differs_is_told() -> None:
-    stored, found = {"a": [1, 2], "b": {"c": 3}}, {"a": [1, 4], "b": {"c": 5}}
-    assert list(_moved("", stored, stored)) == []
-    assert [text.partition(" is ")[0] for text in _moved("", stored, found)] == ["a[1]", "b.c"]
+    stored, found = {"a": [1, 2], "b": {"c": 3}, "d": None}, {"a": [1, 4], "b": {"c": 5}}
+    assert list(unlike(stored, stored)) == []
+    assert list(unlike(stored, found)) == [("a[1]", 2, 4), ("b.c", 3, 5), ("d", None, None)]
+    assert list(unlike({}, {"e": 1})) == [("e", None, 1)]
     for other in ([1], [1, 2, 3]):
-        assert list(_moved("a", [1, 2], other)) == [f"a is [1, 2], and the kept results give {other}"]
+        assert list(unlike([1, 2], other, "a")) == [("a", [1, 2], other)]
 
 
 def test_a_certificate_that_ended_in_an_error_is_not_proved() -> None:

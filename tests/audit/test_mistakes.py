@@ -1,6 +1,5 @@
 """Slips of whoever writes a paper: each is told with file, line and cure, and has its exit code."""
 
-# ruff: noqa: E501 - a case on a line
 from __future__ import annotations
 
 import re
@@ -12,6 +11,7 @@ from typing import Any
 import pytest
 from lab import Lab, emptied, make_inside
 from sample import claim
+from tables import rows
 
 from replication.audit.inspect.headline import factor
 from replication.audit.judge.verdict import plain
@@ -94,69 +94,12 @@ def test_a_list_of_another_text_is_told(lab: Lab) -> None:
         assert (told in lab.cli("run", "other2021").stdout) is said
 
 
-PRINT = 'value = "1024"'
-MISPRINT = "\nfrom replication.audit.declare import Errata, Proof\nE = Errata()\n"
 CSV = "name,mean\na,0.5\nb,nan\nc,75%\n"
-STATED = """[[claim]]
-id = "m.x"
-printed = "0.75"
-place = "Table 2"
-statement = "What it adds."
-from = "out/t.csv:{}:mean"
-"""
-RUNS = '[[command]]\nname = "fit"\nline = ["sh", "fit.sh"]\nreads = ["fit.sh"]\n'
-FITTED = RUNS + "{}" + STATED.replace("out/t.csv:{}:mean", "fit:mean")
 FIT = "echo '{\"mean\": 0.751}'"
-"""A paper as it is begun, and what is changed in it: the file, what is taken out, what is put in its place."""
+"""Files of a paper as it is begun, in which something is changed."""
 
 
-@pytest.mark.parametrize(
-    ("file", "old", "new", "code", "words"),
-    [
-        ("claims.py", 'place="Sec. 1"', 'palce="Sec. 1"', 2, r"TypeError: .*argument 'palce' \[papers/toy/claims.py:\d+\]; correct"),
-        ("claims.py", "def last(", "def last(:", 2, r"SyntaxError: .* \[papers/toy/claims.py:\d+\]; correct"),
-        ("claims.py", "from replication", "import numpyy\nfrom replication", 2, r"No module named 'numpyy' \[papers/toy/claims.py:\d+\]"),
-        ("paper.py", "**about(__file__)", "**about(__file__) | {'key': 'tay'}", 2, "must define PAPER, a Paper whose key is 'toy'"),
-        ("__init__.py", "PAPER\n", "PAPER as OTHER\n", 2, "must define PAPER, a Paper whose key is 'toy', got None"),
-        ("claims.py", 'uses="powers")\ndef grow', 'uses="pwoers")\ndef grow', 2,
-         r"- claim 'toy.powers.grow' uses experiment 'toy.pwoers', which does not exist; did you mean toy.powers\? "
-         r"\[papers/toy/claims.py:\d+\]"),
-        ("claims.py", '["power"])', '["powr"])', 3, "KeyError: 'powr' .*; of the keys of toy.powers, did you mean power?"),
-        ("experiments.py", '    return {"power"', '    {"power"', 3, "the result of toy.powers is None: return what the claims"),
-        ("printed.toml", PRINT, 'value = ["512", "1024"]', 2, r"prints \['512', '1024'\]; .* declare a claim on each entry"),
-        ("claims.py", "REFERENCES =", 'TABLE_1.cited("c", place="T", statement="s", reason="")\nREFERENCES =', 2,
-         "claim 'c' has no reason; say why"),
-        ("claims.py", '["power"], uses', '["power"], consequence="bad", uses', 2, "'bad', which is no consequence; there are"),
-        ("claims.py", '["power"], uses', '["power"], tolerance="wide", tolerance_reason="so", uses', 3,
-         "the tolerance must be a positive number, .* got 'wide'"),
-        ("claims.py", '["power"], uses', '["power"], pinned="differ", uses', 2, "pins 'differ', which is no verdict; there are"),
-        ("figures.py", "    return figure\n", "    return None\n", 3, "its plot gave None; return the figure of matplotlib"),
-        ("figures.py", "    return f\"{len", "    return 3\n    return f\"{len", 3, "its alternative text is 3; return a string"),
-        ("figures.py", "on a straight", "mean 99.9, on a straight", 3, "the alternative text .* says 99.9, which"),
-        ("figures.py", "g}-fold", "g}-fold, not 99.5", 3, "the title .* says 99.5, which the paper does not print"),
-        ("claims.py", "In integers {in_integers}", "By hand 1240", 0,
-         "note: toy.powers.last: the check by a second method says 1240, which is not what was computed"),
-        ("paper.py", '(DATA["exponent"], "claim:powers.last")', '(DATA["exponent"],)', 2, "'Table 1': the row .* has not as many cells as"),
-        ("paper.py", "b^k", "\\\\frac{b", 2, "a brace is missing"),
-        ("figures.py", '("powers",)', '"powers"', 0, "1 reproduced, 1 consistent"),
-        ("printed.toml", "# What", "\ufeff# What", 0, "1 reproduced, 1 consistent"),
-        ("experiments.py", '    return {"power"', '    import random\n    random.random()\n    return {"power"', 0,
-         r"note: not traced, .*: random numbers without a seed \(toy.powers\)"),
-        ("paper.py", "\n\nPAPER = paper(", MISPRINT + '@E.misprint("e", "Table 1", DATA["power"], "1025")\ndef slip(results):\n'
-         "    return Proof(holds=False, text='so')\n\nPAPER = paper(errata=E, ", 0,
-         "note: an erratum that its own proof does not bear out: toy.e"),
-        ("claims.toml", "", STATED.format("b"), 3, "there is 'nan', which is no number; name a place where one stands"),
-        ("claims.toml", "", STATED.format("c"), 3, "there is '75%', which is no number; write it with a point"),
-        ("claims.toml", "", STATED.format("{key}"), 2, "{key} stands for the entries of a table, and one number"),
-        ("claims.toml", "", STATED.format("b") + '[[data]]\nfile = "out/u.csv"\nsha256 = "abc"\n', 2,
-         r"\[\[data\]\] pins out/u.csv, which no claim reads; did you mean out/t.csv"),
-        ("claims.toml", "", FITTED.format('version = ["no-such-program", "-V"]\n'), 3,
-         "`no-such-program -V` says no version; give the command"),
-        ("claims.toml", "", FITTED.format('timeout = "1h"\n'), 2, "timeout is '1h'; give positive seconds"),
-        ("claims.toml", "", FITTED.format('variables = ["TZ"]\ntimeout = 0.5\n'), 2,
-         "TZ is UTC for every command; begin the line with env to change it"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("file", "old", "new", "code", "words"), rows("begun"))
 def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
     tmp_path: Path, file: str, old: str, new: str, code: int, words: str
 ) -> None:
@@ -167,13 +110,14 @@ def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
         (inside.root / name).write_text(text, encoding="utf-8")
     if file == "claims.toml":
         inside.path("toy/claims.toml").write_text(new, encoding="utf-8")
-        inside.edit(
-            "toy/paper.py",
-            "\nPOWERS =",
-            "\nfrom replication.audit.numbers import numbers\nN = numbers(__file__)\nPOWERS =",
+        read = "\nfrom replication.audit.numbers import numbers\nN = numbers(__file__)\nPOWERS ="
+        more = (
+            ("\nPOWERS =", read),
+            ("parts=(", "parts=(*N.parts, "),
+            ("experiments=(", "experiments=(*N.experiments, "),
         )
-        inside.edit("toy/paper.py", "parts=(", "parts=(*N.parts, ")
-        inside.edit("toy/paper.py", "experiments=(", "experiments=(*N.experiments, ")
+        for pair in more if old != "unread" else ():
+            inside.edit("toy/paper.py", *pair)
     else:
         inside.edit(f"toy/{file}", old, new)
     done = inside.cli("run")
@@ -181,20 +125,7 @@ def test_what_is_wrong_in_a_paper_as_it_is_begun_is_told(
     assert "Traceback" not in done.stdout + done.stderr
 
 
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (360.0, "60"),
-        (0.1, "1/60"),
-        (21600.0, "3600"),
-        (6 / 3600, "1/3600"),
-        (25.1, "4.184"),
-        (1.434, "1/4.184"),
-        (343.77, "180/π"),
-        (0.10472, "π/180"),
-        (7.0, ""),
-    ],
-)
+@pytest.mark.parametrize(("value", "words"), rows("units"))
 def test_a_usual_unit_is_named_both_ways(value: float, words: str) -> None:
     record = claim("case", Kind.VALUE, Verdict.DIFFERS, "6.00", Evidence(method="Computed", value=value))
     assert factor(record) == words
@@ -293,33 +224,3 @@ def test_a_fault_of_the_program_has_a_code_of_its_own(lab: Lab) -> None:
     assert shown.returncode == 70 and "Traceback" in shown.stderr
     done = lab.python("-c", program.format("MemoryError"))
     assert done.returncode == 70 and "too little memory" in done.stderr
-
-
-def test_claims_of_a_part_that_no_paper_lists_are_told(lab: Lab) -> None:
-    text = """
-from replication.audit.declare import Part
-LOST = Part("Table 8", reading="none")
-@LOST.order("eight", place="Table 8")
-def eight(results):
-    "It is eight."
-"""
-    lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8") + text, encoding="utf-8")
-    done = lab.cli("run")
-    told = "claims that nobody would see: eight of Part('Table 8') in papers.toy2020.claims; add them to parts"
-    assert done.returncode == 2 and told in done.stderr, done.stderr
-    lab.path(CLAIMS).write_text(lab.path(CLAIMS).read_text(encoding="utf-8").replace(text, ""), encoding="utf-8")
-    lab.path("toy2020/claims.toml").write_text("", encoding="utf-8")
-    assert re.search(r"those of .*toy2020/claims.toml, which `numbers\(__file__\)` reads", lab.cli("run").stderr)
-
-
-def test_a_number_without_an_experiment_is_told(lab: Lab) -> None:
-    text = lab.path(CLAIMS).read_text(encoding="utf-8")
-    start = text.index("def two_squared")
-    lab.path(CLAIMS).write_text(
-        text[:start]
-        + text[start:]
-        .replace('value=results["toy2020.square"]["squares"][1]', "value=4.0", 1)
-        .replace('uses=("toy2020.square",)', "uses=()", 1),
-        encoding="utf-8",
-    )
-    assert "note: a number that rests on no experiment: toy2020.square.two\n" in lab.cli("run").stdout

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from lab import emptied, make_inside
+from tables import rows
 
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Kind, Verdict
@@ -107,44 +108,12 @@ def test_a_number_and_what_is_printed_beside_it_are_checked_together(tmp_path: P
         claim.answer({**results, "closed": {"all": [[1.01, 0.36]]}})
 
 
-@pytest.mark.parametrize(
-    ("way", "value"),
-    [
-        ("out/t.csv:a:low", 1.0),
-        ("out/t.csv:#2:low", 2.0),
-        ("out/t.csv:n=1:low", 2.0),
-        ("out/t.csv:=b,n=2:low", 3.0),
-        ("out/t.csv:a:low,high", (1.0, 2.0)),
-        ("out/t.csv:*:low", (1.0, 2.0, 3.0)),
-        ("fit.json:list:term=y:est", 2.5),
-        ("fit.json:list:0:est", 1.5),
-        ("fit.json:list:*:est", (1.5, 2.5)),
-        ("fit.json:deep", (1.0, (2.0,))),
-        ("fit.json:a,b", 7.0),
-        ('["fit.json", "a,b"]', 7.0),
-    ],
-)
+@pytest.mark.parametrize(("way", "value"), rows("ways"))
 def test_a_way_leads_into_tables_and_json(tmp_path: Path, way: str, value: Any) -> None:
     assert answered(tmp_path, way).value == value
 
 
-@pytest.mark.parametrize(
-    ("way", "said"),
-    [
-        ("out/t.csv:c:low", r"in out/t.csv there is a, b, and no =c"),
-        ("out/t.csv:b:low", r"2 rows of out/t.csv have =b; add ,column=value"),
-        ("out/t.csv:#4:low", r"there is #1, #2, #3, and no #4"),
-        ("out/t.csv:a:lwo", r"in out/t.csv:=a there is , n, low, high, and no lwo"),
-        ("out/t.csv:#3:high", "'NA', which is no number"),
-        ("out/t.csv", "which is no number"),
-        ("fit.json:list:x=1", "there is x, y, and no x=1"),
-        ("fit.json:deep:x=1:est", "in fit.json:deep there is only"),
-        ("fit.json:list:2", "in fit.json:list there is 0, 1, and no 2"),
-        ("fit.json:deep:0:x", "there is only 1.0, and no x"),
-        ("fit.json:flag", "True, which is no number"),
-        ("nothing:x", "leads nowhere: among the results there is out-t.csv, fit.json"),
-    ],
-)
+@pytest.mark.parametrize(("way", "said"), rows("no ways"))
 def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, way: str, said: str) -> None:
     with pytest.raises(AuditError, match=rf"claims.toml:2: \[\[claim\]\]: .*{said}"):
         answered(tmp_path, way)
@@ -234,48 +203,10 @@ def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_ther
         Available({"model": 1.0}, {"closed": "failed"})["modle"]
 
 
-PAPER = """
-[[command]]
-name = "fit"
-line = ["sh", "fit.sh"]
-reads = ["fit.sh", "data/"]
-writes = ["out/fit.csv"]
-[[data]]
-file = "data/d.csv"
-sha256 = "SHA"
-[[claim]]
-id = "slope"
-place = "Table 2, {key}"
-printed = { treated = "0.75", control = "1.3" }
-pinned = { control = "differs" }
-unit = "mg"
-from = "out/fit.csv:{key}:est"
-statement = "The slope of the {key}."
-[[claim]]
-id = "raw"
-place = "Sec. 1"
-printed = "1.213"
-from = "data/d.csv:#2:est"
-check = "out/fit.csv:control:est"
-statement = "The raw number."
-[[claim]]
-id = "time"
-place = "Sec. 1"
-printed = "12"
-reason = "Of their computer."
-statement = "Seconds."
-[[part]]
-title = "Introduction"
-reason = "No numbers."
-"""
+TABLES = Path(__file__).parent / "texts" / "tables"
+"""A paper without Python of its own."""
+INIT = "from replication.audit.numbers import paper_of_tables\nPAPER = paper_of_tables(__file__)\n"
 DATA = '"",est\n"treated",0.7512\n"control",1.213\n'
-PROJECT = {
-    "__init__.py": "from replication.audit.numbers import paper_of_tables\nPAPER = paper_of_tables(__file__)\n",
-    "paper.toml": 'title = "T"\nauthors = ["A. Roe"]\nsummary = "S."\n',
-    "coverage.toml": '[paper]\nruns = 4\n[[paper.places]]\nplace = "Table 2"\n'
-    'numerals = [["0.75", "claim:slope.treated"], ["1.3", "claim:slope.control"],'
-    ' ["1.213", "claim:raw"], ["12", "claim:time"]]\n',
-}  # fmt: skip
 
 
 @pytest.mark.slow
@@ -283,8 +214,8 @@ def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
     """A command makes a file, claims read it and a pinned one; a changed script, table or pin is noticed."""
     lab = emptied(make_inside(tmp_path / "lab"))
     sha = hashlib.sha256(DATA.encode()).hexdigest()
-    texts = {f"{lab.package}/roe/{name}": text for name, text in PROJECT.items()}
-    texts |= {f"{lab.package}/roe/claims.toml": PAPER.replace("SHA", sha), "data/d.csv": DATA}
+    texts = {f"{lab.package}/roe/{path.name}": path.read_text().replace("SHA", sha) for path in TABLES.iterdir()}
+    texts |= {f"{lab.package}/roe/__init__.py": INIT, "data/d.csv": DATA}
     texts["fit.sh"] = "echo Fitting...; mkdir out; cp data/d.csv out/fit.csv\n"
     for name, text in texts.items():
         (lab.root / name).parent.mkdir(parents=True, exist_ok=True)

@@ -11,6 +11,7 @@ import json
 import os
 import re
 import sqlite3
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -79,30 +80,8 @@ def data_base() -> bytes:
     return base.serialize()
 
 
-READS = "from pathlib import Path\nROOT = Path(__file__).parents[2]\ndef make():\n    return "
-STARTS = "import subprocess\ndef make():\n    return subprocess.run({}, capture_output=True, text=True).stdout"
 WAYS = [
-    Way("module beside papers", "from model.core import f\ndef make(): return f", {"model/core.py": "f = 2"},
-        {"model/core.py": "f = 1", "model/__init__.py": ""}),
-    Way("module imported by that", "from model.core import f\ndef make(): return f", {"model/deep.py": "f = 2"},
-        {"model/core.py": "from .deep import f", "model/deep.py": "f = 1", "model/__init__.py": ""}),
-    Way("namespace package", "from model.core import f\ndef make(): return f", {"model/core.py": "f = 2"},
-        {"model/core.py": "f = 1"}),
-    Way("single module", "import helper\ndef make(): return helper.f", {"helper.py": "f = 2"}, {"helper.py": "f = 1"}),
-    Way("module of the paper", "from papers.roe.m import f\ndef make(): return f", {"papers/roe/m.py": "f = 2"},
-        {"papers/roe/m.py": "f = 1"}),
-    Way("module by sys.path", "import sys\nfrom pathlib import Path\nsys.path.insert(0, str(Path(__file__).parents[2] / 'lib'))"
-        "\nimport tool\ndef make(): return tool.f", {"lib/tool.py": "f = 2"}, {"lib/tool.py": "f = 1"}),
-    Way("import by computed name", "import importlib\ndef make(): return importlib.import_module('model.' + 'core').f",
-        {"model/core.py": "f = 2"}, {"model/core.py": "f = 1"}),
-    Way("import by computed name at import", "import importlib\nM = importlib.import_module('model.' + 'core')\n"
-        "def make(): return M.f", {"model/core.py": "f = 2"}, {"model/core.py": "f = 1"}),
-    Way("script run by path", "import runpy\nfrom pathlib import Path\ndef make(): return runpy.run_path("
-        "str(Path(__file__).parents[2] / 's.py'))['f']", {"s.py": "f = 2"}, {"s.py": "f = 1"}),
-    Way("lazy import", "def make():\n    from model.core import f\n    return f", {"model/core.py": "f = 2"},
-        {"model/core.py": "f = 1"}),
-    Way("module outside the project", "import afar\ndef make(): return afar.f", {"../outside/afar.py": "f = 2"},
-        {"../outside/afar.py": "f = 1"}),
+    *(Way(**way) for way in tomllib.loads(Path(__file__).with_name("ways.toml").read_text(encoding="utf-8"))["way"]),
     Way("package upgraded", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", upgrade("f = 2"),
         install("1.0", "f = 1")),
     Way("package rebuilt under its version", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f", install("1.0", "f = 2"),
@@ -112,62 +91,14 @@ WAYS = [
         {**install("1.0", "from deeper import f", "deeper>=1"), **install("1.0", "f = 1", name="deeper")}),
     Way("package by computed name", "import importlib\ndef make(): return importlib.import_module('my' + 'math').f",
         upgrade("f = 2"), install("1.0", "f = 1")),
-    Way("data file", READS + "(ROOT / 'data/a.csv').read_text()", {"data/a.csv": "2"}, {"data/a.csv": "1"}),
-    Way("data file read by import", "from pathlib import Path\nA = (Path(__file__).parents[2] / 'data' / 'a.csv').read_text()"
-        "\ndef make(): return A", {"data/a.csv": "2"}, {"data/a.csv": "1"}),
-    Way("hidden data file", READS + "(ROOT / '.data/a.csv').read_text()", {".data/a.csv": "2"}, {".data/a.csv": "1"}),
-    Way("data outside the project", READS + "(ROOT.parent / 'a.csv').read_text()", {"../a.csv": "2"}, {"../a.csv": "1"}),
-    Way("a file more in a folder", READS + "[p.name for p in sorted((ROOT / 'data').glob('*'))]", {"data/b.csv": "2"},
-        {"data/a.csv": "1"}),
-    Way("a file that was not there", "from pathlib import Path\ndef make():\n    try:\n        return (Path(__file__)"
-        ".parents[2] / 'extra.txt').read_text()\n    except OSError:\n        return 'none'", {"extra.txt": "2"}),
     Way("data file removed", "from pathlib import Path\ndef make():\n    try:\n        return (Path(__file__)"
         ".parents[2] / 'extra.txt').read_text()\n    except OSError:\n        return 'none'",
         {"extra.txt": None}, {"extra.txt": "1"}),
     Way("data base", "import sqlite3\nfrom pathlib import Path\ndef make():\n    return sqlite3.connect(Path(__file__)"
         ".parents[2] / 'a.db').execute('pragma user_version').fetchall()",
         {"a.db": data_base()}),
-    Way("environment variable", "import os\ndef make(): return os.environ.get('MODEL')", environment={"MODEL": "2"}),
-    Way("environment variable at import", "import os\nM = os.getenv('MODEL')\ndef make(): return M",
-        environment={"MODEL": "2"}),
-    Way("environment variable asked for", "import os\ndef make(): return 'MODEL' in os.environ", environment={"MODEL": "2"}),
     Way("environment variable read by a package", f"import {PACKAGE}\ndef make(): return {PACKAGE}.f()",
         files=install("1.0", "import os\ndef f(): return os.environ.get('MODEL')"), environment={"MODEL": "2"}),
-    Way("language", "import locale\ndef make(): return [locale.setlocale(locale.LC_ALL, ''), locale.getpreferredencoding()]",
-        environment={"LC_ALL": "C", "LANG": "C"}, reused=True),
-    Way("time zone", "import time\ndef make(): return time.localtime(0).tm_hour", environment={"TZ": "Asia/Tokyo"}, reused=True),
-    Way("program by subprocess", STARTS.format("['sh', '-c', 'echo 1']"), named="program sh"),
-    Way("program by os.system", "import os\ndef make(): return os.system('true')", named="program true"),
-    Way("program of its own", STARTS.format("['./tool']"), {"tool": "#!/bin/sh\necho 2\n"},
-        {"tool": "#!/bin/sh\necho 1\n"}, named="program tool"),
-    Way("network", "import socket\ndef make():\n    try:\n        socket.create_connection(('127.0.0.1', 9), 1)\n"
-        "    except OSError:\n        return 'none'", named="network"),
-    Way("generator without a seed", "import random\ndef make(): return random.Random().random()",
-        named="random numbers without a seed"),
-    Way("shared generator", "import random\ndef make(): return random.random()", named="random numbers without a seed"),
-    Way("NumPy's without a seed", "import numpy\ndef make(): return numpy.random.default_rng().random()",
-        named="random numbers without a seed"),
-    Way("NumPy's shared one", "import numpy\ndef make(): return numpy.random.random()",
-        named="random numbers without a seed"),
-    Way("entropy", "import os\ndef make(): return os.urandom(3).hex()", named="random numbers without a seed"),
-    Way("clock", "from time import time\ndef make(): return time()", named="the clock"),
-    Way("timer", "import time\ndef make(): return time.perf_counter()", named="the clock"),
-    Way("date", "from datetime import datetime\ndef make(): return 1 if said() else 0\ndef said(): return str(datetime.now())",
-        named="the clock"),
-    Way("file left for other programs", "from pathlib import Path\ndef make(): return Path('/tmp/replication-roe').write_text('1')",
-        named="writes /tmp/replication-roe"),
-    Way("process of its own", "from multiprocessing import Pool\ndef make():\n    with Pool(1) as pool:\n        return pool.map(abs, [-1])",
-        named="processes that it begins"),
-    Way("dictionary of a module", "SEEN = {}\ndef make():\n    SEEN['a'] = 1\n    return SEEN", named="changes SEEN of papers.roe.experiments"),
-    Way("machine", "import socket\ndef make(): return socket.gethostname()", named="the name of the machine"),
-    Way("a file that is written", READS + "(ROOT / 'out.csv').write_text('1')", named="writes out.csv"),
-    Way("a seed of the shared generator", "import random\ndef make():\n    random.seed(1)\n    return random.random()"),
-    Way("a generator with a seed", "import numpy, random\ndef make(): return numpy.random.default_rng(1).random() + random"
-        ".Random(1).random()"),
-    Way("a seed of NumPy's shared one", "import numpy\ndef make():\n    numpy.random.seed(2)\n    return numpy.random.random()"),
-    Way("a folder for a while", "import tempfile, uuid\nfrom pathlib import Path\ndef make():\n    with tempfile."
-        "TemporaryDirectory() as name:\n        return (Path(name) / str(uuid.uuid4())).write_text('1')"),
-    Way("order of a set", "def make(): return list({'a', 'b', 'c'})", environment={"PYTHONHASHSEED": "7"}, reused=True),
     Way("declaration of the paper", "def make(): return 1", {"papers/roe/__init__.py": PAPER.replace('"made", make)', '"made", make, )')}),
 ]  # fmt: skip
 

@@ -16,7 +16,7 @@ import pytest
 import papers
 from papers.peet2019.certificates import make
 from replication.audit.judge import proofs
-from replication.audit.judge.match import Match, _told, match
+from replication.audit.judge.proofs import Match, _told, match
 from replication.audit.judge.validate import validate_theorems
 from replication.audit.model import Evidence, Kind, Outcome, StatedClaim
 from replication.audit.run.prove import prove

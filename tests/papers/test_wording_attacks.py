@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from replication.audit.judge.match import match
+from replication.audit.judge.proofs import match
 from replication.audit.run.runner import Outcome
 from replication.audit.store.records import CertificateRecord, ClaimRecord
 from replication.errors import AuditError
@@ -148,5 +148,5 @@ def test_they_succeed_where_a_word_is_not_compared(
             near = [said for said in near if getattr(said.of, name) == getattr(term, name)]
         return [said for said in near if lax == "readings" or predicate.reading in said.readings]
 
-    monkeypatch.setattr("replication.audit.judge.match._fitting", fitting)
+    monkeypatch.setattr("replication.audit.judge.proofs._fitting", fitting)
     assert any(succeeds for _, succeeds in tried(fresh_run, {"okajima2023"}))

@@ -35,6 +35,7 @@ from replication.audit.store.records import (
     ResultsFile,
     RunRecord,
     shared,
+    unlike,
 )
 from replication.errors import AuditError
 from replication.files import sha256
@@ -74,14 +75,9 @@ class Problem(msgspec.Struct, frozen=True):
 def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | None = None) -> list[Problem]:
     """All that is wrong with `results`, in the order of the file; an empty list if nothing is.
 
-    Every verdict, its deviation and its reason must follow from the stored numbers; every verdict must be the pinned
-    one; nothing may have ended in an error. With `papers`, all that the file repeats from the code must be as it stands
-    there: the papers, their claims, errata, figures and experiments, by name and by what they say (`stated`).
-    What claims gain by certificates must follow from the proofs in the file; with the project's `root`, those must be
-    of the certificates that lie there. They are not verified again: `python verify.py` does that.
-
-    The numbers themselves, the words on how they came about, and the environment are taken as the run left them: what
-    they are is known only by computing them again and comparing the files (`compare.compare`).
+    Verdicts, deviations and reasons must follow from the stored numbers and be the pinned ones, and nothing failed.
+    With `papers`, all that the file repeats from the code must be as it stands there (`stated`); with `root`,
+    its proofs must be of the certificates that lie there. How the numbers came about only another run shows.
     """
     against = () if papers is None else _against_code(results, papers)
     files = () if root is None else against_files(results, root)
@@ -232,8 +228,7 @@ def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Outcome:
 def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator[Problem]:
     """Where the file, or a file of a figure, is not what the cache gives, and what is different there.
 
-    Nothing is computed but what turns results into records. Where the cache no longer holds what the file was made
-    from, `unfounded` says so, and the numbers are taken as they stand.
+    Nothing is computed but what turns results into records; `unfounded` says what the cache no longer holds.
     """
     yield from _changed("project", results.project, again.results.project)
     if not _here(results, again):
@@ -309,16 +304,5 @@ def _absent(again: Outcome) -> set[str]:
 
 
 def _changed(where: str, stored: Any, found: Any) -> Iterator[Problem]:
-    return (Problem(where, text) for text in _moved("", msgspec.to_builtins(stored), msgspec.to_builtins(found)))
-
-
-def _moved(path: str, stored: Any, found: Any) -> Iterator[str]:
-    """Each leaf at which two values differ, with both."""
-    if isinstance(stored, dict) and isinstance(found, dict) and stored.keys() == found.keys():
-        for name in stored:
-            yield from _moved(f"{path}.{name}" if path else name, stored[name], found[name])
-    elif isinstance(stored, list | tuple) and isinstance(found, list | tuple) and len(stored) == len(found):
-        for index, pair in enumerate(zip(stored, found, strict=True)):
-            yield from _moved(f"{path}[{index}]", *pair)
-    elif stored != found:
-        yield f"{path} is {stored!r}, and the kept results give {found!r}"
+    for path, one, other in unlike(msgspec.to_builtins(stored), msgspec.to_builtins(found)):
+        yield Problem(where, f"{path} is {one!r}, and the kept results give {other!r}")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from enum import StrEnum
 from typing import Any
 
 import msgspec
 
 from replication.audit.model import StatedClaim, Verdict
-from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile, unlike
 
 TEXT = tuple(name for name in StatedClaim.__struct_fields__ if name != "id")
 """What the code says of a claim."""
@@ -74,7 +74,9 @@ def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
     changes = []
     for name in before.keys() | after.keys():
         first, second = (known.get(name) for known in claims)
-        if not (fields := tuple(_moved_fields(before.get(name, {}), after.get(name, {})))):
+        pairs = [pair for pair in unlike(before.get(name, {}), after.get(name, {})) if pair[0] != "code"]
+        fields = tuple(FieldChange(field=field, old=one, new=other) for field, one, other in pairs)
+        if not fields:
             continue
         causes: tuple[Cause, ...] = ()
         if first and second:
@@ -90,12 +92,6 @@ def _records(results: ResultsFile) -> dict[str, dict[str, Any]]:
     others = results.named("paper", "erratum", "figure", "certificate")
     found = {f"{sort} {name}": msgspec.to_builtins(record) for (sort, name), record in others}
     return {record.id: _compared(record) for record in results.claims} | found
-
-
-def _moved_fields(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[FieldChange]:
-    for name in [*before, *(name for name in after if name not in before)]:
-        if name != "code" and before.get(name) != after.get(name):
-            yield FieldChange(field=name, old=before.get(name), new=after.get(name))
 
 
 def _cut(value: Any) -> str:

@@ -1,18 +1,7 @@
 """Coverage of a text: each numeral and numbered item of it, with its place and what it is bound to, or why to nothing.
 
-    [paper]
-    runs = 4                                        # how many runs of digits the text has
-    numbered = {equation = "1-3", figure = "1"}     # how its items are numbered
-    [[paper.places]]
-    place = "Sec. II"
-    numerals = [["0.95 -0.1", "data:plant.A"], ["2", "excused:symbol"], ["3", "open: which horizon?"]]
-    items = [["equation 1-3", "claim:theory.stable"], ["figure 1", "excused:diagram"]]
-
-One table for each text of the paper; a row is what is printed, in the order of the text, then one binding or several:
-`claim:` whose print holds the numerals, or which prints none; `setting:` of a claim that prints another number than
-these; `data:` of printed.toml, which holds them; `size:` of a matrix or list there; `erratum:`, `reading:`, `figure:`;
-`scope:` a part that is left out for the reason given there; `excused:` with a reason below; `open:` with what is asked.
-No sentence of a text is stored. Numerals are runs of digits with their decimal point; numbers in words are not listed.
+docs/verdicts.md tells the form of coverage.toml, docs/adding-a-paper.md its bindings. No sentence of a text is stored.
+Numerals are runs of digits with their decimal point; numbers in words are not listed.
 """
 
 from __future__ import annotations
@@ -25,7 +14,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from replication.audit.data import PrintedValue, read_printed, words
+from replication.audit.data import PrintedValue, converted, leaves, read_printed, read_tables, words
 from replication.audit.parts import Coverage, Paper
 from replication.errors import AuditError, one_of
 
@@ -64,13 +53,8 @@ class Text(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def read_coverage(path: Path) -> dict[str, Text]:
     """The texts of a paper by name; raises AuditError that names the file and the entry that is not usable."""
-    try:
-        return msgspec.toml.decode(path.read_bytes(), type=dict[str, Text])
-    except OSError as error:
-        raise AuditError(f"{path} cannot be read: {error.strerror}; list the numerals of the text there") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        said = str(error).replace("$[...]", "a text")
-        raise AuditError(f"{path} is not a list of what a text holds: {said}") from None
+    tables = read_tables(path)
+    return {name: converted(f"{path}: [{name}]", table, Text) for name, table in tables.items()}
 
 
 def tallied(name: str, text: Text) -> Iterator[Coverage]:
@@ -108,10 +92,7 @@ def excuses(text: Text) -> Counter[str]:
 
 
 def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
-    """Bindings that do not exist or hold other numerals, what was taken out of the list, and prints that are not in it.
-
-    printed: the data of the paper (`read_printed`).
-    """
+    """Bindings to what is not there or holds other numerals, what is not listed, and prints in no list."""
     bindings = _Bindings(paper, printed)
     for name, text in texts.items():
         for place, what, row in text.rows:
@@ -150,25 +131,18 @@ def _unbound(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
     data = {name for kind, name in bindings if kind in ("data", "size")}
     claims = {name for kind, name in bindings if kind in ("claim", "setting")}
     prints = {(claim.printed, claim.place) for claim in paper.claims if claim.id.partition(".")[2] in claims}
-    for keys, value in _leaves(printed, ()):
+    for keys, value in leaves(printed):
         above = {".".join(keys[:depth]) for depth in range(1, len(keys) + 1)}
-        if NUMERAL.search(value) and not above & data and (str(value), value.place) not in prints:
+        if (
+            isinstance(value, PrintedValue)
+            and NUMERAL.search(value)
+            and not above & data
+            and (str(value), value.place) not in prints
+        ):
             yield (
                 f"printed.toml, {'.'.join(keys)}: no row is bound to {value!r} ({value.place}); list where the text "
                 "prints it, or take it out of printed.toml"
             )
-
-
-def _leaves(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], PrintedValue]]:
-    """The strings of printed data with their names; a list has one name for all of it."""
-    if isinstance(value, PrintedValue):
-        yield keys, value
-    elif isinstance(value, Mapping):
-        for key, entry in value.items():
-            yield from _leaves(entry, (*keys, key))
-    elif isinstance(value, list):
-        for entry in value:
-            yield from _leaves(entry, keys)
 
 
 def _integers(numbering: str) -> list[int]:

@@ -1,8 +1,6 @@
 """A draft of printed.toml and coverage.toml from a text or its LaTeX source, for a person to read and accept.
 
-Each numeral is listed with its section or table and its line. Numbers that state a fact (a cell of a table, a decimal,
-a percentage, a number with its uncertainty) are proposed as printed data; whole numbers of the prose are left open;
-what only numbers, cites or furnishes the text is excused. Nothing of it counts before it is moved into place.
+What states a fact is proposed as printed data, whole numbers of the prose are left open, what only numbers is excused.
 """
 
 from __future__ import annotations

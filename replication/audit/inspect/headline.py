@@ -197,11 +197,9 @@ NEAR = 0.01
 def notes(
     papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path, folder: Path
 ) -> Iterator[str]:
-    """Experiments that nothing uses, claims without a second method, figures that are left over,
-    lists of what a text prints that do not fit it.
+    """What a run should look at: what nothing uses, is left over, has no second method, or does not fit its text.
 
-    unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
-    papers.
+    unused: experiments whose results nobody read. figures: where they were drawn. folder: that of the papers.
     """
     bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
     stated = [claim for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]
@@ -245,10 +243,7 @@ def notes(
 
 
 def contradiction(claim: ClaimRecord) -> str:
-    """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it.
-
-    A unit of the last printed place is near as well; others may count samples, or say how far the two are apart.
-    """
+    """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it."""
     computed = [] if claim.evidence.value is None else [abs(number) for number in flat(claim.evidence.value) if number]
     unit = max((float(Fraction(high) - Fraction(low)) for low, high in claim.judgement.intervals), default=0.0)
     said = [float(number.replace(",", "")) for number in numbers_in(claim.evidence.cross_check)]

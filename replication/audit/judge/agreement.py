@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from fractions import Fraction
 
 import msgspec
@@ -17,6 +16,7 @@ from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_f
 from replication.audit.judge.uncertainty import BY_DIGITS, PROBABLE, reach, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
+from replication.verify.predicate import Relation
 
 ACCURACY = Fraction(1, 2**50)
 """Relative accuracy of a float that a few dozen additions made; so near to an end of an interval it is that end.
@@ -25,43 +25,70 @@ A number half-way between two prints agrees with both: rules for such ties diffe
 """
 
 
-class Position(Enum):
-    """Where a computed number or its bracket lies against the numbers a print stands for; the first found decides.
-
-    Each in words, how many of several entries lie so, and the verdict.
-    """
-
-    OUTSIDE = "lies outside", "{found} of {all} entries disagree: ", Verdict.DIFFERS
-    STRADDLING = (
-        "is too wide to decide, it straddles an end of",
-        "{found} of {all} entries undecided: ",
-        Verdict.UNDETERMINED,
-    )
-    INSIDE = "lies inside", "all {all} entries agree: ", Verdict.REPRODUCED
+End = Fraction | float
+"""An end of an interval; one that is not known is infinite."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A closed interval; an end that is None is unbounded."""
+    """A closed interval."""
 
-    low: Fraction | None
-    high: Fraction | None
+    low: End = -math.inf
+    high: End = math.inf
 
     @property
     def ends(self) -> tuple[Fraction, Fraction]:
         """Both ends of an interval that is bounded."""
-        assert self.low is not None and self.high is not None
-        return self.low, self.high
+        return Fraction(self.low), Fraction(self.high)
 
     def size(self) -> Interval:
         """The interval of absolute values."""
-        if self.low is None or self.high is None:
-            ends = [abs(end) for end in (self.low, self.high) if end is not None]
-            one_sided = (self.low is not None and self.low > 0) or (self.high is not None and self.high < 0)
-            return Interval(ends[0] if one_sided else Fraction(0), None)
-        if self.low <= 0 <= self.high:
-            return Interval(Fraction(0), max(-self.low, self.high))
-        return Interval(*sorted((abs(self.low), abs(self.high))))
+        if self.low > 0:
+            return self
+        return Interval(-self.high if self.high < 0 else Fraction(0), max(-self.low, self.high))
+
+    def within(self, other: Interval) -> bool | None:
+        """Whether a number that lies in this one lies in another one; None if it may or may not."""
+        if self.low > other.high or self.high < other.low:
+            return False
+        return True if other.low <= self.low and self.high <= other.high else None
+
+
+MIRRORED: Mapping[Relation, Relation] = {"more than": "less than", "at least": "at most"}
+
+
+def compared(relation: Relation, ours: Interval, theirs: Interval) -> bool | None:
+    """Whether a relation between two numbers follows from bounds of both; None if it is open."""
+    if relation in MIRRORED:
+        return compared(MIRRORED[relation], theirs, ours)
+    if relation == "is not":
+        return negated(compared("is", ours, theirs))
+    if relation == "is":
+        apart = ours.high < theirs.low or theirs.high < ours.low
+        return False if apart else True if ours == theirs and ours.low == ours.high else None
+    if relation == "less than":
+        return True if ours.high < theirs.low else False if theirs.high <= ours.low else None
+    return True if ours.high <= theirs.low else False if theirs.high < ours.low else None
+
+
+def negated(holds: bool | None) -> bool | None:
+    """The opposite of what is decided."""
+    return None if holds is None else not holds
+
+
+LIES: Mapping[bool | None, tuple[str, str, Verdict]] = {
+    False: ("lies outside", "{found} of {all} entries disagree: ", Verdict.DIFFERS),
+    None: (
+        "is too wide to decide, it straddles an end of",
+        "{found} of {all} entries undecided: ",
+        Verdict.UNDETERMINED,
+    ),
+    True: ("lies inside", "all {all} entries agree: ", Verdict.REPRODUCED),
+}
+"""Where a computed number or its bracket lies against what a print stands for; the first found decides.
+
+Each in words, how many of several entries lie so, and the verdict.
+"""
 
 
 def _positive(tolerance: str) -> Fraction:
@@ -101,10 +128,7 @@ class Target:
 
     @classmethod
     def judged(cls, claim: StatedClaim, judgement: Judgement) -> Target:
-        """The same of a claim that was judged, with the intervals of its judgement.
-
-        Raises AuditError if the print cannot be read, or the intervals are not those of its numbers.
-        """
+        """The same of a claim that was judged, with its intervals; AuditError if these are not those of its numbers."""
         printed, intervals = parse(claim.printed), stored_intervals(claim, judgement)
         if claim.uncertainty in BY_DIGITS:
             printed = by_digits(printed, len(intervals) > 1)
@@ -133,20 +157,16 @@ class Measured:
     @property
     def deviation(self) -> Fraction:
         """(computed − printed) in units of the last printed place."""
-        return self.units(self.value)
+        return Fraction(self.units(self.value))
 
-    def units(self, number: Fraction) -> Fraction:
+    def units(self, number: End) -> End:
         """How far a number lies from the print, in units of its last place."""
         return (number - self.entry.value) / self.entry.unit
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The bracket, or the number where there is none, in the same units; an end that is not known is far away."""
-        low, high = self.bracket.low, self.bracket.high
-        return (
-            -math.inf if low is None else float(self.units(low)),
-            math.inf if high is None else float(self.units(high)),
-        )
+        """The bracket, or the number where there is none, in the same units."""
+        return float(self.units(self.bracket.low)), float(self.units(self.bracket.high))
 
     @property
     def prefix(self) -> str:
@@ -167,15 +187,16 @@ class Measured:
         """The same with ends of the interval, or the limit of a relation, for floats that are no others."""
         ends = (self.entry.value,) if self.interval is None else self.interval.ends
 
-        def near(number: Fraction) -> Fraction:
-            found = (end for end in ends if number == float(end) or abs(number - end) <= accuracy * abs(end))
+        def near(number: End) -> End:
+            reach = [(end, accuracy * abs(end)) for end in ends]
+            found = (end for end, by in reach if number == float(end) or end - by <= number <= end + by)
             printed = self.interval is not None and number == float(self.entry.value)
             return number if printed else next(found, number)
 
-        low, high = (None if end is None else near(end) for end in (self.bracket.low, self.bracket.high))
-        return replace(self, value=near(self.value), bracket=Interval(low, high))
+        bracket = Interval(near(self.bracket.low), near(self.bracket.high))
+        return replace(self, value=Fraction(near(self.value)), bracket=bracket)
 
-    def describe(self, *ends: Fraction | None) -> str:
+    def describe(self, *ends: Fraction) -> str:
         """The number or its bracket in digits, enough of them to tell it from `ends`."""
         prefix = self.prefix
         if not self.has_bracket:
@@ -184,24 +205,22 @@ class Measured:
 
 
 def judge_value(target: Target, evidence: Evidence) -> Judgement:
-    """Compare every entry with the interval that it stands for, ends included.
+    """Compare every entry with the interval that it stands for, ends included; errors as `measure`.
 
     Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: undetermined.
-    Raises AuditError if there is no value, or its layout or bracket does not fit.
     """
     if target.printed.relation:
         raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
     measured = measure(target, evidence)
-    ends = [interval.ends for interval in target.intervals]
-    positions = [position(number.bracket, *pair) for number, pair in zip(measured, ends, strict=True)]
-    decisive = next(position for position in Position if position in positions)
-    found = [index for index, position in enumerate(positions) if position is decisive]
+    lies = [number.bracket.within(interval) for number, interval in zip(measured, target.intervals, strict=True)]
+    decisive = next(one for one in LIES if one in lies)
+    found = [index for index, one in enumerate(lies) if one is decisive]
     index = max(found, key=lambda i: abs(measured[i].deviation))
-    words, counted, verdict = decisive.value
+    words, counted, verdict = LIES[decisive]
     count = counted.format(found=len(found), all=len(measured)) if len(measured) > 1 else ""
     worst = max(measured, key=lambda number: abs(number.deviation))
     exact = all(number.bracket.low == number.bracket.high == number.entry.value for number in measured)
-    reason = f"{count}{_against(measured[index], ends[index], words)}"
+    reason = f"{count}{_against(measured[index], target.intervals[index].ends, words)}"
     if exact and len(measured) > 1:
         reason = f"all {len(measured)} entries equal the printed ones"
     return Judgement(verdict=verdict, reason=_sentence(reason), deviation_ulp=numerals.nearest(worst.deviation))
@@ -223,27 +242,30 @@ def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Jud
     )
 
 
-def judge_bound(target: Target, evidence: Evidence) -> Judgement:
-    """Compare a value or bracket with a printed relation such as `<0.001`, exactly as it stands, without a tolerance.
+MARKS: Mapping[str, Relation] = {
+    "<=": "at most",
+    ">=": "at least",
+    "<": "less than",
+    "≤": "at most",
+    ">": "more than",
+    "≥": "at least",
+}
+"""The relations before a printed bound."""
+BOUNDED: Mapping[bool | None, tuple[str, Verdict]] = {
+    True: ("satisfies", Verdict.REPRODUCED),
+    False: ("violates", Verdict.DIFFERS),
+    None: ("is too wide to decide", Verdict.UNDETERMINED),
+}
 
-    Raises AuditError if there is no relation, no value, or the layout or bracket does not fit.
-    """
+
+def judge_bound(target: Target, evidence: Evidence) -> Judgement:
+    """Compare a value or bracket with a printed relation such as `<0.001`, as it stands; errors as `measure`."""
     printed = target.printed
     if not printed.relation:
         raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")
-    number = measure(target, evidence)[0]
-    limit = number.entry.value
-    low, high = number.bracket.low, number.bracket.high
-    # Mirrored so that the relation always reads "at most" or "below".
-    if printed.relation in ">≥":
-        low, high, limit = _negative(high), _negative(low), -limit
-    strict = printed.relation in "<>"
-    if high is not None and (high < limit or (high == limit and not strict)):
-        verdict, words = Verdict.REPRODUCED, "satisfies"
-    elif low is not None and (low > limit or (low == limit and strict)):
-        verdict, words = Verdict.DIFFERS, "violates"
-    else:
-        verdict, words = Verdict.UNDETERMINED, "is too wide to decide"
+    (number,) = measure(target, evidence)
+    limit = Interval(number.entry.value, number.entry.value)
+    words, verdict = BOUNDED[compared(MARKS[printed.relation], number.bracket, limit)]
     text = f"{number.describe(number.entry.value)} {words} the printed {printed.text}"
     return Judgement(verdict=verdict, reason=_sentence(text), deviation_ulp=numerals.nearest(number.deviation))
 
@@ -266,8 +288,11 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
         raise AuditError(f"the evidence holds no value to compare with the printed {printed.text!r}")
     values = [Fraction(value) for value in printed.align("computed value", evidence.value)]
     lows, highs = (
-        [None] * len(values) if side is None else [Fraction(end) for end in printed.align(name, side)]
-        for name, side in (("lower bound", evidence.lower), ("upper bound", evidence.upper))
+        [unknown] * len(values) if side is None else [Fraction(end) for end in printed.align(name, side)]
+        for name, side, unknown in (
+            ("lower bound", evidence.lower, -math.inf),
+            ("upper bound", evidence.upper, math.inf),
+        )
     )
     has_bracket = evidence.lower is not None or evidence.upper is not None
     intervals = target.intervals if not printed.relation else (None,) * len(values)
@@ -276,7 +301,7 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
     for entry, label, interval, value, low, high in columns:
         bracket = Interval(low, high) if has_bracket else Interval(value, value)
         number = Measured(entry, label, interval, value, bracket, has_bracket)
-        if (low is not None and value < low) or (high is not None and value > high):
+        if not low <= value <= high:
             own = number.describe(value)
             raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
         if entry.absolute:
@@ -288,19 +313,6 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
 
 def _fraction(number: Fraction) -> str:
     return f"{number.numerator}/{number.denominator}"
-
-
-def _negative(end: Fraction | None) -> Fraction | None:
-    return None if end is None else -end
-
-
-def position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
-    """Where a bracket lies against the numbers from `least` to `most`, both intervals closed."""
-    if (bracket.low is not None and bracket.low > most) or (bracket.high is not None and bracket.high < least):
-        return Position.OUTSIDE
-    if bracket.low is None or bracket.high is None:
-        return Position.STRADDLING
-    return Position.INSIDE if least <= bracket.low and bracket.high <= most else Position.STRADDLING
 
 
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:

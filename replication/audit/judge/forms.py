@@ -1,17 +1,14 @@
-r"""Forms in which fields write a number, brought to the few that `printed` reads, and what to write for any other.
+"""Forms in which fields write a number, brought to the few that `printed` reads, and what to write for any other.
 
-LaTeX (`$0.75$`, `1.2\times10^{-3}`, `66\,033`), a name before it (`p = 0.75`, `t(24) < 2.1`) and marks behind it
-(`0.75***`, `0.75^{\dagger}`) are taken away. What stands for an uncertainty is read:
-
-- `1.23(4)`, `1.23 ± 0.04`, `(1.23 ± 0.04)×10^3`, and with a blank and a point the error, `0.75 (0.03)`;
-- `0.75^{+0.10}_{-0.20}`, `0.75 +0.10/-0.20`, other below than above;
-- `0.75 [0.70, 0.80]`, `0.75 (95 % CI 0.70 to 0.80)`, the number between its limits.
+LaTeX, a name before a number and marks behind it are taken away; what stands for an uncertainty is read.
 """
 
 from __future__ import annotations
 
 import re
 from decimal import Decimal
+
+from replication.audit.data import words
 
 UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?"
 """Two digits of exponent keep a typing slip such as 1e99999999 from filling the memory."""
@@ -58,30 +55,8 @@ _COMMA, _THOUSANDS = (
     re.compile(r"(?<![0-9,])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9,])"),
 )
 
-_UNCERTAIN = (
-    "an uncertainty: write 1.23(4), 1.23 ± 0.04 or 1.23 (95 % CI 1.15 to 1.31), nothing more, and as uncertainty what "
-    'it is, such as "1 sigma" or "sd"'
-)
-_TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
-ADVICE = (
-    (r"[\t\b\f\r]", r"LaTeX in double quotes, where \t is a tab: write it in single quotes, '$1.2\times10^3$'"),
-    (r"^[^0-9]+$", "no number: make a statement of it, a claim of kind order"),
-    (r"[,;]\s*[^\W\d]\w*\s*[=<>≤≥]", "several prints: make a claim of each"),
-    (r"[0-9]:[0-9]", "a time or a ratio: write it as one number, 12.5 for 12:30, and the unit as unit"),
-    (
-        r"[0-9.]+,[0-9]+",
-        "a decimal comma, or thousands? write 1.33 for 1,33; thousands have three digits after a comma",
-    ),
-    (r"\([0-9]+\)|±|\+/-|\b(?:CI|CrI|HDI|S\.?D|S\.?E|SEM)\b|confidence", _UNCERTAIN),
-    (r";", "a list: write commas between its entries, (0.27, 1.07)"),
-    (r"[%‰]|per ?cent", "a percentage: write the number alone, compute it in per cent, and give the unit as unit"),
-    (r"[0-9](\.\.|…|–|—|-)|\bto\b", "an interval: make a claim of each end, with the relations ≥ and ≤"),
-    (r"\b10(\^|[⁻⁰-⁹¹²³])", "a power of ten without digits: write 1e-3 for 10^-3 if its one digit is meant"),
-    (r"[~≈≃≅]|about|approx|ca\.", f"an approximate number: {_TOLERANCE}"),
-    (r"[0-9.]\s*/|[½⅓¼¾⅔]", "a fraction: write it as a decimal number, and what is allowed as its tolerance"),
-    (r"[0-9.]\s*[^\W\d_]|[$€£¥°]", "a number with a unit? write the number alone, and the unit as unit"),
-)
-"""What may be meant by a text that is no number, and what to write for it."""
+ADVICE = words("advice")
+"""By what stands in a text that is no number, what may be meant, and what to write for it."""
 
 
 def simplified(text: str) -> str:

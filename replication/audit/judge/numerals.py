@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -76,13 +77,16 @@ def seconds(number: float) -> str:
 
 
 def at_print(
-    number: float, unit: Fraction, beyond: int = BEYOND, low: Fraction | None = None, high: Fraction | None = None
+    number: float,
+    unit: Fraction,
+    beyond: int = BEYOND,
+    low: Fraction | float = -math.inf,
+    high: Fraction | float = math.inf,
 ) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number. It
-    stays in its bracket from `low` to `high`, with up to `MORE` digits more; where the bracket is narrower than these,
-    it is just rounded.
+    It is rounded `beyond` digits further on, so that both parts read on as one number, and stays in its bracket from
+    `low` to `high` with up to `MORE` digits more, where that is not narrower still.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:
@@ -96,11 +100,11 @@ def at_print(
     return _typeset(text[:cut]), text[cut:]
 
 
-def _inside(number: float, places: int, low: Fraction | None, high: Fraction | None) -> str:
+def _inside(number: float, places: int, low: Fraction | float, high: Fraction | float) -> str:
     """`number` rounded to so many places, else down, else up, whichever lies between both ends; empty if none does."""
     for rounding in (ROUND_HALF_EVEN, ROUND_FLOOR, ROUND_CEILING):
         shown = Decimal(number).quantize(Decimal(1).scaleb(-places), rounding, Context(prec=MOST_DIGITS))
-        if (low is None or Fraction(shown) >= low) and (high is None or Fraction(shown) <= high):
+        if low <= Fraction(shown) <= high:
             return f"{shown:f}"
     return ""
 
@@ -146,22 +150,22 @@ def layout(numbers: Numbers, write: Callable[[float], str] = short) -> str:
     return f"({', '.join(write(number) for number in numbers if not isinstance(number, tuple))})"
 
 
-def enclosure(low: Fraction | None, high: Fraction | None, *ends: Fraction | None) -> str:
+def enclosure(low: Fraction | float, high: Fraction | float, *ends: Fraction) -> str:
     """A bracket rounded outwards, fine enough to show its width and to stand on its side of all `ends`."""
-    width = None if low is None or high is None or low == high else high - low
-    low_text = "−inf" if low is None else _outward(low, ROUND_FLOOR, width, ends)
-    return f"[{low_text}, {'inf' if high is None else _outward(high, ROUND_CEILING, width, ends)}]"
+    width = high - low or math.inf
+    return f"[{_outward(low, ROUND_FLOOR, width, ends)}, {_outward(high, ROUND_CEILING, width, ends)}]"
 
 
-def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
+def _outward(number: Fraction | float, rounding: str, width: Fraction | float, ends: Sequence[Fraction]) -> str:
     """`number` rounded down or up by no more than `width`, in at least six digits."""
+    if not math.isfinite(number):
+        return _typeset(str(number))
     for count in range(6, MOST_DIGITS):
         rounded = _rounded(number, count, rounding)
         shown = Fraction(rounded)
-        fine = width is None or abs(shown - number) <= width
-        if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
+        if -width <= shown - number <= width and all(_side(shown, end) == _side(number, end) for end in ends):
             return decimal(rounded)
-    return exact(number)
+    return exact(Fraction(number))
 
 
 def at_most(number: float, digits: int = 2) -> str:
@@ -184,12 +188,12 @@ def _rounded(number: float | Fraction, digits: int, rounding: str = ROUND_HALF_E
     return Context(prec=digits, rounding=rounding).divide(Decimal(exact.numerator), Decimal(exact.denominator))
 
 
-def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
+def digits(number: Fraction, *ends: Fraction, least: int = 6) -> str:
     """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
     value = nearest(number)
     for count in range(least, 18):
         text = f"{value:.{count}g}"
-        if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
+        if all(_side(Fraction(text), end) == _side(number, end) for end in ends):
             return decimal(Decimal(text))
     return full(value)
 
@@ -200,7 +204,7 @@ def nearest(number: Fraction) -> float:
     return float(max(-largest, min(largest, number)))
 
 
-def _side(number: Fraction, end: Fraction) -> int:
+def _side(number: Fraction | float, end: Fraction) -> int:
     return (number > end) - (number < end)
 
 

@@ -23,23 +23,15 @@ OF_READINGS = (Policy.SOLVER, Policy.CONSTANT, Policy.RULED_OUT, Policy.OWN)
 """Policies that a reading brings with it."""
 
 
-def touched(judgement: Judgement, *policies: Policy) -> Judgement:
-    """The judgement with the names of policies that touched it."""
-    return msgspec.structs.replace(judgement, policies=tuple(dict.fromkeys((*judgement.policies, *policies))))
-
-
 def excess(target: Target, evidence: Evidence) -> Fraction | None:
-    """How far the least number that rounds to a printed level lies above the optimum, relative to it; None if below.
-
-    Where the optimum is known by a bracket, its lower end counts.
-    """
+    """How far the least number that rounds to a printed level lies above the lower end of the optimum."""
     (number,) = measure(target, evidence)
     assert number.interval is not None
     least, _ = number.interval.ends
     low, high = number.bracket.low, number.bracket.high
-    if low is None or high is None or low <= 0 or high >= least:
+    if low <= 0 or high >= least:
         return None
-    return (least - low) / low
+    return least / Fraction(low) - 1
 
 
 def with_excess(
@@ -60,17 +52,17 @@ def with_excess(
     (number,) = measure(target, evidence)
     rounded = exact(round(number.value / number.entry.unit) * number.entry.unit)
     words = (
-        f"{judgement.reason} The optimum rounds to {rounded}. The least number that rounds to the print is "
-        f"{_percent(relative)} above the optimum"
+        f"The optimum rounds to {rounded}. The least number that rounds to the print is {_percent(relative)} above the "
+        "optimum"
     )
     if solver is None or solver.accuracy is None:
-        return msgspec.structs.replace(judgement, reason=f"{words}, and the text names no means that would explain it.")
-    within = (1 + relative) ** 2 - 1 <= Fraction(str(solver.accuracy))
-    allowed = f"a solver that stops within {_percent(Fraction(str(solver.accuracy)))} of the square of the level"
-    if not within:
-        return msgspec.structs.replace(judgement, reason=f"{words}, more than {allowed} explains.")
-    reason = f"{words}, no more than {allowed} explains; so under the reading {solver.name} it agrees."
-    return touched(msgspec.structs.replace(judgement, verdict=Verdict.COMPATIBLE, reason=reason), Policy.SOLVER)
+        return judgement.further(f"{words}, and the text names no means that would explain it.")
+    accuracy = Fraction(str(solver.accuracy))
+    allowed = f"a solver that stops within {_percent(accuracy)} of the square of the level"
+    if (1 + relative) ** 2 - 1 > accuracy:
+        return judgement.further(f"{words}, more than {allowed} explains.")
+    words += f", no more than {allowed} explains; so under the reading {solver.name} it agrees."
+    return judgement.further(words, verdict=Verdict.COMPATIBLE, policies=[Policy.SOLVER])
 
 
 def _percent(share: Fraction) -> str:
@@ -80,10 +72,8 @@ def _percent(share: Fraction) -> str:
 def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement) -> Judgement:
     """The judgement with the rounding of printed inputs in view: `compatible` for `differs` where it may explain it.
 
-    Inputs here are printed results, such as gains, poles or a filter, which the text had with more digits; parameters
-    that it chooses are exact. The outcome over all inputs that round to the print is a range. Where it meets what the
-    printed number stands for, the text does not tell the two apart. Raises AuditError if it is not the range of one
-    number, or leaves it out.
+    Inputs here are printed results, such as gains or poles; parameters that a text chooses are exact. Raises AuditError
+    if the range over all inputs that round to their prints is not that of one number, or leaves it out.
     """
     over = evidence.over_inputs
     if over is None:
@@ -96,18 +86,15 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
     ranged = judge(target, Evidence(method="", value=evidence.value, lower=over.lower, upper=over.upper))
     if judgement.verdict is not Verdict.DIFFERS:
         return judgement
-    meets = ranged.verdict is not Verdict.DIFFERS
     said = f"Over all inputs that round to their prints ({over.how}): {ranged.reason}"
-    reason = f"{judgement.reason} {said}{' So the rounding of the inputs may explain the print.' if meets else ''}"
-    verdict = Verdict.COMPATIBLE if meets else judgement.verdict
-    return touched(msgspec.structs.replace(judgement, verdict=verdict, reason=reason), Policy.INPUTS)
+    if ranged.verdict is Verdict.DIFFERS:
+        return judgement.further(said, policies=[Policy.INPUTS])
+    said += " So the rounding of the inputs may explain the print."
+    return judgement.further(said, verdict=Verdict.COMPATIBLE, policies=[Policy.INPUTS])
 
 
 def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple[Policy, ...]]:
-    """The verdict where readings disagree, from how many agree, and the policy that decides it if some do.
-
-    numbers: whether a printed number is compared. Where none agrees, a constant fitted to the print meets it.
-    """
+    """The verdict where readings disagree, from how many agree, and the policy that decides it if some do."""
     if not 0 < agreeing < among:
         return Verdict.UNDETERMINED, ()
     return Verdict.COMPATIBLE if numbers else Verdict.UNDETERMINED, (Policy.SOME,)
@@ -119,26 +106,15 @@ def once_corrected(verdict: Verdict) -> Verdict:
     return Verdict.REPRODUCED_AFTER_ERRATUM if as_it_stands else verdict
 
 
-def slipped(erratum: str, corrected: Judgement) -> Judgement:
-    """The judgement on what rests on a slip that may be of the text at hand alone: that on the corrected text."""
-    reason = f"{corrected.reason} Read with {erratum}, a slip that may be of the text at hand."
-    return touched(msgspec.structs.replace(corrected, reason=reason), Policy.SCAN)
-
-
 def with_own(claim: StatedClaim, readings: Sequence[Reading], judgement: Judgement) -> Judgement:
-    """The judgement with what its readings and its kind bring: nothing of ours is reproduced.
-
-    readings: those that the verdict rests on.
-    """
+    """The judgement with what the readings that it rests on and its kind bring: nothing of ours is reproduced."""
     brought = {reading.policy for reading in readings} - {Policy.SOLVER}
-    judgement = touched(judgement, *(policy for policy in Policy if policy in brought))
-    if claim.ours:
-        judgement = touched(judgement, Policy.REMARK)
+    touched = [policy for policy in Policy if policy in brought or (claim.ours and policy is Policy.REMARK)]
     best = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
     if brought - {Policy.RULED_OUT} != {Policy.OWN} or judgement.verdict not in best:
-        return judgement
-    reason = f"{judgement.reason} It rests on what is ours, so it is not reproduced."
-    return msgspec.structs.replace(judgement, verdict=Verdict.COMPATIBLE, reason=reason)
+        return judgement.further(policies=touched)
+    ours = "It rests on what is ours, so it is not reproduced."
+    return judgement.further(ours, verdict=Verdict.COMPATIBLE, policies=touched)
 
 
 def repeated(claims: Iterable[Claim]) -> list[Claim]:
@@ -153,21 +129,17 @@ def repeated(claims: Iterable[Claim]) -> list[Claim]:
 
 
 def same_fact(record: ClaimRecord, first: Judgement | None) -> ClaimRecord:
-    """The record with the verdict of the claim that says the same; an error if the two contradict each other.
-
-    first: the judgement on that claim; None if there is none.
-    """
+    """The record with `first`, the verdict of the claim that says the same; an error if the two contradict."""
     own = record.judgement
     if first is None or Verdict.ERROR in (own.verdict, first.verdict):
         return record
     wrong = {verdict in DISAGREES for verdict in (own.verdict, first.verdict)}
     told = f"It says the same as {record.claim.repeats}, which is {first.verdict}"
+    reason, verdict = f"{told}. {own.reason}", first.verdict
     if len(wrong) > 1:
         reason = f"{told}; on its own evidence it would be {own.verdict}: one of the two is wrong. {own.reason}"
         verdict = Verdict.ERROR
-    else:
-        reason, verdict = f"{told}. {own.reason}", first.verdict
-    judgement = touched(msgspec.structs.replace(own, verdict=verdict, reason=reason), Policy.FACT)
+    judgement = own.further(verdict=verdict, reason=reason, policies=[Policy.FACT])
     return msgspec.structs.replace(record, judgement=judgement)
 
 

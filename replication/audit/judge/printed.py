@@ -1,17 +1,7 @@
 """Printed values: the string that stands in a paper, its exact numbers, and the unit of each last printed place.
 
 The digits are the tolerance: a printed number stands for the closed interval of half a unit in its last place on
-either side. All arithmetic is exact (`Fraction`), so no rounding of ours decides a verdict. Written forms:
-
-- numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `1.2×10⁻³`, with a hyphen or the minus sign, and outside lists thousands,
-  `66,033` or `66 033`, and a decimal comma that is none of these, `1,33` or `0,333`;
-- a number of per cent, `4.72 %`, which is computed in per cent;
-- a number with the uncertainty that the text states, `1.23(4)` or `1.23 ± 0.04`, and the like of `forms`;
-- an interval as the list of its ends, `1.2–1.4` or `1.2 to 1.4`;
-- complex numbers `1.0+0.2i`, and conjugate pairs `1.085±0.240i`, of which the imaginary part is compared in size;
-- lists in parentheses, `(1.031, 1.085±0.240i)`, and matrices in square brackets, `[0.228 0.294; -0.125 0.267]`,
-  always with rows and columns, so that `[1 2]` is one row;
-- relations before a real number, `<0.001`, `≤2`, `>1`, `≥0`.
+either side. All arithmetic is exact (`Fraction`). The forms are those of docs/adding-a-paper.md and `forms`.
 """
 
 from __future__ import annotations
@@ -241,7 +231,7 @@ def _cell(text: str, part: str) -> tuple[Entry, ...]:
 
 def _entry(text: str, part: str) -> Entry:
     if not _REAL.fullmatch(part):
-        meant = next((f"; it may be {advice}" for form, advice in ADVICE if re.search(form, part)), "")
+        meant = next((f"; it may be {advice}" for form, advice in ADVICE.items() if re.search(form, part)), "")
         raise AuditError(
             f"printed value {text!r}: {part!r} is not a number as printed, such as 1.33, .580 or 1.2e-3{meant}"
         )
@@ -299,10 +289,9 @@ Quantities = Mapping[str, float]
 
 
 def spread(prints: Mapping[str, str], compute: Callable[[Parameters], Quantities]) -> dict[str, Any]:
-    """What `compute` gives at the printed numbers, and with each of them half a unit lower and higher.
+    """What `compute` gives at the printed numbers, and with each that is not whole half a unit lower and higher.
 
-    Whole numbers stand for themselves and are left alone. Returns JSON: `base`, and `rows` with `parameter`, `printed`,
-    `low` and `high`; an end where `compute` finds no result (an `InfeasibleError`, for example) is None.
+    Returns JSON: `base`, and `rows` with `parameter`, `printed`, `low` and `high`; None where there is no result.
     """
     parsed = {name: parse(text) for name, text in prints.items()}
     exact = {name: [entry.value for entry in printed.entries] for name, printed in parsed.items()}

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from replication.audit.judge.match import Match, match
+from replication.audit.judge.agreement import End, Interval, Target, compared, negated
 from replication.audit.judge.printed import flat
-from replication.audit.model import NUMERIC, Claim, Evidence, Kind, Numbers, StatedClaim
+from replication.audit.model import NO_READING, NUMERIC, Claim, Evidence, Kind, Numbers, StatedClaim
 from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord, shared
 from replication.audit.store.sources import SourceTree
@@ -21,6 +22,7 @@ from replication.errors import AuditError
 from replication.files import sha256
 from replication.machine.theory import STATEMENTS, sum_for
 from replication.twice import RECORD, second
+from replication.verify.predicate import Exported, Predicate, Term, differences, in_words
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
@@ -31,9 +33,8 @@ from replication.verify.theorem import Refused
 
 
 def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[str, str]]:
-    """What Coq left beside a paper: the file of its statement, and the checksum of each certificate, by name.
+    """What Coq left beside a paper: the file of its statement, checksums of certificates by name; nothing once stale.
 
-    Nothing where the theory, the decimals or the list of theorems have changed since.
     stated: the theorems that Coq has a statement of. Raises AuditError if the record names another one.
     """
     keys, unknown = ("statement", "theory", "certificates"), "of which Coq has no statement"
@@ -42,10 +43,9 @@ def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[st
 
 
 def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
-    """What the second arithmetic left: the checksum of each certificate of which both prove the same, by name.
+    """Checksums, by name, of the certificates of which both arithmetics prove the same; nothing once stale.
 
-    Nothing where the second arithmetic has changed since. listed: the theorems that the paper wants. Raises AuditError
-    if the record names another one.
+    listed: the theorems that the paper wants. Raises AuditError if the record names another one.
     """
     keys, unknown = ("arithmetic", "certificates"), "which theorems.json does not"
     arithmetic, sums = _left(folder / RECORD, "python verify.py --both", keys, listed, unknown)
@@ -79,7 +79,7 @@ BY_KIND = {
     Kind.STATISTICAL: "About random draws, which show how probable something is.",
 }
 """Why there is no theorem on claims of these kinds, unless the paper gives another reason."""
-Ends = tuple[float | None, float | None]
+Ends = tuple[float, float]
 
 
 class Wanted(CertificateRecord, frozen=True, kw_only=True):
@@ -95,10 +95,7 @@ class Wanted(CertificateRecord, frozen=True, kw_only=True):
 
 
 def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[str, str]]:
-    """The certificates that these papers want, and the claims without one with the reason.
-
-    Raises AuditError if a list of theorems is malformed.
-    """
+    """The certificates that these papers want, and why claims have none; AuditError for a malformed list."""
     package = read_settings(root).papers
     found: list[Wanted] = []
     reasons: dict[str, str] = {}
@@ -160,8 +157,7 @@ def with_proofs(
 ) -> tuple[Evidence, bool, str]:
     """The evidence for a claim with what is proved of it in place of what was computed, and whether it is proved.
 
-    Last what the theorems do not say, if they only support it. Nothing changes unless theorems say the claim, or while
-    one of its certificates is not proved.
+    Last what the theorems do not say, if they only support it. Nothing changes while a certificate is not proved.
     Raises AuditError if the theorems contradict the evidence, or bound other numbers than it has.
     """
     if not certificates or not all(certificate.proved for certificate in certificates) or evidence.not_checkable:
@@ -195,11 +191,7 @@ def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> E
 
 
 def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
-    """A statement that is proved shows the bracket of its certificates; where they give none, it shows none.
-
-    Its value is moved to the nearest end if it lies outside though its own bracket does not.
-    Raises AuditError if the two brackets have nothing in common.
-    """
+    """A proved statement shows the bracket of its certificates, if any; AuditError if its own does not meet it."""
     bare = msgspec.structs.replace(evidence, lower=None, upper=None)
     if evidence.value is None:
         return bare
@@ -217,16 +209,16 @@ def _bracketed(evidence: Evidence, values: Sequence[float], ends: Sequence[Ends]
     """The evidence with these values and those sides of the bracket that are known of all of them."""
     layout = evidence.value
     assert layout is not None
-    sides = [None if None in side else side for side in zip(*ends, strict=True)]
-    lower, upper = (None if side is None else _shaped(layout, iter(side)) for side in sides)
+    sides = zip(*ends, strict=True)
+    lower, upper = (_shaped(layout, iter(side)) if all(map(math.isfinite, side)) else None for side in sides)
     return msgspec.structs.replace(evidence, value=_shaped(layout, iter(values)), lower=lower, upper=upper)
 
 
-def _outward(number: Fraction | None, towards: float) -> float | None:
+def _outward(number: End, towards: float) -> float:
     """The nearest float that is not on the inner side of `number`."""
-    if number is None:
-        return None
     nearest = float(number)
+    if math.isinf(nearest):
+        return nearest
     inner = Fraction(nearest) > number if towards < 0 else Fraction(nearest) < number
     return math.nextafter(nearest, towards) if inner else nearest
 
@@ -234,16 +226,153 @@ def _outward(number: Fraction | None, towards: float) -> float | None:
 def _inside(number: float, ends: Ends, paths: str) -> float:
     inside = _clamped(number, ends)
     if abs(inside - number) > ROUNDING * max(1.0, abs(number)):
-        low, high = (-math.inf if ends[0] is None else ends[0]), (math.inf if ends[1] is None else ends[1])
-        raise AuditError(f"the theorems of {paths} prove [{low!r}, {high!r}], and the computed value is {number!r}")
+        raise AuditError(f"the theorems of {paths} prove {list(ends)}, and the computed value is {number!r}")
     return inside
 
 
 def _clamped(number: float, ends: Ends) -> float:
-    low, high = ends
-    return min(max(number, -math.inf if low is None else low), math.inf if high is None else high)
+    return min(max(number, ends[0]), ends[1])
 
 
 def _shaped(layout: Numbers, numbers: Iterator[Any]) -> Any:
     """The numbers, one after the other, in the layout of another quantity."""
     return tuple(_shaped(entry, numbers) for entry in layout) if isinstance(layout, tuple) else next(numbers)
+
+
+# Does a theorem say what a claim says? The predicates of the claim, decided by what its certificates export.
+
+NO_PREDICATE = "The claim states no predicate that a theorem could be compared with."
+Offer = tuple[str, Exported]
+"""A term of a theorem, with the name of the theorem."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Match:
+    """What the theorems of a claim say of it.
+
+    by_reading: whether all its predicates under a reading hold, None where they are not decided. difference: in words,
+    what the theorems do not say. bounds: what they prove of the number of its first predicate.
+    """
+
+    by_reading: Mapping[str, bool | None]
+    difference: str
+    bounds: tuple[Interval, ...]
+
+    @property
+    def proved(self) -> bool:
+        """Whether the claim is decided, one way or the other, under each reading that it rests on."""
+        return bool(self.by_reading) and None not in self.by_reading.values()
+
+
+def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Match:
+    """Decide a claim by certificates of its paper that are proved; raises AuditError if they contradict each other.
+
+    It rests on its own reading and, where the evidence tells outcomes under several, on each of these.
+    """
+    if not claim.says:
+        return Match(by_reading={}, difference=NO_PREDICATE, bounds=())
+    paper = claim.id.partition(".")[0]
+    offers = [(one.name, said) for one in certificates if one.paper == paper and one.proved for said in one.says]
+    decided = [(predicate, _decided(predicate, claim, offers)) for predicate in claim.says]
+    # A claim without a reading of its own may have outcomes under several, of which the text leaves the choice.
+    own = [claim.reading] if claim.reading and not (claim.reading == NO_READING and evidence.outcomes) else []
+    readings = dict.fromkeys([*own, *(one.reading for one in claim.says), *(one.reading for one in evidence.outcomes)])
+    by_reading = {name: _all([holds for one, holds in decided if one.reading == name]) for name in readings}
+    missing = [_lacking(one, claim, offers) for one, holds in decided if holds is None]
+    told = {one.reading for one in claim.says}
+    missing += [f"nothing is said under the reading {name}" for name in readings if name not in told]
+    first = claim.says[0]
+    return Match(
+        by_reading=by_reading,
+        difference=_told(missing, by_reading),
+        bounds=_bounds(first.of, first, offers),
+    )
+
+
+def _all(decided: Sequence[bool | None]) -> bool | None:
+    """A conjunction: false as soon as one part is, true if all are; nothing is said by none."""
+    if False in decided:
+        return False
+    return None if None in decided or not decided else True
+
+
+def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
+    """What is decided under some readings, then what is not."""
+    if not missing:
+        return ""
+    words = {True: "says", False: "denies"}
+    ways = {holds: [name for name, found in by_reading.items() if found is holds] for holds in words}
+    decided = [f"A theorem {words[holds]} it under {', '.join(names)}. " for holds, names in ways.items() if names]
+    told = "; ".join(missing)
+    return f"{''.join(decided)}{told[:1].upper()}{told[1:]}."
+
+
+def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
+    """What is exported of exactly this term, under this reading."""
+    like = term.quantity, term.plant, term.estimators
+    near = (one for _, one in offers if (one.of.quantity, one.of.plant, one.of.estimators) == like)
+    near = (one for one in near if one.unit == predicate.unit and predicate.reading in one.readings)
+    near = (one for one in near if one.of.setting == term.setting)
+    # Settings that are equal may still differ in type.
+    return [one for one in near if not differences(term, predicate.reading, one)]
+
+
+def _decided(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> bool | None:
+    """Whether a predicate holds by these theorems; None if they do not say."""
+    if predicate.relation in ("holds", "fails"):
+        said = {one.holds for one in _fitting(predicate.of, predicate, offers)} - {None}
+        if len(said) > 1:
+            raise AuditError(f"the theorems on {claim.id} contradict each other: one says that it holds, one not")
+        return said == {predicate.relation == "holds"} if said else None
+    ours = _bounds(predicate.of, predicate, offers)
+    if isinstance(predicate.to, Term):
+        theirs = _bounds(predicate.to, predicate, offers)
+        return compared(predicate.relation, ours[0], theirs[0]) if len(ours) == len(theirs) == 1 else None
+    text = str(predicate.to)
+    if predicate.relation in ("is", "is not"):
+        other = {} if text == claim.printed else {"printed": text, "tolerance": None}
+        return _equal(predicate, ours, Target.of(msgspec.structs.replace(claim, **other)))
+    limit = Fraction(text)
+    return compared(predicate.relation, ours[0], Interval(limit, limit)) if len(ours) == 1 else None
+
+
+def _equal(predicate: Predicate, ours: Sequence[Interval], target: Target) -> bool | None:
+    """Whether bounds lie in what each number of a print stands for; of a conjugate pair the imaginary part in size."""
+    if len(ours) != len(target.intervals):
+        return None
+    entries = zip(ours, target.printed.entries, target.intervals, strict=True)
+    parts = [(one.size() if entry.absolute else one).within(stands) for one, entry, stands in entries]
+    return negated(_all(parts)) if predicate.relation == "is not" else _all(parts)
+
+
+def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[Interval, ...]:
+    """The narrowest bounds of each number of a term; none if theorems on it bound different counts of numbers."""
+    found = [one.items for one in _fitting(term, predicate, offers) if any(end for pair in one.items for end in pair)]
+    if len({len(items) for items in found}) != 1:
+        return ()
+    narrow = tuple(_narrowest(pairs) for pairs in zip(*found, strict=True))
+    for one in narrow:
+        if one.low > one.high:
+            raise AuditError(
+                f"the theorems on {in_words(predicate)} contradict each other: one says at least {one.low}, another "
+                f"at most {one.high}; one of their statements or certificates is wrong"
+            )
+    return narrow
+
+
+def _narrowest(pairs: Iterable[tuple[str | None, str | None]]) -> Interval:
+    lows, highs = zip(*pairs, strict=True)
+    low = max((Fraction(end) for end in lows if end is not None), default=-math.inf)
+    return Interval(low, min((Fraction(end) for end in highs if end is not None), default=math.inf))
+
+
+def _lacking(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> str:
+    """What the nearest theorem says instead."""
+    for term in predicate.terms:
+        if not _fitting(term, predicate, offers):
+            near = [(differences(term, predicate.reading, one), name) for name, one in offers]
+            if not near:
+                return "No theorem that supports it says anything as data"
+            told, name = min(near, key=lambda found: len(found[0]))
+            return f"The nearest theorem, {name}, says it otherwise: {'; '.join(told)}"
+    return f"The proved bounds do not decide whether {in_words(predicate)}"

@@ -1,8 +1,6 @@
 """Numbers that a sentence only types: they stay when all that it is made from moves, and stand nowhere in it.
 
-A finding or an alternative text is a function of results or data. It is asked again with each number of these moved by
-another share. A decimal number, or one from a hundred on, that it says each time came from somewhere else: it must be
-printed in the paper, or be a number of the results.
+A decimal number, or one from a hundred on, that does so must be printed in the paper, or be a number of the results.
 """
 
 from __future__ import annotations
@@ -25,8 +23,8 @@ FIRST, LAST = 0.1, 0.6
 def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, elsewhere: Iterable[str]) -> None:
     """Raise AuditError for the first number of the sentences that does not move with what they are made from.
 
-    what: the kind of sentence, for the message. given: JSON, or mappings of columns. elsewhere: texts in which a number
-    may stand as well, such as the prints of the paper. Where the function fails on what was moved, nothing is decided.
+    what: the kind of sentence. given: JSON, or mappings of columns. elsewhere: texts in which a number may stand as
+    well. Where the function fails on what was moved, nothing is decided.
     """
     known = {number for text in elsewhere for number in numbers_in(text)}
     sentences = list(ask(given))

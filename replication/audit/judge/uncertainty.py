@@ -1,9 +1,6 @@
 """What an uncertainty that a text prints says of a recomputed number: in standard deviations, not as a wall.
 
-A claim says what its uncertainty is (`uncertainty="95 %"`). A number that agrees in its printed digits is reproduced,
-whatever is printed beside them. Any other is compared in standard deviations of a normal error, and is compatible if
-one as far off has at least the probability `SMALLEST_PROBABILITY`. A bound is a bound: inside reproduced, outside not.
-Where it says nothing of the number (`BY_DIGITS`), the digits decide, also those of the uncertainty if it was computed.
+docs/verdicts.md has the rules, of which `weighed` is the code.
 """
 
 from __future__ import annotations
@@ -11,8 +8,6 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 from statistics import NormalDist
-
-import msgspec
 
 from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import Entry
@@ -66,8 +61,7 @@ def reach(entry: Entry, uncertainty: str) -> tuple[Fraction, Fraction]:
 def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgement, beyond: Judgement) -> Judgement:
     """The judgement on a number that does not come out in its digits, by the uncertainty beside them.
 
-    judgement: for the interval of `reach`; beyond: for that of a probable error, the widest that an uncertainty usually
-    is where the text does not say; the narrowest is a bound.
+    judgement: for the interval of `reach`; beyond: for that of a probable error, the widest that is usual.
     """
     verdict, inside = judgement.verdict, judgement.verdict is Verdict.REPRODUCED
     assert entry.spread is not None
@@ -87,4 +81,4 @@ def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgemen
         words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
         if not inside:
             words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
-    return msgspec.structs.replace(judgement, verdict=verdict, reason=f"{judgement.reason} {words}")
+    return judgement.further(words, verdict=verdict)

@@ -31,10 +31,6 @@ def validate_claims(papers: Sequence[Paper], at: At = lambda name: "") -> None:
     """Check names and references of `papers`; raises AuditError that lists every mistake, one a line.
 
     at: where the modules of the papers write a name, as ` [file:line]`.
-
-    Ids are unique, in lower case and begin with the key of their paper; uses, errata, scope and tables refer to what
-    exists; every claim is covered by the scope; a scope item without claims and figures says why. Every claim names its
-    reading, one that its paper defines, or `NO_READING`. What a claim says as data is of a known quantity, in its unit.
     """
     times = Counter(named for paper in papers for named in _named(paper))
     again = [(what, name, number) for (what, name), number in times.items() if number > 1]
@@ -239,10 +235,7 @@ def validate_theorems(papers: Sequence[Paper], named: Collection[str], excused: 
 
 
 def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) -> tuple[str, ...]:
-    """Of a paper's readings, the names of those under which none of its claims was answered.
-
-    While a claim is an error nobody knows under which it would be, and none is named.
-    """
+    """The names of a paper's readings under which none of its claims was answered; none while a claim is an error."""
     if any(claim.verdict is Verdict.ERROR for claim in claims):
         return ()
     used = {name for claim in claims for name in claim.rested}

@@ -13,8 +13,6 @@ from replication.audit.judge.agreement import Target, judge_bound, judge_uncerta
 from replication.audit.judge.numerals import digits, short
 from replication.audit.judge.policies import (
     once_corrected,
-    slipped,
-    touched,
     under_some,
     with_excess,
     with_inputs,
@@ -38,7 +36,7 @@ from replication.audit.model import (
     Verdict,
 )
 from replication.audit.store.cache import require_json
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, shared
 from replication.errors import AuditError
 
 SMALLEST_PROBABILITY_REASON = (
@@ -50,10 +48,8 @@ TESTS_NOTHING = "A constant fitted to the print alone meets it, which tests noth
 
 @dataclass(frozen=True)
 class Case:
-    """All that a verdict depends on.
+    """All that a verdict depends on: see `judge`. target: what the claim prints, if anything; or why it cannot be read.
 
-    erratum: that of the claim, with the outcome of its proof. readings: those of the paper. target: the printed value,
-    if the claim has one; or why it cannot be read.
     printed: whether the evidence is for the text as printed, without the correction of the erratum.
     """
 
@@ -85,9 +81,8 @@ def judge(
     *,
     readings: Iterable[Reading] = (),
 ) -> Judgement:
-    """The verdict on `claim`, with its reason, deviation and rounding intervals; never raises.
+    """The verdict on `claim`, with its reason, deviation and rounding intervals; `ERROR` for what cannot be compared.
 
-    Evidence that cannot be compared (no number, wrong layout, not finite, contradictory) gives `Verdict.ERROR`.
     erratum: that of the claim, with the outcome of its proof. target: the printed value, if it was read. readings:
     those of the paper.
     """
@@ -97,9 +92,9 @@ def judge(
         judgement = with_own(claim, case.rested, _judge(case))
     except AuditError as error:
         judgement = Judgement(verdict=Verdict.ERROR, reason=str(error))
-    if isinstance(case.target, Target):
-        return msgspec.structs.replace(judgement, intervals=case.target.written)
-    return judgement
+    untraced = f"Not traced: {', '.join(evidence.untraced)}." if evidence.untraced else ""
+    intervals = case.target.written if isinstance(case.target, Target) else ()
+    return judgement.further(untraced, intervals=intervals)
 
 
 def _target(claim: StatedClaim, evidence: Evidence) -> Target | AuditError | None:
@@ -128,14 +123,13 @@ def _judge(case: Case) -> Judgement:
 
 
 def _with_erratum(case: Case, erratum: str) -> Judgement:
-    """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds.
-
-    What rests on a slip of the text at hand alone is judged as the paper must have it.
-    """
+    """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     evidence, meant = case.evidence, case.claim.meant
+    mended = _corrected(case) if meant else case
     proof = case.erratum if case.erratum is not None and not case.erratum.error else None
     if _is_slip(proof):
-        return slipped(erratum, _found(_corrected(case) if meant else case))
+        said = f"Read with {erratum}, a slip that may be of the text at hand."
+        return _found(mended).further(said, policies=[Policy.SCAN])
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if meant and evidence.as_printed is not None:
         raise AuditError(f"one answer is compared with the print and with {meant!r}; leave out as_printed")
@@ -151,23 +145,18 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
         before = f"As printed: {evidence.note}"
     else:
         raise AuditError(f"erratum {erratum}: the evidence has no as_printed, and no note that says why")
-    corrected = _found(_corrected(case) if meant else case)
+    corrected = _found(mended)
     reason = f"With erratum {erratum}: {corrected.reason} {before}"
     if proof is not None and proof.holds and proof.inference:
         reason = f"{reason} The erratum is an inference."
     if corrected.verdict not in AGREES:
-        return msgspec.structs.replace(corrected, reason=reason)
+        return corrected.further(reason=reason)
     if proof is None:
         raise AuditError(f"the proof of erratum {erratum} could not be run, so its correction does not count")
     if not proof.holds:
-        reason = f"The proof of the erratum does not hold. {reason}"
-    elif proof.inference:
-        verdict = Verdict.COMPATIBLE
-    else:
-        verdict = once_corrected(corrected.verdict)
-    if proof.holds:
-        corrected = touched(corrected, Policy.ERRATUM)
-    return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
+        return corrected.further(verdict=verdict, reason=f"The proof of the erratum does not hold. {reason}")
+    verdict = Verdict.COMPATIBLE if proof.inference else once_corrected(corrected.verdict)
+    return corrected.further(verdict=verdict, reason=reason, policies=[Policy.ERRATUM])
 
 
 def _is_slip(proof: ErratumRecord | None) -> bool:
@@ -197,13 +186,13 @@ def _found(case: Case) -> Judgement:
     if case.printed and reading.inference:
         # Chosen with the print in view, it is a part of the correction.
         return judgement
-    verdict, reason = judgement.verdict, f"Under the reading {reading.name}: {judgement.reason}"
-    if reading.policy is Policy.CONSTANT and verdict in AGREES:
-        verdict, reason = Verdict.UNDETERMINED, f"{reason} {TESTS_NOTHING}: {reading.name}."
-    if reading.inference and verdict is Verdict.REPRODUCED:
-        verdict = Verdict.COMPATIBLE
-        reason = f"{reason} The reading is an inference, chosen with printed numbers in view."
-    return msgspec.structs.replace(judgement, verdict=verdict, reason=reason)
+    judgement = judgement.further(reason=f"Under the reading {reading.name}: {judgement.reason}")
+    if reading.policy is Policy.CONSTANT and judgement.verdict in AGREES:
+        judgement = judgement.further(f"{TESTS_NOTHING}: {reading.name}.", verdict=Verdict.UNDETERMINED)
+    if reading.inference and judgement.verdict is Verdict.REPRODUCED:
+        chosen = "The reading is an inference, chosen with printed numbers in view."
+        judgement = judgement.further(chosen, verdict=Verdict.COMPATIBLE)
+    return judgement
 
 
 def _family(case: Case) -> Judgement:
@@ -238,80 +227,90 @@ def _family(case: Case) -> Judgement:
     # What would fit the print and break the step does not count, so that these are the valid ones.
     mended = case.claim.erratum is not None and not case.printed and not _is_slip(case.erratum)
     which = "that leave the corrected step valid" if verdict is Verdict.DIFFERS and mended else "of the text"
-    reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings {which}. {said}."
+    reasons = [f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings {which}. {said}."]
     if ruled_out:
-        reason = f"{reason} The text rules out and the verdict leaves out: {', '.join(ruled_out)}."
+        reasons.append(f"The text rules out and the verdict leaves out: {', '.join(ruled_out)}.")
     if met:
-        reason = f"{reason} {TESTS_NOTHING}: {', '.join(met)}."
+        reasons.append(f"{TESTS_NOTHING}: {', '.join(met)}.")
     elif fitted:
-        reason = f"{reason} No constant fitted to the print meets it, which is not counted: {', '.join(fitted)}."
+        reasons.append(f"No constant fitted to the print meets it, which is not counted: {', '.join(fitted)}.")
     shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
-    applied = tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies))))
-    nearest = min(deviations, key=abs, default=None)
-    counts = agreeing, len(verdicts)
-    return Judgement(verdict=verdict, reason=reason, deviation_ulp=nearest, policies=applied, readings=counts)
+    return Judgement(
+        verdict=verdict,
+        reason=" ".join(reasons),
+        deviation_ulp=min(deviations, key=abs, default=None),
+        policies=tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies)))),
+        readings=(agreeing, len(verdicts)),
+    )
 
 
 def _compare(case: Case) -> Judgement:
-    claim = case.claim
-    if claim.tolerance is not None and not claim.tolerance_reason:
-        raise AuditError(f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none")
-    if claim.tolerance is not None and claim.kind not in (Kind.VALUE, Kind.MATRIX):
-        raise AuditError(f"a claim of kind {claim.kind} has no tolerance, got {claim.tolerance}; leave it out")
-    if claim.uncertainty and claim.kind not in (Kind.VALUE, Kind.MATRIX):
-        raise AuditError(f"a claim of kind {claim.kind} has no uncertainty, got {claim.uncertainty!r}; leave it out")
+    claim, evidence = case.claim, case.evidence
     _require_fitting(case)
     if claim.kind not in NUMERIC:
-        if claim.optimum or case.evidence.over_inputs is not None:
-            raise AuditError(f"a claim of kind {claim.kind} compares no number: neither optimum nor over_inputs")
         return _statistical(case) if claim.kind is Kind.STATISTICAL else _statement(case)
     if case.target is None:
         raise AuditError(f"a claim of kind {claim.kind} needs its printed value")
     if isinstance(case.target, AuditError):
         raise case.target
-    if claim.kind is not Kind.BOUND and any(entry.spread for entry in case.target.printed.entries):
-        judgement = judge_uncertain(case.target, case.evidence, claim.uncertainty)
+    if claim.kind is Kind.BOUND:
+        judgement = judge_bound(case.target, evidence)
+    elif any(entry.spread for entry in case.target.printed.entries):
+        judgement = judge_uncertain(case.target, evidence, claim.uncertainty)
     else:
-        judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
+        judgement = judge_value(case.target, evidence)
     if claim.uncertainty in BY_DIGITS:
-        alone = "" if isinstance(case.evidence.value, tuple) else " What is printed beside it was not compared."
-        reason = f"{judgement.reason} {BY_DIGITS[claim.uncertainty]}{alone}"
-        judgement = msgspec.structs.replace(judgement, reason=reason)
+        alone = "" if isinstance(evidence.value, tuple) else "What is printed beside it was not compared."
+        judgement = judgement.further(BY_DIGITS[claim.uncertainty], alone)
     if claim.tolerance is not None:
-        reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
-        judgement = msgspec.structs.replace(judgement, reason=reason)
+        judgement = judgement.further(f"Tolerance ±{claim.tolerance}: {claim.tolerance_reason}")
     solver = next((reading for reading in case.readings.values() if reading.policy is Policy.SOLVER), None)
-    judgement = with_excess(claim, case.target, case.evidence, judgement, solver)
-    return with_inputs(claim, case.target, case.evidence, judgement)
+    judgement = with_excess(claim, case.target, evidence, judgement, solver)
+    return with_inputs(claim, case.target, evidence, judgement)
 
 
 def _require_fitting(case: Case) -> None:
-    """Raise AuditError for a number that a claim of this kind would leave unseen, or a threshold without reason."""
-    kind, evidence = case.claim.kind, case.evidence
-    if kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None):
-        raise AuditError(
-            f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind "
-            "statistical, or say by holds and margin whether the probability is what the text says of it"
-        )
-    if kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None:
-        raise AuditError(
-            f"a claim of kind {kind} compares no number, but {case.claim.printed!r} is printed and {evidence.value!r} "
-            "computed; make it one of kind value or bound, or leave one of the two out"
-        )
-    threshold, reason = case.evidence.threshold, case.evidence.threshold_reason
-    if threshold is None and not reason:
-        return
-    if threshold is None:
-        raise AuditError(f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too")
-    if not reason:
-        raise AuditError(f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed")
-    if case.claim.kind in NUMERIC:
-        raise AuditError(
-            f"a claim of kind {case.claim.kind} has no threshold, got {threshold!r}; it may have a tolerance"
-        )
-    if case.evidence.holds is None or case.evidence.margin is None:
-        raise AuditError(f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual")
+    """Raise AuditError for what a claim of this kind does not have, and for a number without its reason."""
+    claim, evidence, kind = case.claim, case.evidence, case.claim.kind
+    threshold, reason, numeric = evidence.threshold, evidence.threshold_reason, kind in NUMERIC
+    unfit = {
+        f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none": (
+            claim.tolerance is not None and not claim.tolerance_reason
+        ),
+        f"a claim of kind {kind} has no tolerance, got {claim.tolerance}; leave it out": (
+            claim.tolerance is not None and kind not in (Kind.VALUE, Kind.MATRIX)
+        ),
+        f"a claim of kind {kind} has no uncertainty, got {claim.uncertainty!r}; leave it out": (
+            claim.uncertainty and kind not in (Kind.VALUE, Kind.MATRIX)
+        ),
+        f"a claim of kind {kind} compares no number: neither optimum nor over_inputs": (
+            not numeric and (claim.optimum or evidence.over_inputs is not None)
+        ),
+        f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind statistical, or "
+        "say by holds and margin whether the probability is what the text says of it": (
+            kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None)
+        ),
+        f"a claim of kind {kind} compares no number, but {claim.printed!r} is printed and {evidence.value!r} computed; "
+        "make it one of kind value or bound, or leave one of the two out": (
+            kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None
+        ),
+        f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too": (
+            threshold is None and reason
+        ),
+        f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed": (
+            threshold is not None and not reason
+        ),
+        f"a claim of kind {kind} has no threshold, got {threshold!r}; it may have a tolerance": (
+            threshold is not None and numeric
+        ),
+        f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual": (
+            threshold is not None and None in (evidence.holds, evidence.margin)
+        ),
+    }
+    for words, wrong in unfit.items():
+        if wrong:
+            raise AuditError(words)
 
 
 def _statement(case: Case) -> Judgement:
@@ -349,26 +348,21 @@ def _statistical(case: Case) -> Judgement:
     draws = case.evidence.draws
     if draws is not None and probability <= least_rank(draws):
         told = f"at most {told}, the least that a rank among {draws} draws can show"
-    reason = (
-        f"A draw at least as extreme as the printed one has probability {told},"
-        f" {'not less' if probable else 'less'} than {SMALLEST_PROBABILITY}."
+    judgement = Judgement(
+        verdict=Verdict.COMPATIBLE if probable else Verdict.DIFFERS,
+        reason=f"A draw at least as extreme as the printed one has probability {told},"
+        f" {'not less' if probable else 'less'} than {SMALLEST_PROBABILITY}.",
     )
-    verdict = Verdict.COMPATIBLE if probable else Verdict.DIFFERS
-    if case.evidence.holds is not None:
-        statement = _statement(case)
-        reason = f"{reason} {statement.reason}"
-        verdict = statement.verdict if probable and statement.verdict is Verdict.REFUTED else verdict
-    return Judgement(verdict=verdict, reason=reason)
+    if case.evidence.holds is None:
+        return judgement
+    statement = _statement(case)
+    refuted = probable and statement.verdict is Verdict.REFUTED
+    return judgement.further(statement.reason, verdict=statement.verdict if refuted else judgement.verdict)
 
 
 def least_rank(draws: int) -> float:
     """The two-sided probability of a value beyond all of so many draws: what a rank among them shows at least."""
     return 2 / (draws + 1)
-
-
-# Records of claims: `make_record` stores a claim with all that its verdict depends on, and judges what it stored.
-#
-# `rejudge` judges a stored record anew. Both go through `judge`, so a verdict set by hand is found out.
 
 
 OUTCOMES = (
@@ -392,13 +386,11 @@ def make_record(
 ) -> ClaimRecord:
     """The record of `claim` with its verdict; never raises.
 
-    evidence: what the claim answered, None after a failure. erratum: that of the claim, with the outcome of its proof.
-    readings: those of the paper. code: file:line of the answer. seconds: of its experiments. error: the failure, or
-    empty.
-    certificates: those that support the claim; what they prove takes the place of what was computed.
-    unproved: why no theorem is possible. untraced: what its experiments did that nothing can follow.
+    evidence: what the claim answered, None after a failure. erratum, readings: as for `judge`. code: file:line of the
+    answer. seconds: of its experiments. error: the failure, or empty. certificates: those that support the claim, whose
+    proofs take the place of what was computed. unproved: why no theorem is possible. untraced: what nothing can follow.
     """
-    stated = StatedClaim(**{name: getattr(claim, name) for name in StatedClaim.__struct_fields__})
+    stated = StatedClaim(**shared(StatedClaim, claim))
     try:
         if error:
             raise AuditError(error)
@@ -407,13 +399,12 @@ def make_record(
         # No number of a failed or malformed answer is kept, so that judging the record again gives an error too.
         where = f" [{code}]" if code and not error else ""
         usable, proved, supported, failure = Evidence(method=""), False, "", f"{unusable}{where}"
-    change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
-    usable = change(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
-    judgement = _with_untraced(judge(stated, usable, erratum, readings=readings), usable)
+    usable = msgspec.structs.replace(usable, code=code, seconds=seconds, certificates=paths, untraced=tuple(untraced))
+    judgement = judge(stated, usable, erratum, readings=readings)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
-    judgement = change(judgement, proved=proved, supported=supported, unproved=unproved)
+    judgement = judgement.further(proved=proved, supported=supported, unproved=unproved)
     return ClaimRecord(claim=stated, evidence=usable, judgement=judgement)
 
 
@@ -424,23 +415,13 @@ def rejudge(
     *,
     readings: Iterable[Reading] = (),
 ) -> Judgement:
-    """Judge a stored record again from its numbers and the stored proofs alone; its judgement is not looked at.
-
-    errata: by id. target: the printed value, if it was read. readings: those of the paper.
+    """Judge a stored record again from its numbers and the stored proofs alone; errata: by id; the rest as `judge`.
 
     What its certificates prove is taken from its judgement, which `check` compares with them.
     """
     erratum = errata.get(record.claim.erratum or "")
-    judgement = judge(record.claim, record.evidence, erratum, target, readings=readings)
-    kept = record.judgement
-    told = {name: getattr(kept, name) for name in ("proved", "supported", "unproved")}
-    return msgspec.structs.replace(_with_untraced(judgement, record.evidence), **told)
-
-
-def _with_untraced(judgement: Judgement, evidence: Evidence) -> Judgement:
-    if not evidence.untraced:
-        return judgement
-    return msgspec.structs.replace(judgement, reason=f"{judgement.reason} Not traced: {', '.join(evidence.untraced)}.")
+    judgement, kept = judge(record.claim, record.evidence, erratum, target, readings=readings), record.judgement
+    return judgement.further(proved=kept.proved, supported=kept.supported, unproved=kept.unproved)
 
 
 def plain(evidence: Evidence | None) -> Evidence:

@@ -168,7 +168,7 @@ def _band(relation: str, number: Measured) -> Ends:
 
 def _entry(printed: Printed, number: Measured, band: Ends, span: float) -> EntryView:
     entry, value = number.entry, float(number.value)
-    low, high = (number.bracket.low, number.bracket.high) if number.has_bracket else (None, None)
+    low, high = (number.bracket.low, number.bracket.high) if number.has_bracket else (-math.inf, math.inf)
     beyond = numerals.CROWDED if _crowded(printed) else numerals.BEYOND
     head, tail = numerals.at_print(value, entry.unit, beyond, low, high)
     text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
@@ -182,8 +182,8 @@ def _entry(printed: Printed, number: Measured, band: Ends, span: float) -> Entry
         tail=tail,
         agreed=len(head) if inside and not printed.relation else numerals.agreement(text, head),
         full=numerals.full(value),
-        lower="" if low is None else numerals.full(float(low)),
-        upper="" if high is None else numerals.full(float(high)),
+        lower="" if math.isinf(low) else numerals.full(float(low)),
+        upper="" if math.isinf(high) else numerals.full(float(high)),
         deviation=float(number.deviation),
         inside=inside,
         strip=strip(number, band, span),

@@ -42,10 +42,7 @@ T = TypeVar("T")
 
 
 class Available(dict[str, Any]):
-    """Results by experiment name, a copy of each; asking for one that is missing says why. read: the names asked for.
-
-    What a function changes of its copy reaches no other claim.
-    """
+    """Results by experiment name, a copy of each; one that is missing says why. read: the names asked for."""
 
     def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
         super().__init__(results)
@@ -107,12 +104,10 @@ def assemble(
     certificates: Sequence[CertificateRecord],
     unproved: Mapping[str, str],
 ) -> tuple[ResultsFile, tuple[str, ...], tuple[str, ...]]:
-    """Answer all that the papers ask of the results.
+    """The records, the failures that no record carries, and the experiments whose results nobody reads.
 
-    Gives the records, the failures that no record carries, and the experiments whose results nobody reads.
-
-    certificates: as they were verified. unproved: why there is none, by claim.
-    Raises nothing on account of a paper: a function of a paper that fails becomes an error in its record.
+    certificates: as they were verified. unproved: why there is none, by claim. A function of a paper that fails becomes
+    an error in its record.
     """
     state = _Run(computed, sources, certificates, unproved, set())
     records: list[PaperRecord] = []
@@ -213,10 +208,7 @@ def _claim(
 
 
 def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence | None, str]:
-    """What answers the claim. Asked again with its own print moved, it must not follow.
-
-    given: the experiments that have the print as an input, which may not hand it back.
-    """
+    """What answers the claim. With its own print moved, it must not follow; given: experiments that have it."""
     looked: set[str] = set()
 
     def ask(results: Available) -> Evidence:

@@ -24,10 +24,8 @@ from replication.verify.theorem import Refused
 def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iterator[Answer]:
     """Make the certificates of the named papers or theorems (all if none is named), as they are finished.
 
-    Answers are called PAPER/NAME; their error says why a certificate was not written.
-
-    Those that are proved already are left alone unless `again`. A certificate that the verifier refuses is not written.
-    Raises AuditError for an unknown name.
+    Answers are called PAPER/NAME; their error says why none was written, such as one that the verifier refuses. Those
+    that are proved already are left alone unless `again`. Raises AuditError for an unknown name.
     """
     wanted = [(paper, name) for paper in papers(root) for name in theorems(paper, root)[0]]
     known = [*dict.fromkeys(paper for paper, _ in wanted), *(name for _, name in wanted)]

@@ -1,7 +1,6 @@
 """What makes a result another one each time: random numbers without a seed, the clock, what other experiments left.
 
-None of these is read from a file, so they are noted where Python asks for them. Generators with a seed of their own are
-let alone; those that all modules share count as without one unless the computation itself seeds them.
+They are noted where Python asks for them; shared generators count as unseeded unless the computation seeds them.
 """
 
 from __future__ import annotations
@@ -65,10 +64,7 @@ def listen(told: Told) -> None:
 
 
 def dates(function: Any, ours: Callable[[str], bool]) -> bool:
-    """Whether a function, or one that it names, asks `datetime` for now, of which Python tells nobody.
-
-    ours: whether the functions of this file are followed.
-    """
+    """Whether a function, or one in files of `ours` that it names, asks `datetime` for now: Python tells nobody."""
     waiting, seen = [function], set[CodeType]()
     while waiting:
         one = inspect.unwrap(waiting.pop())
@@ -130,9 +126,7 @@ def _states(numpy: Any) -> tuple[Any, ...]:
 def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> Iterator[None]:
     """Tell of lists, dictionaries, sets, arrays and numbers of modules that change meanwhile, and put them back.
 
-    So are working folder, environment, what warns, and settings of decimal, NumPy and mpmath. Another experiment in
-    this process then finds all as in a fresh one. Told are processes begun meanwhile, too. ours: whether the module of
-    a file counts.
+    So are working folder, environment, warnings, settings of decimal, NumPy and mpmath; told are processes begun, too.
     """
     folder, begun = Path.cwd(), _processes()
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))

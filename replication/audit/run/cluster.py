@@ -1,8 +1,6 @@
 """Experiments on a Dask cluster that already exists: the same tasks, the same answers, on other machines.
 
-Dask hands out the tasks and finds out which worker died. The computing is done by a fresh process for each task beside
-the worker: one that has run for weeks thus computes with the sources that lie on its disk now, and code that ends its
-process ends no worker.
+Each is computed by a fresh process beside its worker, with the sources on the disk now; one that ends, ends no worker.
 """
 
 from __future__ import annotations

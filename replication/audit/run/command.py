@@ -1,9 +1,6 @@
 """Experiments that are a command in any language: run in a folder of their own that holds what they declare, no more.
 
-A command sees copies of the files that it declares to read, the files that the experiments made which it needs, an
-empty HOME, and of the environment PATH, a fixed language and time zone, and the variables that it declares. Its program
-counts by its place and content and by the version that it prints, a file outside that the line or a script names by its
-content. What no one can see is named. It answers in JSON or CSV, on its output or in a file.
+Its program counts by its place, content and version, a file outside that the line or a script names by its content.
 """
 
 from __future__ import annotations
@@ -61,9 +58,8 @@ def execute(
 ) -> Any:
     """The answer of a command; `declare.command` says what its fields mean.
 
-    store: the folder in which files that experiments made are kept by their checksum; needed: those that this one
-    gets, by name. Raises AuditError for a command that is not there, fails, answers in no known form, changes what it
-    reads, writes what it does not declare, or writes beside its folder or into the project.
+    store: the folder of files that experiments made, by checksum; needed: those that this one gets, by name. Raises
+    AuditError for a command that fails, answers in no known form, or reads and writes what it does not declare.
     """
     project = Path(root)
     names = list(_files(project, [*reads, *([environment] if environment else [])]))
@@ -129,8 +125,7 @@ def unseen(experiment: Experiment) -> tuple[str, ...]:
 def held(file: str, sha256: str, root: str, store: str, needed: Mapping[str, str]) -> Any:
     """What a JSON file holds, or a CSV file by columns, that a command made or that lies in the project.
 
-    sha256: what its checksum must be, or empty. store, needed: as for `execute`. Raises AuditError for a file that is
-    not there, is another one, or is none of these.
+    sha256: what its checksum must be, or empty. store, needed: as for `execute`.
     """
     path = Path(store) / needed[file] if file in needed else Path(root) / file
     if not path.is_file() or not path.resolve().is_relative_to(Path(store if file in needed else root).resolve()):

@@ -75,10 +75,7 @@ class Drawn:
 
 
 class Drawings:
-    """The figures of `papers`, each drawn into `directory` as soon as the experiments that it uses have ended.
-
-    Without a directory none is drawn, and `done` has those that are kept, None for one that is out of date.
-    """
+    """The figures of `papers`, each drawn as soon as what it uses has ended; without a directory none is drawn."""
 
     def __init__(
         self, papers: Sequence[Paper], directory: Path | None, cache: Cache, root: Path, environment: Environment
@@ -106,10 +103,7 @@ class Drawings:
             self.done[figure.name] = drawn
 
     def _needed(self, paper: Paper, figure: Figure, results: Mapping[str, Any]) -> Dependencies:
-        """A figure depends on the files of its paper and of the drawing, its texts, and the results that it uses.
-
-        Its functions may hold values of the module that made them, so all files of the paper count.
-        """
+        """A figure depends on all files of its paper and of the drawing, its texts, and the results that it uses."""
         module = f"{read_settings(self._root).papers}.{paper.key}"
         files = self._tree.files_of(module) | self._tree.files_of(__name__)
         inputs = {name: sha256(encode(name, result)) for name, result in results.items()}
@@ -136,10 +130,7 @@ class Drawings:
 
 
 def to_csv(data: FigureData) -> bytes:
-    """The columns as CSV with a header and the shortest digits that read back exactly; short columns end in blanks.
-
-    Raises AuditError if there is no column, no row, or a number is not finite.
-    """
+    """The columns as CSV in exact digits, short ones end in blanks; AuditError for none, or for no finite number."""
     if not any(data.columns.values()):
         raise AuditError("the figure has no data; give at least one column with one number")
     columns = [[_cell(name, number) for number in column] for name, column in data.columns.items()]

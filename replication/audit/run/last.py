@@ -1,8 +1,7 @@
 """The last run and the last check: where nothing has changed since, their words are said again and files left alone.
 
-What may matter is every file of the project that is not hidden, the package itself, the results, figures and entries of
-the cache, the machine, what is installed, and what else was seen to be read. If all that is as it was when the last one
-ended, so is what another one would write and say. Whatever is in doubt is done again, from results kept one by one.
+What may matter is every file of the project that is not hidden, the package, what was written, the machine, what is
+installed, and what else was seen to be read. Whatever is in doubt is done again, from results kept one by one.
 """
 
 from __future__ import annotations

@@ -38,11 +38,10 @@ Compute = Callable[[Sequence[Task]], Iterable[Answer]]
 
 
 def processes(tasks: Sequence[Task], jobs: int | None = None) -> Iterator[Answer]:
-    """The answers of processes of this machine, `jobs` of them, one per core if that is None.
+    """The answers of `jobs` processes of this machine, one per core if that is None; none of them is this one.
 
-    None of them is this one, which thus outlives all that a task may do. If a process ends, the tasks that were under
-    way or next are repeated one by one, so that the one to blame is found and no other one suffers.
-    Raises AuditError if there is to be less than one process.
+    If a process ends, the tasks under way or next are repeated one by one, so that the one to blame is found. Raises
+    AuditError if there is to be less than one process.
     """
     if jobs is not None and jobs < 1:
         raise AuditError(f"the number of jobs must be at least 1, got {jobs}; leave it out for one per core")
@@ -97,12 +96,7 @@ def _executor(jobs: int) -> Any:
 
 @contextlib.contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Processes begun meanwhile never hear Ctrl-C, which reaches them too: this one decides, and ends them.
-
-    Here it waits until the end at most; it would be lost if it were ignored. They have the language and the time zone
-    of every experiment, and no handler that prints the stacks of all threads when one crashes, of which their parent
-    says a line.
-    """
+    """Processes begun meanwhile have the usual language, and hear no Ctrl-C: this one decides, and ends them."""
     with heard_later(), kept_environment():
         os.environ.update({**FIXED, "PYTHONFAULTHANDLER": ""})
         yield

@@ -72,20 +72,16 @@ def run(
     executor: Compute = processes,
     progress: Callable[[str], None] = lambda line: None,
     figures: Path | None = None,
-    packages: Mapping[str, Path] | None = None,
     timeout: float = TIMEOUT,
 ) -> Outcome:
-    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`.
+    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`, of which results do not depend.
 
-    Results do not depend on the executor and pass through JSON, so that a fresh and a stored one are the same. Each is
-    stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
-    fails is an error in the records of what uses it and leaves the rest alone.
-    packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
-    progress: told a line about each experiment that is computed. figures: where those are drawn of which all results
-    are there, while others still run; None to draw none. timeout: seconds of one that names none.
+    Each is stored when it is there, so that a second run takes up where the first one ended. An experiment that fails
+    is an error in the records of what uses it alone. progress: told a line on each experiment. figures: where those are
+    drawn; None to draw none. timeout: seconds of one that names none.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
-    packages = packages or default_packages(root)
+    packages = default_packages(root)
     sources = SourceTree(packages)
     require_typed(papers, sources)
     validate_claims(papers, sources.mentioned)

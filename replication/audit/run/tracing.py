@@ -1,8 +1,6 @@
 """What a computation depends on beside its sources, noted while it runs, so that nobody has to declare it.
 
-Noted are files that are opened for reading, also outside the project; folders that are listed; environment variables
-that are read; modules and packages that are imported by a computed name. What cannot be followed is named instead:
-programs that are started, and the network. What a module reads while it is imported counts for whoever imports it.
+What cannot be followed is named. What a module reads while it is imported counts for whoever imports it.
 """
 
 from __future__ import annotations

@@ -14,27 +14,20 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import SolverRecord
-from replication.errors import AuditError
+from replication.errors import AuditError, listed
 from replication.files import sha256, write_atomically
 
 # Inputs and results of experiments as JSON text: checked on the way in, floats exact on the way back
 
 
 def encode(name: str, value: Any, *, sort: bool = False) -> str:
-    """JSON text of `value`; `json.loads` gives back the same floats, bit for bit, and lists for tuples.
-
-    Raises AuditError, with the path of the entry, for whatever JSON cannot hold: arrays, complex numbers, NaN and
-    infinities, keys that are not text.
-    """
+    """JSON text of `value`, floats exact; raises AuditError with the path of the entry for what JSON cannot hold."""
     require_json(name, value)
     return json.dumps(value, sort_keys=sort, separators=(",", ":"), allow_nan=False)
 
 
 def solvers_in(name: str, value: Any) -> tuple[SolverRecord, ...]:
-    """All solver records of a result: the lists that stand under a key `solvers`, at any depth, in order.
-
-    Raises AuditError if such a list holds something else.
-    """
+    """All solver records under a key `solvers`, at any depth, in order; AuditError if one is something else."""
     try:
         return tuple(msgspec.convert(record, SolverRecord) for record in _listed(value))
     except msgspec.ValidationError as error:
@@ -82,8 +75,6 @@ UNREADABLE = "entry unreadable"
 NOT_ASKED = "the cache was not asked"
 NOT_KEPT = "not kept: the cache cannot be written"
 NOT_TRACED = "cannot be followed"
-NAMED = 4
-"""Changes that a reason names; it counts the others."""
 FIELDS = ("function", "inputs", "lock", "python", "kernel")
 _FRONT = re.compile(rb'\{"key":"(?P<key>[0-9a-f]{64})","sha256":"(?P<sha256>[0-9a-f]{64})",')
 """How an entry begins: its checksum is that of the text without these two fields, byte for byte."""
@@ -164,10 +155,9 @@ class Cache:
         return self.directory / "files"
 
     def lookup(self, name: str, dependencies: Dependencies, now: Checksums = lambda label: None) -> Lookup:
-        """The entry of experiment `name` if it was computed from exactly these dependencies, else the reason.
+        """The entry of experiment `name` if it was computed from exactly these dependencies and data, else the reason.
 
-        now: the checksum of a data file as it is, for entries that read some.
-        A file that is damaged in any way is reported as unreadable and never used.
+        now: the checksum of a data file as it is. A damaged file is reported as unreadable and never used.
         """
         try:
             entry = _read(self._path(name).read_bytes())
@@ -180,8 +170,7 @@ class Cache:
         read = {label: sha256 for label in entry.data if (sha256 := now(label)) is not None}
         changes = [*_changes(entry.dependencies, dependencies), *_moved(entry.data, read)]
         if changes:
-            more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
-            return Lookup(None, f"changed: {', '.join(changes[:NAMED])}{more}", entry.seconds)
+            return Lookup(None, f"changed: {listed(changes)}", entry.seconds)
         if any(not (self.files / sha256).is_file() for sha256 in entry.files.values()):
             return Lookup(None, "the files that it made are gone", entry.seconds)
         if entry.untraced:

@@ -33,11 +33,7 @@ _PIN = re.compile(r"^([A-Za-z0-9][A-Za-z0-9._-]*)==([^\s;\\#]+)", re.MULTILINE)
 
 
 def loaded(modules: Iterable[str]) -> dict[str, str]:
-    """Version by name of the distributions that own these top-level modules, and of all that these require.
-
-    The version is followed by
-    the checksum of the files as installed: a package may be built anew under the same version.
-    """
+    """The distributions that own these modules, and all that these require, with version and checksum of the files."""
     waiting = [name for module in modules for name in owners().get(module, ())]
     found: dict[str, str] = {}
     seen: set[str] = set()
@@ -76,10 +72,7 @@ def against_lock(versions: Mapping[str, str], lock: Path) -> tuple[str, ...]:
 
 
 def machine(root: Path) -> list[Any]:
-    """All that may matter to a run beside files and what it reads, found without loading what computes.
-
-    The processor and what is installed stand for the linear algebra that will be chosen.
-    """
+    """All that may matter to a run beside files and what it reads, found without loading what computes."""
     here = [replication.__version__, platform.python_version(), platform.platform(), _of_processor("flags")]
     return [*git_state(root), *here, _cpu_model(), sorted(_installed())]
 
@@ -154,8 +147,7 @@ class Environment:
     def of_key(self, loaded: Mapping[str, str], exact: bool = False) -> dict[str, Any]:
         """What the key of a result has of it, as fields of `Dependencies`.
 
-        loaded: the distributions that are imported, beside those that the project declares. exact: without linear
-        algebra in floating point.
+        loaded: distributions imported beside the declared ones. exact: without linear algebra in floating point.
         """
         packages = {**self.packages, **loaded}
         kernel = "" if exact else self.kernel
@@ -180,10 +172,7 @@ def python_minor(version: str) -> str:
 
 
 def run_record(root: Path, environment: Environment) -> RunRecord:
-    """Provenance of a run of the project at `root`, with the date of SOURCE_DATE_EPOCH where that is set.
-
-    environment: `read_environment(root)`.
-    """
+    """Provenance of a run at `root` in this environment, with the date of SOURCE_DATE_EPOCH where that is set."""
     commit, dirty = git_state(root)
     return RunRecord(
         package_version=replication.__version__,
@@ -202,10 +191,9 @@ def run_record(root: Path, environment: Environment) -> RunRecord:
 
 
 def git_state(root: Path) -> tuple[str, bool | None]:
-    """Commit of the sources and whether they were edited since, untracked sources included, what a run writes not.
+    """Commit of the sources, and whether they were edited since; what a run writes does not count.
 
-    If `root` is not the top of a git repository, the commit is what an unpacked archive says, else "unknown", and
-    whether sources were edited is None.
+    Where `root` is no top of a repository: what an unpacked archive says, else "unknown", and None.
     """
     top = git(root, "rev-parse", "--show-toplevel")
     commit = git(root, "rev-parse", "HEAD")
@@ -237,10 +225,7 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def _package_versions(root: Path) -> dict[str, str]:
-    """Installed versions of what pyproject.toml declares; without that, of what this package needs.
-
-    Of the extras of this package with which papers compute, those that are there.
-    """
+    """Installed versions of what pyproject.toml declares, else of what this package needs, extras that compute too."""
     path = root / "pyproject.toml"
     project = tomllib.loads(path.read_text(encoding="utf-8")).get("project", {}) if path.is_file() else {}
     extras = project.get("optional-dependencies", {})

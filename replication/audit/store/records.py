@@ -289,8 +289,11 @@ def read_results(path: Path, *, whole: bool = True) -> ResultsFile:
                 "make it again with `python -m replication run`"
             )
         results = msgspec.convert(content, ResultsFile)
-        if whole:
-            _require_whole(content, msgspec.to_builtins(results), "$")
+        # A run writes every field: one that was taken out, or put into a predicate, must not pass.
+        for where, there, written in unlike(content, msgspec.to_builtins(results)) if whole else ():
+            place, _, field = where.rpartition(".")
+            said = f"`{field}` is {there!r:.80}, where a run writes {written!r:.80}"
+            raise msgspec.ValidationError(f"{said} - at `$.{place}`")
     except FileNotFoundError:
         raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -302,16 +305,15 @@ class _Version(msgspec.Struct):
     schema_version: int
 
 
-def _require_whole(found: Any, whole: Any, path: str) -> None:
-    """A run writes every field: one that is not in the file was taken out, and must not pass for its default."""
-    if isinstance(whole, dict):
-        for name, value in whole.items():
-            if name not in found:
-                raise msgspec.ValidationError(f"Object missing required field `{name}` - at `{path}`")
-            _require_whole(found[name], value, f"{path}.{name}")
-        # Of a predicate, which is no record of ours, an unknown field is passed over in reading.
-        if unknown := sorted(found.keys() - whole.keys()):
-            raise msgspec.ValidationError(f"Object contains unknown field `{unknown[0]}` - at `{path}`")
-    elif isinstance(whole, list | tuple):
-        for index, value in enumerate(whole):
-            _require_whole(found[index], value, f"{path}[{index}]")
+def unlike(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Each leaf at which two values differ, with both; None where one of them has none."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for name in (*one, *(name for name in other if name not in one)):
+            inner = f"{path}.{name}" if path else name
+            both = name in one and name in other
+            yield from unlike(one[name], other[name], inner) if both else [(inner, one.get(name), other.get(name))]
+    elif isinstance(one, list | tuple) and isinstance(other, list | tuple) and len(one) == len(other):
+        for index, pair in enumerate(zip(one, other, strict=True)):
+            yield from unlike(*pair, f"{path}[{index}]")
+    elif one != other:
+        yield path, one, other

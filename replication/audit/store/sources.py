@@ -72,9 +72,8 @@ class SourceTree:
     def files_of(self, module: str) -> dict[str, str]:
         """SHA-256 by file of `module` and of all that it imports, transitively, lazy imports included.
 
-        The `__init__` of an enclosing package is listed as well, but its own imports are followed only where a name is
-        taken from it: otherwise each experiment of a paper would depend on every file of that paper.
-        Raises AuditError if `module` is not one of the project's or a file is not Python.
+        Of an enclosing package the imports are followed only where a name is taken from it: else each experiment would
+        depend on every file of its paper. Raises AuditError for no module of the project, and for no Python.
         """
         followed = self._followed(module)
         enclosing = {parent for name in followed for parent in parents(name)}
@@ -149,10 +148,7 @@ class SourceTree:
         return "" if file.startswith("<") else self.label(Path(file).resolve())
 
     def location(self, function: Callable[..., Any]) -> str:
-        """`file:line` where a function, method, partial or callable object is defined; empty if outside the project.
-
-        One that serves several claims says where each is declared by its attribute `declared`, a path and a line.
-        """
+        """`file:line` where a function, partial or callable is defined or `declared`; empty outside the project."""
         while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
             if declared := getattr(function, "declared", None):
                 label = self._label_at(declared[0])
@@ -189,10 +185,7 @@ class SourceTree:
         return ""
 
     def last_line(self, traceback: TracebackType | None, *, of_papers: bool = False) -> str:
-        """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none.
-
-        of_papers: in a module of a paper; empty if none is among them.
-        """
+        """`file:line` of the innermost frame in the project, or `of_papers` alone, callers aside; empty if none."""
         found, theirs = "", ""
         while traceback is not None:
             label = self._label_at(traceback.tb_frame.f_code.co_filename)
