@@ -12,7 +12,7 @@ from enum import StrEnum
 from functools import partial
 from typing import Any
 
-from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
+from flint import arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import hold, identity
 from replication.verify.algebra.work import BALL, spend
@@ -72,8 +72,8 @@ ALTERNATIVES = {Observer.SRC_SINGLE: "src-one-correction", **INTERPOLATED}
 """The same of SRC and DRC-PMI; the observer of SRC is SRC under the others."""
 
 
-Command = Callable[[int], acb]
-"""What is added to K x̂ at each phase 0 … M − 1."""
+Command = Callable[[int], arb_mat]
+"""What is added to K x̂ at each phase 0 … M − 1, for each column."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,11 +114,11 @@ class Passage:
     """States x and estimates x̂ at the phases 0 … M − 1 and the inputs held from them, one column per start; x and ζ
     after M phases."""
 
-    states: list[acb_mat]
-    used: list[acb_mat]
-    inputs: list[acb_mat]
-    state: acb_mat
-    estimate: acb_mat
+    states: list[arb_mat]
+    used: list[arb_mat]
+    inputs: list[arb_mat]
+    state: arb_mat
+    estimate: arb_mat
 
 
 def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
@@ -149,18 +149,18 @@ on_paper = partial(on_loop, source="shao")
 """A statement on such a loop, and one in words of the paper."""
 
 
-def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:
+def pass_period(loop: Loop, observer: Observer, state: arb_mat, estimate: arb_mat, command: Command) -> Passage:
     """One slow period from x = state and ζ = estimate, each (n, columns), at a slow instant."""
     n = loop.order
-    spend((12 * loop.M * n**2 * state.ncols() + 100 * (n + 1) ** 3) * 2 * BALL, "the loop over a slow period")
-    A, B = map(acb_mat, hold(loop.A, loop.B, loop.T))
-    F, G = map(acb_mat, hold(loop.guided, loop.B, loop.T))
-    H = acb_mat(hold(loop.guided, loop.L, loop.T)[1])
-    C, K = acb_mat(loop.C), acb_mat(loop.K)
+    spend((12 * loop.M * n**2 * state.ncols() + 200 * (n + 1) ** 3) * BALL, "the loop over a slow period")
+    A, B = hold(loop.A, loop.B, loop.T)
+    F, G = hold(loop.guided, loop.B, loop.T)
+    H = hold(loop.guided, loop.L, loop.T)[1]
+    C, K = arb_mat(loop.C), arb_mat(loop.K)
     x, zeta = state, estimate
     states, estimates, inputs = [], [], []
     measured, used = C * x, zeta
-    u = first = K * used + _row(command(0), x.ncols())
+    u = first = K * used + command(0)
     for phase in range(loop.M):
         states.append(x)
         estimates.append(used)
@@ -178,17 +178,13 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
             measured = C * x
         used = carried if observer in (Observer.PMI, Observer.SLOW_INPUT) else zeta
         if observer not in SINGLE_RATE:
-            u = K * used + _row(command(phase + 1), x.ncols())
+            u = K * used + command(phase + 1)
     return Passage(states=states, used=estimates, inputs=inputs, state=x, estimate=zeta)
-
-
-def _row(value: acb, columns: int) -> acb_mat:
-    return acb_mat([[value] * columns])
 
 
 def monodromy(loop: Loop, observer: Observer) -> arb_mat:
     """Φ of size 2n: x and ζ at a slow instant to those at the next one, without a command."""
-    n = loop.order
+    n, nothing = loop.order, arb_mat(1, 2 * loop.order)
     unit = identity(2 * n).tolist()
-    end = pass_period(loop, observer, acb_mat(unit[:n]), acb_mat(unit[n:]), lambda _: acb(0))
-    return arb_mat([[entry.real for entry in line] for line in end.state.tolist() + end.estimate.tolist()])
+    end = pass_period(loop, observer, arb_mat(unit[:n]), arb_mat(unit[n:]), lambda _: nothing)
+    return arb_mat(end.state.tolist() + end.estimate.tolist())
