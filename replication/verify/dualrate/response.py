@@ -6,7 +6,7 @@ instants X = (e^{sMT} I − Φ)^{-1} Γ, where Γ is what the command alone brin
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -15,7 +15,7 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, fmpq
 
-from replication.verify.algebra.linear import above, below, identity, largest, solved
+from replication.verify.algebra.linear import above, amplitudes, below, energy, identity, largest, parts, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
@@ -107,16 +107,6 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
-def parts(amplitudes: Iterable[acb]) -> arb_mat:
-    """Their real parts, a column, beside their imaginary parts."""
-    return arb_mat([[amplitude.real, amplitude.imag] for amplitude in amplitudes])
-
-
-def amplitudes(columns: arb_mat) -> list[acb]:
-    """The inverse of `parts`."""
-    return [acb(*row) for row in columns.tolist()]
-
-
 def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: Sequence[acb]) -> Passage:
     """Parts of the amplitudes over a slow period with the command, from those of (x, ζ)."""
     n, amplitude = loop.order, command_amplitude(loop, s, form)
@@ -178,7 +168,7 @@ def pieces(moving: Motion, begun: acb_mat, length: fmpq) -> Iterator[list[tuple[
     tail = moving.output_size() * reach**TERMS / factorial(TERMS) * reach.exp()
     for _ in range(PIECES):
         columns = zip(*((of_error * v).tolist()), strict=True), zip(*v.tolist(), strict=True)
-        yield [(acb_poly(column), tail * moving.size(state)) for column, state in zip(*columns, strict=True)]
+        yield [(acb_poly([*column]), tail * moving.size(state)) for column, state in zip(*columns, strict=True)]
         v = step * v
 
 
@@ -194,16 +184,16 @@ def require_errors_below(moving: Motion, begun: acb_mat, length: fmpq, bound: fm
 
 def require_modulus_below(polynomial: acb_poly, bound: arb, left: fmpq, right: fmpq) -> None:
     """Refuse unless |p| < bound on [left, right]: halves, with the mean value theorem for |p|² on each part."""
-    parts = [arb_poly([getattr(c, part) for c in polynomial.coeffs()]) for part in ("real", "imag")]
-    slopes, todo = [part.derivative() for part in parts], [(left, right)]
+    both = [arb_poly([*column]) for column in zip(*parts(polynomial.coeffs()).tolist(), strict=True)]
+    slopes, todo = [one.derivative() for one in both], [(left, right)]
     for _ in range(PARTS):
         if not todo:
             return
         spend(100 * BALL, "the largest error")
         a, b = todo.pop()
         middle, there = (a + b) / 2, arb(a).union(arb(b))
-        steepest = abs(sum((p(there) * slope(there) for p, slope in zip(parts, slopes, strict=True)), arb(0))) * 2
-        square = sum((p(arb(middle)) ** 2 for p in parts), arb(0))
+        steepest = abs(sum((p(there) * slope(there) for p, slope in zip(both, slopes, strict=True)), arb(0))) * 2
+        square = energy(arb_mat([[p(arb(middle)) for p in both]]))
         if not holds(Below(square + steepest * arb(b - middle), bound**2, "this part")):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")

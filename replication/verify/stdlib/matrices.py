@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from operator import add, sub
 from typing import Any
 
 from replication.verify.stdlib.balls import acb, arb, ball, enclosed, exponential, times
@@ -62,9 +64,16 @@ class _Matrix(Matrix):
         return self.rows[place[0]][place[1]]
 
     def __add__(self, other: Any) -> Any:
+        return self.entrywise(other, add)
+
+    def __sub__(self, other: Any) -> Any:
+        return self.entrywise(other, sub)
+
+    def entrywise(self, other: Any, combined: Callable[[Any, Any], Any]) -> Any:
+        """Of the entries at each place."""
         if not isinstance(other, type(self)):
             return NotImplemented
-        rows = [[a + b for a, b in zip(*both, strict=True)] for both in zip(self.rows, other.rows, strict=True)]
+        rows = [list(map(combined, *both)) for both in zip(self.rows, other.rows, strict=True)]
         return self.like(rows, self.columns)
 
     def __mul__(self, other: Any) -> Any:
