@@ -12,7 +12,7 @@ from enum import StrEnum
 from functools import partial
 from typing import Any
 
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb_mat, fmpq_mat
 
 from replication.verify.algebra.linear import hold, identity
 from replication.verify.algebra.work import BALL, spend
@@ -78,15 +78,17 @@ Command = Callable[[int], arb_mat]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, or all those in a ball, ratio M;
-    x(0) and its name."""
+    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) and its name.
+
+    T is rational, or a ball of all periods that are meant.
+    """
 
     A: fmpq_mat
     B: fmpq_mat
     C: fmpq_mat
     K: fmpq_mat
     L: fmpq_mat
-    T: fmpq | arb
+    T: Any
     M: int
     start: fmpq_mat = field(default_factory=partial(fmpq_mat, 0, 1))
     name: str = ""
