@@ -11,8 +11,6 @@ from typing import Any
 import pytest
 
 from replication import twice
-from replication.verify.run import check
-from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2]
 PINS = Path(__file__).with_name("said.json")
@@ -41,16 +39,6 @@ def test_what_is_proved_is_as_pinned(name: str) -> None:
 
 ONE_OF_EACH = {json.loads(path.read_bytes())["statement"]: path for path in PATHS.values()}
 """By statement, one of its certificates."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("field", ["claims", "plant", "parameters", "statement"])
-def test_no_certificate_is_of_another_subject(field: str) -> None:
-    for path in ONE_OF_EACH.values():
-        certificate = json.loads(path.read_bytes())
-        other: Any = "x" if field == "statement" else ["x"] if field == "claims" else {**certificate[field], "x": 1}
-        with pytest.raises(Refused, match=f"^{field} is not that of the wanted theorem {path.stem}$"):
-            check({**certificate, field: other})
 
 
 if __name__ == "__main__":
