@@ -35,7 +35,7 @@ VERIFIER = {
     "multirate.counts": MULTIRATE,
     "multirate.identities": MULTIRATE,
     "multirate.levels": MULTIRATE,
-    "multirate.losses": ("test_multirate_losses", *SAID),
+    "multirate.losses": MULTIRATE,
     "multirate.recovered": MULTIRATE,
     "multirate.sensing": MULTIRATE,
     "nonuniform.gain": (*STEPS, *STAMPED, *SAID),
