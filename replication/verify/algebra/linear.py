@@ -71,6 +71,12 @@ def solved(M: Any, right: Any, what: str) -> Any:
         raise Refused(what) from None
 
 
+def resolved(A: Any, z: acb, right: acb_mat, what: str = "zI - A is not proved invertible") -> acb_mat:
+    """(z I - A)^{-1} right, A in balls."""
+    found: acb_mat = solved(acb_mat(identity(A.nrows())) * z - acb_mat(A), right, what)
+    return found
+
+
 def between(low: fmpq, high: fmpq) -> arb:
     """A ball that holds every number from `low` to `high`."""
     return arb(low).union(arb(high))

@@ -15,7 +15,7 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, fmpq
 
-from replication.verify.algebra.linear import above, amplitudes, below, energy, identity, largest, parts, solved
+from replication.verify.algebra.linear import above, amplitudes, below, energy, largest, parts, resolved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
@@ -119,9 +119,8 @@ def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRI
     """X: amplitudes of (x, ζ) at the slow instants; refused if e^{sMT} may be an eigenvalue of Φ."""
     end = driven(loop, observer, s, form, [acb(0)] * (2 * loop.order))
     added = acb_mat([[entry] for entry in amplitudes(end.state) + amplitudes(end.estimate)])
-    shifted = acb_mat(identity(2 * loop.order)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
-    X: acb_mat = solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
-    return X.entries()
+    excited = "the reference may excite an eigenvalue of Φ on the unit circle"
+    return resolved(monodromy(loop, observer), turn(s, loop.M * loop.T), added, excited).entries()
 
 
 def steady_passage(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> Passage:

@@ -22,7 +22,7 @@ from replication.verify.algebra.linear import (
     energy,
     identity,
     parts,
-    solved,
+    resolved,
     zeros,
 )
 from replication.verify.algebra.work import BALL, STEP, spend
@@ -239,9 +239,7 @@ def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], t
         through = step * frame * through
         forced = _advance(step, forced, drive)
     end = acb_mat([[entry] for entry in amplitudes(forced)])
-    x = parts(
-        solved(acb_mat(identity(states)) * z - acb_mat(through), end, "zI - A is not proved invertible").entries()
-    )
+    x = parts(resolved(through, z, end).entries())
     seen, supplied = arb(0), arb(0)
     for share, step, drive in zip(pattern, steps, drives, strict=True):
         weight = times[share] if case.weight == "duration" else arb(1)

@@ -27,15 +27,6 @@ class arb_poly(Polynomial):
     __slots__ = ()
     field = arb
 
-    def __mul__(self, other: Any) -> Any:
-        """The product of a band of shifted coefficients with the other ones, by middles and radii."""
-        if not isinstance(other, arb_poly) or not self.terms or not other.terms:
-            return super().__mul__(other)
-        n, size = len(self.terms), len(self.terms) + len(other.terms) - 1
-        padded = [arb(0)] * (n - 1) + other.terms[::-1] + [arb(0)] * (n - 1)
-        band = [padded[size - 1 - k : size - 1 - k + n] for k in range(size)]
-        return arb_poly([c for (c,) in _balls(*times(*_parts(band), *_parts([[c] for c in self.terms])))])
-
 
 class acb_poly(Polynomial):
     """A polynomial with enclosed complex coefficients."""
