@@ -1,4 +1,5 @@
-"""What each committed certificate proves is pinned: sentence, bounds, truth, and all that it exports as data.
+"""What each committed certificate proves is pinned: sentence, bounds, truth, all that it exports as data, and by how
+many obligations: a proof that leaves one out says the same.
 
 `python tests/verify/test_said.py` writes the pins anew; a change of one is a change of what is proved.
 """
@@ -7,10 +8,13 @@ import json
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
 from replication import twice
+from replication.verify import kernel
+from replication.verify.theorem import require
 
 ROOT = Path(__file__).parents[2]
 PINS = Path(__file__).with_name("said.json")
@@ -18,9 +22,11 @@ PATHS = {f"{path.parent.name}/{path.stem}": path for path in sorted((ROOT / "cer
 
 
 def said(name: str) -> dict[str, Any]:
-    (found,) = twice.said([PATHS[name]], ROOT, 1)
+    with patch.object(kernel, "require", wraps=require) as settled:
+        (found,) = twice.said([PATHS[name]], ROOT, 1)
     assert found["proved"], found["line"]
-    return {key: value for key, value in json.loads(json.dumps(found)).items() if key not in ("line", "proved")}
+    told = {key: value for key, value in json.loads(json.dumps(found)).items() if key not in ("line", "proved")}
+    return {**told, "obligations": settled.call_count}
 
 
 @cache
