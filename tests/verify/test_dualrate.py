@@ -137,7 +137,9 @@ def test_excitation_is_the_coefficient_of_the_growing_mode() -> None:
     values = np.linalg.eigvals(Phi)
     root = max(values, key=abs)
     steady = dualrate_response.steady_start(MOTOR, Observer.SRC, acb(0, arb(sigma)))
-    offset = np.array([z - float(X.imag.mid()) for z, X in zip((int(z.p) / int(z.q) for z in start), steady, strict=True)])
+    offset = np.array(
+        [z - float(X.imag.mid()) for z, X in zip((int(z.p) / int(z.q) for z in start), steady, strict=True)]
+    )
     growth = (np.linalg.matrix_power(Phi / abs(root), 60) @ offset)[0] / (root / abs(root)) ** 60
     others = np.prod([root - value for value in values if value != root])
     found = dualrate.excitation(MOTOR, Observer.SRC, sigma, acb(root.real, root.imag), start)
