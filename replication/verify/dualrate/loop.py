@@ -26,32 +26,27 @@ BITS = 256
 
 
 class Observer(StrEnum):
-    """What estimates the state between two measurements."""
+    """What estimates the state between two measurements; words: the loop with it, in a sentence."""
 
-    SRC = "single_rate"
-    SRC_SINGLE = "single_rate_correction"
-    PMI = "model_interpolation"
-    HELD = "held_measurement"
-    SINGLE = "single_correction"
-    SLOW_INPUT = "slow_input_interpolation"
-    APO = "alternating_predictive"
-    RESTARTED = "running_prediction"
-    FAST = "fast_sensor"
+    words: str
+    SRC = "single_rate", "the single-rate loop"
+    SRC_SINGLE = "single_rate_correction", "the single-rate loop with one correction in a slow period"
+    PMI = "model_interpolation", "the loop with model interpolation"
+    HELD = "held_measurement", "the loop with the measurement held over the slow period"
+    SINGLE = "single_correction", "the loop with one correction in a slow period"
+    SLOW_INPUT = (
+        "slow_input_interpolation",
+        "the loop with model interpolation whose observer takes the input of the slow instant",
+    )
+    APO = "alternating_predictive", "the loop with the alternating predictive observer"
+    RESTARTED = "running_prediction", "the loop with the restarted predictor"
+    FAST = "fast_sensor", "the loop with a sensor at every fast instant"
 
-    @property
-    def words(self) -> str:
-        """The loop with it, in a sentence."""
-        return {
-            Observer.SRC: "the single-rate loop",
-            Observer.SRC_SINGLE: "the single-rate loop with one correction in a slow period",
-            Observer.PMI: "the loop with model interpolation",
-            Observer.HELD: "the loop with the measurement held over the slow period",
-            Observer.SINGLE: "the loop with one correction in a slow period",
-            Observer.SLOW_INPUT: "the loop with model interpolation whose observer takes the input of the slow instant",
-            Observer.APO: "the loop with the alternating predictive observer",
-            Observer.RESTARTED: "the loop with the restarted predictor",
-            Observer.FAST: "the loop with a sensor at every fast instant",
-        }[self]
+    def __new__(cls, name: str, words: str) -> Observer:
+        """The string `name`, with words."""
+        made = str.__new__(cls, name)
+        made._value_, made.words = name, words
+        return made
 
 
 OBSERVER = sized(one_of, Observer)

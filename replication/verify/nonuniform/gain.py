@@ -35,8 +35,8 @@ from replication.verify.theorem import Refused, require
 
 Pair = tuple[int, int]
 Fails = Callable[[fmpq, fmpq, list[Pair]], list[Pair]]
-Corner = tuple[arb_mat, list[tuple[arb_mat, arb_mat]]]
-"""What is paid at a period, and the steps with their transposes, one for each gain of the filter."""
+Corner = tuple[arb_mat, list[arb_mat]]
+"""What is paid at a period, and the steps, one for each gain of the filter."""
 
 HALVINGS = 24
 """Times that a piece of the range may be halved before the storage matrices are refused."""
@@ -169,15 +169,14 @@ class _Inequality:
 
     def corner(self, step: arb_mat, h: arb) -> Corner:
         """What the inequality is about for a step in balls at the period h."""
-        steps = self.case.filter.steps(self.plant, step)
         paid = self.paid * h if self.case.weight == "duration" else self.paid
-        return paid, [(M, M.transpose()) for M in steps]
+        return paid, self.case.filter.steps(self.plant, step)
 
     def holds(self, pair: Pair, corner: Corner) -> bool:
         """Whether it holds there."""
         before, after, (paid, steps) = self.before[pair[0]], self.P[pair[1]], corner
-        M, transposed = steps[pair[0] // self.states]
-        return holds(Positive(before + paid - transposed * after * M, "the storage inequality"))
+        M = steps[pair[0] // self.states]
+        return holds(Positive(before + paid - M.transpose() * after * M, "the storage inequality"))
 
 
 def read_pattern(value: Any, path: str) -> list[fmpq]:
