@@ -6,7 +6,6 @@ on all small intervals.
 
 from __future__ import annotations
 
-import cmath
 import operator
 import random
 from collections.abc import Callable, Iterator
@@ -219,17 +218,6 @@ def test_an_exponential_of_a_matrix_holds_that_of_points(seed: int) -> None:
             for i, j in product(range(size), repeat=2):
                 low, high = ends(found[i, j])
                 assert low <= right(exact[i, j]) <= high
-
-
-@pytest.mark.parametrize(
-    "z", [0, 4, -4, 2j, -2j, 3 + 4j, 3 - 4j, -3 + 4j, -3 - 4j, 1e-9 + 1j, -5 + 1e-6j, -5 - 1e-6j, 0.25]
-)
-def test_a_complex_root_has_its_square_and_no_negative_real_part(z: complex) -> None:
-    exact = acb(Fraction(complex(z).real), Fraction(complex(z).imag))
-    root = exact.sqrt()
-    assert abs(complex(float(root.real), float(root.imag)) - cmath.sqrt(z)) < 1e-12
-    difference = root * root - exact
-    assert difference.contains(0) and abs(difference) < Fraction(1, 10**20)
 
 
 @pytest.mark.parametrize("radii", [(0, 0), (2**200, 0), (0, 2**200), (2**190, 2**200)])

@@ -218,6 +218,16 @@ def test_poles_are_matched_with_the_stated_ones() -> None:
             section_4c("recovered-poles", DIAGONAL, [[one, "0"], ["0", "0"]], diagonal=[one, "0"])
 
 
+def test_a_design_is_for_an_unstable_plant_and_error_poles_are_real() -> None:
+    proof = {"bound": {"upper": "9"}, "witness": {"P": [[["1", "0"], ["0", "1"]]], "Y": [[["0"], ["0"]]]}}
+    given = {"A": [["1/2", "0"], ["0", "0"]], "B_d": [["1"], ["1"]], "D": [["1"]], **proof}
+    with pytest.raises(Refused, match="no pole of A is proved to be outside"):
+        section_4c("stated-design", DIAGONAL, [["1/2", "0"], ["0", "0"]], **given)
+    stated, coupled = [["1/2", "0"], ["2", "0"]], [["9", "1"], ["0", "9"]]
+    with pytest.raises(Refused, match="the poles of A_e are not all real"):
+        section_4c("recovered-error-poles", coupled, stated, diagonal=["2", "1/2"], C=[["1", "0"]], L=[["2"], ["4"]])
+
+
 def test_gains_that_leave_an_unstable_pole() -> None:
     stated = [["1/2", "0"], ["2", "0"]]
     theorem = section_4c("same-setting", DIAGONAL, stated, diagonal=["2", "1/2"], L=[["1/2"], ["0"]])
