@@ -7,6 +7,7 @@ from unittest.mock import patch
 
 import pytest
 from byhand import own as theorem_of
+from byhand import phased
 from flint import fmpq, fmpq_mat
 from tampered import Altered, Certificate, own, refused
 from tampered import check_stated as check
@@ -298,8 +299,17 @@ def test_what_no_statement_fits_says_so() -> None:
         certificate(losses.analyse(best, losses.Independent(0.1)))
 
 
-def test_too_many_cases_are_refused_before_any_work() -> None:
+def test_there_are_as_many_cases_as_are_allowed_and_no_more() -> None:
     one = own("okajima2023/lost-samples-2-3")
+    count = len(one["witness"]["L"])
+    with patch("replication.verify.multirate.losses.MOST_CASES", count):
+        check(one)
+    with patch("replication.verify.multirate.losses.MOST_CASES", count - 1), pytest.raises(Refused, match="more than"):
+        check(one)
     one["parameters"] |= {"periods": [16, 17], "misses": [6, 6]}
     with pytest.raises(Refused, match="more than 2000 cases"):
         check(one)
+
+
+def test_the_cases_follow_the_schedule() -> None:
+    assert check(phased()).holds
