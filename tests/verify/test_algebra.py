@@ -7,7 +7,7 @@ from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra import linear as balls
 from replication.verify.algebra.linear import block, identity, submatrix, take_rows, zeros
-from replication.verify.algebra.symbolic import Symbolic, Words, blocks, letter, number, one
+from replication.verify.algebra.symbolic import IDENTITY, Symbolic, Words, blocks, letter, letters, number, one
 from replication.verify.kernel import Identity, decide
 from replication.verify.theorem import Refused
 
@@ -49,6 +49,14 @@ def test_points_of_the_circle_and_energies() -> None:
     pair = balls.complex_of([fmpq(1), fmpq(-2)])
     assert (pair.real, pair.imag) == (1, -2)
     assert balls.largest([arb(1), arb(3), arb(2)]) == 3
+    assert balls.resolved(arb_mat([[2]]), acb(5), acb_mat([[12]]), "")[0, 0] == 4
+
+
+def test_a_held_input_is_integrated() -> None:
+    """x' = -x + u: e^{-t}, and 1 - e^{-t}; with two inputs one column each."""
+    Phi, Gamma = balls.hold(fmpq_mat([[-1]]), fmpq_mat([[1, 3]]), fmpq(2))
+    decay = arb(-2).exp()
+    assert Phi[0, 0].overlaps(decay) and Gamma[0, 0].overlaps(1 - decay) and Gamma[0, 1].overlaps(3 - 3 * decay)
 
 
 # Roots of polynomials, told from each other.
@@ -134,3 +142,13 @@ def test_letters_that_are_zero_and_letters_that_are_numbers() -> None:
     assert form.without("B") == one() - A
     assert form.at({"A": fmpq(2), "B": fmpq(5), "t": fmpq(1, 3)}) == 10 - 2 + 1
     assert Words({}).at({}) == 0
+
+
+def test_blocks_of_letters_multiply_as_matrices() -> None:
+    A, B, P = letters("A", "B", "P", symmetric=("P",))
+    zero, same = A * 0, IDENTITY
+    M = blocks([[A, B], [zero, same]])
+    decide(Identity(M.T, blocks([[A.T, zero], [B.T, same]]), "the transpose"))
+    decide(Identity(M @ M, blocks([[A @ A, A @ B + B], [zero, same]]), "the square"))
+    decide(Identity((M.T @ blocks([[P, zero], [zero, P]]) @ M).T, M.T @ blocks([[P, zero], [zero, P]]) @ M, "a form"))
+    assert not (A @ B - B @ A).is_zero()
