@@ -57,29 +57,18 @@ COMMANDS = {
 class Motion:
     """v' = N v on one fast period, v = (x, u, w) with u held and w' = s w, and the error y − y_d = row · v.
 
-    scales: positive weights of v, in which ‖v‖ = max |v_i|/scales_i and `growth` is a bound of the norm of N.
+    scales: positive weights of v, in which ‖v‖ = max |v_i|/scales_i.
     """
 
     N: acb_mat
     row: acb_mat
     scales: Sequence[fmpq]
 
-    @property
-    def growth(self) -> arb:
-        """Largest row sum of N in the weights."""
-        sums = [
-            sum((abs(entry) * arb(b) for entry, b in zip(row, self.scales, strict=True)), arb(0)) / arb(a)
-            for row, a in zip(self.N.tolist(), self.scales, strict=True)
-        ]
-        return largest(sums)
 
-    def size(self, v: Sequence[acb]) -> arb:
-        """‖v‖."""
-        return largest([abs(entry) / arb(a) for entry, a in zip(v, self.scales, strict=True)])
-
-    def output_size(self) -> arb:
-        """The largest |row · v| with ‖v‖ = 1."""
-        return sum((abs(c) * arb(a) for c, a in zip(self.row.entries(), self.scales, strict=True)), arb(0))
+def norm(M: acb_mat, into: Sequence[fmpq], of: Sequence[fmpq]) -> arb:
+    """The norm of M, its largest row sum, where vectors are measured by max |v_i|/weight_i before and after it."""
+    rows = (sum((abs(entry) * arb(b) for entry, b in zip(row, of, strict=True)), arb(0)) for row in M.tolist())
+    return largest([total / arb(a) for total, a in zip(rows, into, strict=True)])
 
 
 def require_position_form(loop: Loop) -> None:
@@ -154,20 +143,21 @@ def pieces(moving: Motion, begun: acb_mat, length: fmpq) -> Iterator[list[tuple[
     """Taylor polynomial of the error about the middle of each piece of [0, length], and a bound of its remainder, from
     each start, a column.
 
-    With x = growth · h, h the half width, the remainder is at most |row| ‖v‖ x^n/n! e^x.
+    With x = ‖N‖ h, h the half width, the remainder is at most ‖row‖ ‖v‖ x^n/n! e^x.
     """
-    half = length / (2 * PIECES)
-    reach = moving.growth * arb(half)
+    half, scales, one = length / (2 * PIECES), moving.scales, [fmpq(1)]
+    reach = norm(moving.N, scales, scales) * arb(half)
     step = (moving.N * acb(2 * half)).exp()
     v = (moving.N * acb(half)).exp() * begun
     rows = [moving.row]
     for k in range(1, TERMS):
         rows.append(rows[-1] * moving.N / k)
     of_error = acb_mat([row.entries() for row in rows])
-    tail = moving.output_size() * reach**TERMS / factorial(TERMS) * reach.exp()
+    tail = norm(moving.row, one, scales) * reach**TERMS / factorial(TERMS) * reach.exp()
     for _ in range(PIECES):
-        columns = zip(*((of_error * v).tolist()), strict=True), zip(*v.tolist(), strict=True)
-        yield [(acb_poly([*column]), tail * moving.size(state)) for column, state in zip(*columns, strict=True)]
+        polynomials, states = (M.transpose().tolist() for M in (of_error * v, v))
+        sizes = [norm(acb_mat([[entry] for entry in state]), scales, one) for state in states]
+        yield [(acb_poly(terms), tail * size) for terms, size in zip(polynomials, sizes, strict=True)]
         v = step * v
 
 
