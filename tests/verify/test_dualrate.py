@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
-from tampered import Altered, Tamper, check_stated, committed, own, put, refused
+from tampered import Altered, Certificate, Tamper, check_stated, committed, own, put, refused
 
 from papers.shao.method.lyapunov import theorem_constants
 from papers.shao.printed import COUNTEREXAMPLE, DESIGN
@@ -107,7 +107,7 @@ def test_a_polynomial_is_negative_if_its_lowest_coefficient_outweighs_the_rest(
     if negative:
         dualrate_lyapunov.require_negative(polynomial, fmpq(longest))
     else:
-        with pytest.raises(Refused, match="not proved negative|vanishes for every period"):
+        with pytest.raises(Refused, match=r"not proved negative|vanishes for every period"):
             dualrate_lyapunov.require_negative(polynomial, fmpq(longest))
 
 
@@ -267,6 +267,12 @@ def test_the_errors_are_compared_in_both_cases() -> None:
     assert [call.kwargs["case_2"] for call in required.call_args_list] == [False, True, True]
 
 
+def test_the_estimate_is_the_state_less_its_error() -> None:
+    x, xi = 5, 3
+    signals = {name: a * x + b * xi for name, (a, b) in dualrate_identities.SIGNALS.items()}
+    assert signals == {"x": 5, "zeta": 2}
+
+
 def test_for_how_long_a_command_is_held() -> None:
     single, other = (Observer.SRC, Observer.SRC_SINGLE), (Observer.PMI, Observer.APO)
     assert [dualrate_loop.held_over(*observers) for observers in (single, other)] == ["M T", "T"]
@@ -300,14 +306,21 @@ def test_what_holds_no_longer_is_stated_so(name: str, change: Tamper) -> None:
     assert check_stated(own(f"shao/{name}", change)).holds is False
 
 
-def test_growth_that_the_error_does_not_show_is_no_proof() -> None:
-    """Without feedback the estimate grows by an eigenvalue of A − L C, and the plant does not follow it."""
-    unseen = own("shao/table-src-1", put([["0"] * 3], "plant", "K"), put([["-1"], ["0"], ["0"]], "plant", "L"))
-    loop = dualrate_loop.read_loop({key: value for key, value in unseen["plant"].items() if key != "start"})
+def growing_loop(*changes: Tamper) -> Certificate:
+    """That of an error without bound, with the largest eigenvalue of the altered single-rate loop."""
+    altered = own("shao/table-src-1", *changes)
+    loop = dualrate_loop.read_loop({key: value for key, value in altered["plant"].items() if key != "start"})
     root = max(np.linalg.eigvals(floats(dualrate_loop.monodromy(loop, Observer.SRC))).astype(complex), key=abs)
-    unseen["witness"]["root"] = [str(Fraction(float(part))) for part in (root.real, root.imag)]
+    altered["witness"]["root"] = [str(Fraction(float(part))) for part in (root.real, root.imag)]
+    return altered
+
+
+def test_growth_is_proved_where_it_is_slow_and_seen() -> None:
+    """By 1.352 in a period. Without feedback the estimate grows, by A − L C, and the plant does not follow it."""
+    slow = put("1/10", "plant", "T"), put("3", "plant", "M"), put(["zero"], "parameters", "starts")
+    assert check_stated(growing_loop(*slow)).holds
     with pytest.raises(Refused, match="not proved to be excited and seen"):
-        check_stated(unseen)
+        check_stated(growing_loop(put([["0"] * 3], "plant", "K"), put([["-1"], ["0"], ["0"]], "plant", "L")))
 
 
 def test_a_ratio_of_2000_is_allowed() -> None:

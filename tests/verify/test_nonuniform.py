@@ -16,7 +16,7 @@ from tampered import check_stated as check
 
 from papers.mustafa import certificates
 from replication.verify import run
-from replication.verify.nonuniform import gain, grid, levels, smallgain, system
+from replication.verify.nonuniform import gain, grid, identities, levels, smallgain, system
 from replication.verify.reading import rational
 from replication.verify.theorem import Refused
 
@@ -67,6 +67,7 @@ def test_as_many_pieces_as_are_allowed() -> None:
 
 
 AXES = ((1, 0), (0, 1), (-1, 0), (0, -1))
+TILTED = ((1, fmpq(1, 8)), (fmpq(-1, 8), 1), (-1, fmpq(1, 8)), (fmpq(1, 8), -1))
 
 
 def box(normals: Sequence[tuple[Any, ...]], limits: Sequence[Any]) -> tuple[Any, ...]:
@@ -76,10 +77,32 @@ def box(normals: Sequence[tuple[Any, ...]], limits: Sequence[Any]) -> tuple[Any,
         return run.check(committed("mustafa/output-matrix")).items
 
 
+@pytest.mark.parametrize("scale", [fmpq(1), fmpq(1, 6)])
+def test_the_box_of_tilted_half_spaces(scale: fmpq) -> None:
+    """All are tilted by 1/4 and the largest limit is 3, so that each is moved by 1/4 times 3 over 3/4."""
+    for pair, exact in zip(box(TILTED, [scale * end for end in (3, 1, 1, 2)]), ((-2, 4), (-3, 2)), strict=True):
+        for side, end in zip(pair, exact, strict=True):
+            assert side is not None and abs(side - scale * end) <= fmpq(1, 2**38)
+
+
 def test_a_box_of_one_point_is_stated_and_an_empty_one_is_not() -> None:
     assert box(AXES, (1, HALF, -1, -HALF)) == ((1, 1), (HALF, HALF))
     with pytest.raises(Refused, match="no C_f has this level"):
         box(AXES, (1, HALF, 1, -1))
+
+
+def test_a_half_space_by_hand() -> None:
+    """x' = -x + w, y = x + 3 w, z = x, the filter f+ = y: at z = 1 constants answer a constant w, x = w and f = 4 w."""
+    filter_ = {"A": [["0"]], "B": [["1"]], "C": [["1"]]}
+    plant = {name: [[entry]] for name, entry in {"A": "-1", "B": "1", "C": "1", "D": "3", "L": "1"}.items()}
+    plant |= {"name": "own", "h_l": ["1/2", "0"], "h_u": ["3/2", "0"], "filter": filter_}
+    read = system.read_filtered(plant, "plant")
+    assert read.filter is not None
+    (normal,), limit = smallgain.half_space(
+        read, read.filter, HALF, [smallgain.read_point({"turn": "0", "u": ["2", "0"]}, "p")]
+    )
+    for found, exact in ((normal, 8), (limit, 3)):
+        assert found.contains(exact) and found.rad() < 1e-9
 
 
 def test_the_points_of_all_entries_are_counted() -> None:
@@ -109,6 +132,57 @@ def test_algorithm_1_does_not_stall_where_the_root_leaves_a_gap() -> None:
     certificate |= certificates.stall(certificate)
     with pytest.raises(Refused, match="step 4 adds an element"):
         check(certificate)
+
+
+def test_the_size_of_f_says_nothing_for_as_many_measurements_as_states() -> None:
+    certificate = load("sizes")
+    certificate["plant"] |= {"C": [["1", "0"], ["0", "1"]], "D": [["0"], ["0"]]}
+    certificate["plant"]["filter"]["B"] = [["1", "0"], ["0", "1"]]
+    with pytest.raises(Refused, match="both sizes are the same"):
+        check(certificate)
+    certificate = load("sizes")
+    certificate["plant"]["filter"] = {"A": [["0"]], "B": [["1"]], "C": [["1"]]}
+    with pytest.raises(Refused, match="has another size"):
+        check(certificate)
+
+
+NARROW = {"h_l": ["0", "1/50"], "h_u": ["1/100", "1/50"]}
+"""A range around the middle of Example 1 that one element covers."""
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("stall-1", "step 3 does not fail"),
+        ("one-interval-1", "one element covers the range"),
+        ("grid-1", "goes on after the range is covered"),
+    ],
+)
+def test_algorithm_1_ends_where_the_range_is_covered(name: str, reason: str) -> None:
+    certificate = load(name)
+    certificate["plant"] |= NARROW
+    if name.startswith("one"):
+        certificate["witness"]["passes"] = certificate["witness"]["passes"][:1]
+    with pytest.raises(Refused, match=reason):
+        check(certificate)
+
+
+def test_a_cell_that_does_not_force_the_level_is_refused() -> None:
+    certificate = load("same-level-1")
+    problem, periods = certificates._problem(certificate)
+    problem = certificates.in_modal_coordinates(problem)
+    half = (periods.h_u - periods.h_l) / (2 * certificate["parameters"]["cells"])
+    failing = []
+    for cell in (0, 1, 2):
+        alpha, response = certificates._response(problem, periods.h_l + (2 * cell + 1) * half)
+        exact = Fraction(alpha) * Fraction(999_999, 1_000_000)
+        certificate["witness"] |= {"cell": cell, "alpha": str(exact), "response": response}
+        try:
+            assert check(certificate).holds
+        except Refused as refusal:
+            assert "of the filter is not below" in str(refusal)
+            failing.append(cell)
+    assert 0 not in failing and failing != []
 
 
 def interval(lower: int, upper: int) -> grid.Interval:
@@ -176,8 +250,9 @@ def test_modal_coordinates_have_the_same_eigenvalues() -> None:
     for other in ([[0, 1], [-15, fmpq(-24, 5)]], [[-1, 0], [0, -2]], [[-1, 0], [0, -1]]):
         with pytest.raises(Refused, match="not rational, or real"):
             grid.modal(fmpq_mat(other))
-    with pytest.raises(Refused, match="two states"):
-        grid.modal(fmpq_mat([[-1]]))
+    for of_two_states in (grid.modal, identities.logarithmic_norm):
+        with pytest.raises(Refused, match="two states"):
+            of_two_states(fmpq_mat([[-1]]))
     slow = fmpq_mat([[0, fmpq(1, 2)], [fmpq(-1, 2), 0]])
     assert grid.modal(slow) == slow
 
@@ -261,6 +336,21 @@ def test_a_piece_fails_where_the_inequality_holds_at_its_ends_alone() -> None:
         assert found == holding
         assert inequality.fails(ZERO, ONE, [(0, 1)]) == [(0, 1)]
         assert inequality.fails(ZERO, fmpq(1, 2), [(0, 1)]) == left
+
+
+@pytest.mark.parametrize("bad", range(5))
+def test_every_corner_of_a_piece_counts(bad: int) -> None:
+    """Both ends, and both less their bend: a pair fails where one of the four does."""
+    plant = integrator()
+    nothing = fmpq_mat([[0]])
+    case = system.Case(
+        ends=(plant.h_l, plant.h_u), weight="samples", filter=system.Filter(nothing, nothing, nothing), level=ONE
+    )
+    answers = [place != bad for place in range(4)]
+    inequality: Any = gain._Inequality(plant, case, ONE, [arb_mat(2, 2)])
+    inequality.holds_at_end = lambda pair, share: answers[int(share)]
+    inequality.holds = mock.Mock(side_effect=answers[2:])
+    assert inequality.fails(ZERO, ONE, [(0, 0)]) == ([(0, 0)] if bad < 4 else [])
 
 
 def test_the_shortest_period_is_that_of_the_lower_end() -> None:

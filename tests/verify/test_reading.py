@@ -88,6 +88,13 @@ def test_positive_numbers_and_integers() -> None:
             reading.integer(value, "x", least)
 
 
+def test_names() -> None:
+    assert [reading.name_of(name, "x") for name in ("a", "A.b_c-9", "x" * 80)] == ["a", "A.b_c-9", "x" * 80]
+    for name in ("", "a b", "a\n", "a/b", "é", "x" * 81):
+        with pytest.raises(Refused, match="x must have 1 to 80 letters"):
+            reading.name_of(name, "x")
+
+
 def test_names_and_integers_out_of_a_range_are_refused() -> None:
     assert reading.one_of("b", "x", ("a", "b")) == "b" and reading.integer(3, "x", 0, 3) == 3
     assert reading.integer(10**8, "x") == 10**8

@@ -21,7 +21,7 @@ from replication.audit.run.prove import prove
 from replication.verify.algebra.linear import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.reading import MAX_BYTES
 from replication.verify.run import STATEMENTS, check, committed, own_statement, printable, report, verify
-from replication.verify.subjects import folder_of, papers, printed, theorems
+from replication.verify.subjects import folder_of, papers, plant, printed, theorems
 from replication.verify.theorem import Refused
 from replication.verify.workers import in_order, jobs
 from tests.patience import PATIENCE
@@ -236,6 +236,8 @@ def test_a_broken_list_of_theorems_is_told(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_printed_data_are_strings_and_integers(tmp_path: Path) -> None:
+    with pytest.raises(Refused, match="has no plant named 'other'; there are stable"):
+        plant("okajima2023", "other")
     path = tmp_path / "printed.toml"
     path.write_text(
         '[A]\nplace = "p"\nvalue = "[1 2]"\n[N]\nplace = "q"\n[N.value]\na = ["0.1", 3]\n', encoding="utf-8"
