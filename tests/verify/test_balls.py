@@ -6,6 +6,7 @@ on all small intervals.
 
 from __future__ import annotations
 
+import cmath
 import operator
 import random
 from collections.abc import Callable, Iterator
@@ -84,8 +85,17 @@ def test_it_holds_the_results_of_all_ends_and_little_more(name: str, seed: int) 
 
 def test_whole_numbers_stay_exact() -> None:
     rows = arb_mat([[arb(3), arb(-2)], [arb(0), arb(7)]])
-    made = [arb(3) * 5, arb(3) * arb(5), arb(15) / 5, arb(3) + 5, abs(arb(-3)), -arb(3), *(rows * rows).entries()]
-    assert [(int(one.m), one.r) for one in made] == [(n * ONE, 0) for n in (15, 15, 3, 8, 3, -3, 9, -20, 0, 49)]
+    made = [
+        arb(3) ** 0,
+        arb(3) * 5,
+        arb(3) * arb(5),
+        arb(15) / 5,
+        arb(3) + 5,
+        abs(arb(-3)),
+        -arb(3),
+        *(rows * rows).entries(),
+    ]
+    assert [(int(one.m), one.r) for one in made] == [(n * ONE, 0) for n in (1, 15, 15, 3, 8, 3, -3, 9, -20, 0, 49)]
 
 
 def test_empty_matrices_and_zero_polynomials_have_their_shapes() -> None:
@@ -218,6 +228,17 @@ def test_an_exponential_of_a_matrix_holds_that_of_points(seed: int) -> None:
             for i, j in product(range(size), repeat=2):
                 low, high = ends(found[i, j])
                 assert low <= right(exact[i, j]) <= high
+
+
+@pytest.mark.parametrize(
+    "z", [0, 4, -4, 2j, -2j, 3 + 4j, 3 - 4j, -3 + 4j, -3 - 4j, 1e-9 + 1j, -5 + 1e-6j, -5 - 1e-6j, 0.25]
+)
+def test_a_complex_root_has_its_square_and_no_negative_real_part(z: complex) -> None:
+    exact = acb(Fraction(complex(z).real), Fraction(complex(z).imag))
+    root = exact.sqrt()
+    assert abs(complex(float(root.real), float(root.imag)) - cmath.sqrt(z)) < 1e-12
+    difference = root * root - exact
+    assert difference.contains(0) and abs(difference) < Fraction(1, 10**20)
 
 
 @pytest.mark.parametrize("radii", [(0, 0), (2**200, 0), (0, 2**200), (2**190, 2**200)])
