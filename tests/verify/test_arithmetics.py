@@ -278,15 +278,6 @@ def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
     assert (stdlib.fmpq_mat([[3]]) / 2)[0, 0] == Fraction(3, 2)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_characteristic_polynomials_of_sparse_and_of_large_matrices(seed: int) -> None:
-    """Where rows must change their places, and where the coefficients are as large as entries of that length allow."""
-    rng, large = random.Random(seed), 2 ** (255 + seed) - 1
-    sparse = [[rng.choice([0, 0, 0, 1, -2]) for _ in range(5)] for _ in range(5)]
-    for rows in (sparse, [[large, -large], [large, large]]):
-        same(*(library.fmpq_mat(rows).charpoly() for library in (flint, stdlib)))
-
-
 def test_polynomials_divide_and_know_their_roots_in_order() -> None:
     p, q = stdlib.fmpq_poly([2, 3, 1, 4]), stdlib.fmpq_poly([1, 2])
     quotient, rest = p.divided(q)
