@@ -17,7 +17,8 @@ from flint import fmpq, fmpq_mat, fmpz, fmpz_mat
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.machine.theory import GAIN, PREDICTOR, SMOOTHER
 from replication.verify.algebra.linear import block, identity, submatrix, zeros
-from replication.verify.multirate.sensing import Sensing, advanced, read_sensing, recurrent, schedule
+from replication.verify.multirate.levels import matrix_30
+from replication.verify.multirate.sensing import Sensing, advanced, read_sensing, schedule, steady
 from replication.verify.reading import matrices, matrix, rational
 
 # Witnesses of Coq's checkers from those of certificates: storage with room, and disturbances from rest.
@@ -44,12 +45,7 @@ class Storage:
 
 def storage(system: Sensing, P: Sequence[fmpq_mat], gains: Sequence[fmpq_mat], level: fmpq) -> Storage:
     """The factors for gains L_k of the sensors of the system; raises InfeasibleError where there is no room."""
-    steps, n = system.error_system(gains), system.order
-    weight, wholes = system.W.transpose() * system.W, []
-    for k, step in enumerate(steps):
-        M, m = P[k] * step, step.ncols() - n
-        rest = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
-        wholes.append(block([[P[k], M], [M.transpose(), rest]]))
+    wholes = [matrix_30(system, P, k, P[k] * step, level) for k, step in enumerate(system.error_system(gains))]
     above = max(sum((abs(entry) for entry in row), fmpq(0)) for matrix in P for row in matrix.tolist())
     for exponent in ROOM:
         room = fmpq(1, 2**exponent)
@@ -86,10 +82,7 @@ def driven_by(system: Sensing, *, hidden: bool) -> list[fmpq_mat]:
 def cycle(system: Sensing, turn: fmpq_mat, v: Sequence[fmpq_mat], *, hidden: bool) -> tuple[list[fmpq_mat], ...]:
     """One period of the steady state under v_k, turned by `turn` in each; and a way to it from rest."""
     steps, n, m = driven_by(system, hidden=hidden), system.order, v[0].nrows()
-    total, forced = identity(n), zeros(n, turn.nrows())
-    for step, v_k in zip(steps, v, strict=True):
-        total, forced = submatrix(step, range(n), range(n)) * total, advanced(step, forced, v_k)
-    first = x = recurrent(total, forced, turn)
+    first = x = steady(steps, turn, v)
     period = []
     for k, (step, v_k) in enumerate(zip(steps, v, strict=True)):
         period.append(stacked(system, x, v_k, k, hidden=hidden))

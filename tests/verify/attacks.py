@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bombs import BOMBS
-from tampered import refused
 
 from replication.verify.run import STATEMENTS
 from replication.verify.statement import WORDINGS
@@ -215,13 +213,14 @@ def other_reading(rng: np.random.Generator, certificate: Certificate, others: Ma
 
 def borrowed_words(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
     """A true theorem whose sentence is about the text of a paper, as one about a plant of one's own."""
-    about = [other for other in others.values() if other["statement"] in ABOUT_THE_TEXT]
+    about = [other for other in others.values() if of_a_paper(other["statement"])]
     return encoded(own(about[rng.integers(len(about))]))
 
 
-ABOUT_THE_TEXT = tuple(
-    name for name, one in STATEMENTS.items() if one.source and WORDINGS.search(one.sentence) is None
-)  # fmt: skip
+def of_a_paper(statement: str) -> bool:
+    """Whether a statement stands with certificates of its paper alone."""
+    stated = STATEMENTS[statement]
+    return stated.source != "" and WORDINGS.search(stated.sentence) is None
 
 
 def near_rounding(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
@@ -249,22 +248,6 @@ def _same_number(upper: str, others: Mapping[str, Certificate]) -> bool:
     return lower is not None and all(others[upper]["parameters"].get(k) == v for k, v in lower["parameters"].items())
 
 
-FALSE = refused("false")
-"""Theorems made false by other parameters."""
-
-
-def false_wish(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
-    """A false theorem that the list of a paper wants, too."""
-    row = FALSE[rng.integers(len(FALSE))]
-    return encoded(row.applied(copy.deepcopy(others[row.name])))
-
-
-def work_bomb(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
-    """Few bytes that ask for much work."""
-    made = BOMBS[rng.integers(len(BOMBS))]
-    return encoded(own(made(others)))
-
-
 ATTACKS: tuple[Attack, ...] = (
     no_number,
     other_shape,
@@ -278,6 +261,4 @@ ATTACKS: tuple[Attack, ...] = (
     other_reading,
     borrowed_words,
     near_rounding,
-    false_wish,
-    work_bomb,
 )

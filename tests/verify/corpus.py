@@ -14,48 +14,17 @@ from random import Random
 from typing import Any
 
 import byhand
-
-from replication.verify.run import STATEMENTS
-from replication.verify.statement import WORDINGS
+from attacks import certificates, of_a_paper
 
 ROOT = Path(__file__).parents[2]
 Certificate = dict[str, Any]
 
 
-NAMES = {
-    "mustafa": """
-        condition-8-1 condition-8-2 congruence filter-first-column floor-1 floor-2 grid-2 lemma-2 lemma-3-1
-        lower-end-1 map-1 nominal-1-upper one-interval-2 our-filter-lower our-filter-upper output-matrix
-        own-grid-2 printed-filter-level range-1-no-filter range-2-lower range-2-no-filter recovery
-        same-level-1 sizes stable-2 stall-1 stamped-1 upper-end-1
-    """,
-    "okajima2023": """
-        common-period cyclic-rows dissipation dual-rate error-system gains-33-unmeasured gains-38
-        gains-38-one-matrix idle-instants-case-2 lost-samples-2-3 observable optimum-1-1 optimum-case-a product
-        rows schur
-        section-4c-design section-4c-error-poles section-4c-free-setting section-4c-poles section-4c-same-setting
-        selection-eqs-11-12 shorter-periods variables
-    """,
-    "peet2019": """
-        ex1-inner-upper ex1-lower ex1-near-optimal ex1-one-disturbance ex1-outer-upper ex1-pade-lower
-        ex1-pade-upper ex1-total-upper ex1-unstable ex2-d1-lower ex2-outer-lower ex4-not-unstable
-        observer-bound present-only theorem-3-identity theorem-4
-    """,
-    "shao": """
-        collected-constant condition condition-scalar contraction coordinates counterexample
-        discrete-observer error-equations errors-pmi-fast-instants estimate-2-one-correction
-        feedforward-printed hurwitz-feedback lyapunov output-bounds prediction-bound radius-motor-apo
-        second-case slow-period stable-pmi table-src-1 torque-constant
-    """,
-}
-"""By paper, a certificate of each statement that is soon checked, and a few more."""
-
-
 def true() -> dict[str, Certificate]:
-    """These certificates, by the paths of their files, and those of own plants."""
-    paths = (f"{paper}/{name}" for paper, listed in NAMES.items() for name in listed.split())
-    listed = {path: json.loads((ROOT / "certificates" / f"{path}.json").read_bytes()) for path in paths}
-    return {**listed, **byhand.certificates()}
+    """By the paths of their files, the shortest certificate of each statement, and those of own plants."""
+    listed = sorted(certificates(ROOT).items(), key=lambda item: -len(json.dumps(item[1])))
+    shortest = {certificate["statement"]: (path, certificate) for path, certificate in listed}
+    return {**dict(shortest.values()), **byhand.certificates()}
 
 
 def altered(certificate: Certificate) -> Iterator[Certificate]:
@@ -64,16 +33,10 @@ def altered(certificate: Certificate) -> Iterator[Certificate]:
     rng = Random(certificate["name"])
     for group in ("bound", "witness"):
         yield from _changed(certificate, group, rng)
-    if not _of_a_paper(certificate["statement"]):
+    if not of_a_paper(certificate["statement"]):
         own = {**certificate, "paper": None, "claims": []}
         for group in ("plant", "parameters"):
             yield from _changed(own, group, rng)
-
-
-def _of_a_paper(statement: str) -> bool:
-    """Whether a statement stands with certificates of its paper alone."""
-    stated = STATEMENTS[statement]
-    return stated.source != "" and WORDINGS.search(stated.sentence) is None
 
 
 def _changed(certificate: Certificate, group: str, rng: Random) -> Iterator[Certificate]:

@@ -147,27 +147,6 @@ def test_both_enclose_the_same(name: str) -> None:
         same(*(found(library, "arb_mat", seed, BALLS[name]) for library in (flint, stdlib)))
 
 
-@pytest.mark.parametrize(
-    "roots", [[1, 1, 2], [0, 0, 0, -3], [5], [Fraction(1, 3), Fraction(1, 3) + Fraction(1, 10**9)]]
-)
-def test_roots_stand_apart_with_their_multiplicities(roots: list[Any]) -> None:
-    """Times (z^2 + 1)(z^2 - 2z + 5), whose roots are i and 1 + 2i and their mirror images."""
-    for library in (flint, stdlib):
-        p = library.fmpq_poly([1, 0, 1]) * library.fmpq_poly([5, -2, 1])
-        for root in map(Fraction, roots):
-            p = p * library.fmpq_poly([library.fmpq(-root.numerator, root.denominator), 1])
-        listed = p.complex_roots()
-        real = sorted(
-            ((root.real, count) for root, count in listed if root.imag == 0), key=lambda pair: float(pair[0].mid())
-        )
-        assert [count for _, count in real] == [roots.count(root) for root in sorted(set(roots))]
-        for (ball, _), root in zip(real, sorted(set(roots)), strict=True):
-            assert ends(ball)[0] <= root <= ends(ball)[1] < root + Fraction(1, 10**12)
-        others = sorted((round(float(root.real)), float(root.imag)) for root, _ in listed if root.imag != 0)
-        wanted = [(0, -1), (0, 1), (1, -2), (1, 2)]
-        assert all(abs(complex(*a) - complex(*b)) < 1e-12 for a, b in zip(others, wanted, strict=True))
-
-
 def contains(ball: Any, number: Fraction) -> bool:
     low, high = ends(ball)
     return low <= number <= high
@@ -299,15 +278,6 @@ def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
     assert (stdlib.fmpq_mat([[3]]) / 2)[0, 0] == Fraction(3, 2)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_characteristic_polynomials_of_sparse_and_of_large_matrices(seed: int) -> None:
-    """Where rows must change their places, and where the coefficients are as large as entries of that length allow."""
-    rng, large = random.Random(seed), 2 ** (255 + seed) - 1
-    sparse = [[rng.choice([0, 0, 0, 1, -2]) for _ in range(5)] for _ in range(5)]
-    for rows in (sparse, [[large, -large], [large, large]]):
-        same(*(library.fmpq_mat(rows).charpoly() for library in (flint, stdlib)))
-
-
 def test_polynomials_divide_and_know_their_roots_in_order() -> None:
     p, q = stdlib.fmpq_poly([2, 3, 1, 4]), stdlib.fmpq_poly([1, 2])
     quotient, rest = p.divided(q)
@@ -354,18 +324,6 @@ def test_roots_that_are_near_or_alike_stand_apart_and_are_held() -> None:
         assert contains(z.real, Fraction(0)) and sum(contains(abs(z.imag), root) for root in (Fraction(1), above)) == 1
     with pytest.raises(Refused, match="not told apart"):
         of([-1, 1], [-1 - Fraction(1, 2**250), 1])
-
-
-@pytest.mark.parametrize("number", ["1/3", "-22/7", "12345/1000", "1/1000000000", "5/2", "-4/30000"])
-@pytest.mark.parametrize("digits", [3, 6, 9])
-def test_balls_are_shown_as_by_flint(number: str, digits: int) -> None:
-    shown = [
-        library.arb(library.fmpq(*map(int, (number + "/1").split("/")[:2]))).str(digits) for library in (flint, stdlib)
-    ]
-    assert [float(text.strip("[").split(" ")[0]) for text in shown] == pytest.approx(
-        [float(Fraction(number))] * 2, rel=0.01
-    )
-    assert twice._same_words(*shown)
 
 
 @pytest.mark.slow

@@ -16,19 +16,17 @@ import numpy as np
 import pytest
 from attacks import (
     ATTACKS,
-    FALSE,
     Attack,
     Certificate,
     borrowed_words,
     certificates,
     encoded,
-    false_wish,
     other_reading,
     own,
-    work_bomb,
 )
 from bombs import BOMBS
 from tampered import Altered
+from tampered import refused as listed
 
 from replication.verify.run import verify
 from replication.verify.subjects import papers
@@ -39,7 +37,6 @@ CASES = 240 if WHOLE else 60
 """Attacks of each kind: a sample, or all with MUTANTS=all (`make mutants`)."""
 MOST_CALLS = 3_000_000
 """Of functions, before what asks for much work is refused: what is called is the same on every machine."""
-ELSEWHERE = (other_reading, false_wish)
 BORROWED = "names places of the paper"
 SLOW = {
     "peet2019/theorem-3-identity",
@@ -76,27 +73,17 @@ def refused(path: Path, root: Path, attack: Attack | None = None) -> str:
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__)
-def test_no_altered_certificate_is_accepted(attack: Attack, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_altered_certificate_is_accepted(attack: Attack, tmp_path: Path) -> None:
     root, rng, names = project(tmp_path), np.random.default_rng(20), sorted(true())
-    cases = (25 if WHOLE else 1) if attack is work_bomb else CASES
-    for _ in range(cases):
+    for _ in range(CASES):
         name = names[rng.integers(len(names))]
         content = attack(rng, true()[name], true())
         # A certificate of one's own can be anywhere else; that of a paper lies where the theorem is wanted.
-        path = root / (
-            "own.json"
-            if b'"paper": null' in content
-            else f"certificates/{subject_of(content, name) if attack in ELSEWHERE else name}.json"
-        )
+        place = json.loads(content) if attack is other_reading else {"paper": name.partition("/")[0]}
+        where = f"{place['paper']}/{place.get('name', name.partition('/')[2])}.json"
+        path = root / ("own.json" if b'"paper": null' in content else f"certificates/{where}")
         path.write_bytes(content)
-        if attack is false_wish:
-            with wanted_as(root, json.loads(content)):
-                refused(path, root, attack)
-        else:
-            refused(path, root, attack)
-    with capsys.disabled():
-        kind = ATTACKS.index(attack) + 1
-        print(f" [kind {kind} of {len(ATTACKS)}, {attack.__name__}: {cases} attacks, none accepted]", end="")
+        refused(path, root, attack)
 
 
 IN_A_GIGABYTE = """
@@ -139,15 +126,6 @@ def test_what_asks_for_much_work_is_refused_within_a_gigabyte(tmp_path: Path) ->
     assert BORROWED in whole
 
 
-def subject_of(content: bytes, name: str) -> str:
-    """The theorem of which bytes are a certificate, where they tell; else `name`."""
-    try:
-        certificate = json.loads(content)
-        return own_name if (own_name := f"{certificate['paper']}/{certificate['name']}") in true() else name
-    except (ValueError, KeyError, TypeError):
-        return name
-
-
 @contextmanager
 def wanted_as(root: Path, certificate: Certificate) -> Iterator[None]:
     """Within it the list of the paper wants the theorem with the parameters of this certificate."""
@@ -160,12 +138,7 @@ def wanted_as(root: Path, certificate: Certificate) -> Iterator[None]:
     listed.write_bytes(kept)
 
 
-def test_the_attacks_are_of_many_kinds() -> None:
-    assert len(ATTACKS) >= 12
-    assert not WHOLE or CASES * (len(ATTACKS) - 1) >= 3000
-
-
-@pytest.mark.parametrize("row", FALSE, ids=str)
+@pytest.mark.parametrize("row", listed("false"), ids=str)
 def test_a_false_theorem_is_refused_even_if_it_is_listed(row: Altered, tmp_path: Path) -> None:
     root, name = project(tmp_path), row.name.partition("/")[2]
     path, false = root / "certificates" / f"{row.name}.json", row.applied(copy.deepcopy(true()[row.name]))
@@ -174,28 +147,6 @@ def test_a_false_theorem_is_refused_even_if_it_is_listed(row: Altered, tmp_path:
         assert refused(path, root) == f"parameters is not that of the wanted theorem {name}"
         path.write_text(json.dumps(false), encoding="utf-8")
         assert row.reason in refused(path, root)
-
-
-def test_a_certificate_is_for_the_list_and_the_data_as_they_are(tmp_path: Path) -> None:
-    root, rng = project(tmp_path), np.random.default_rng(21)
-    for _ in range(CASES):
-        paper, theorem = sorted(true())[rng.integers(len(true()))].split("/")
-        path, listed = root / "certificates" / paper / f"{theorem}.json", root / "papers" / paper / "theorems.json"
-        path.write_text(json.dumps(true()[f"{paper}/{theorem}"]), encoding="utf-8")
-        kept, wanted = listed.read_bytes(), json.loads(listed.read_bytes())
-        place = next(i for i, entry in enumerate(wanted) if entry.get("name") == theorem)
-        match int(rng.integers(4)):
-            case 0:
-                wanted[place]["claims"] = [*wanted[place]["claims"], f"{paper}.more"]
-            case 1:
-                wanted[place]["parameters"]["more"] = "1"
-            case 2:
-                wanted[place]["statement"] += "-more"
-            case _:
-                del wanted[place]
-        listed.write_text(json.dumps(wanted), encoding="utf-8")
-        assert "wanted theorem" in refused(path, root) or "wants no theorem" in refused(path, root)
-        listed.write_bytes(kept)
 
 
 @pytest.mark.parametrize("paper", ["mustafa", "okajima2023", "peet2019", "shao"])

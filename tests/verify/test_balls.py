@@ -85,8 +85,17 @@ def test_it_holds_the_results_of_all_ends_and_little_more(name: str, seed: int) 
 
 def test_whole_numbers_stay_exact() -> None:
     rows = arb_mat([[arb(3), arb(-2)], [arb(0), arb(7)]])
-    made = [arb(3) * 5, arb(3) * arb(5), arb(15) / 5, arb(3) + 5, abs(arb(-3)), -arb(3), *(rows * rows).entries()]
-    assert [(int(one.m), one.r) for one in made] == [(n * ONE, 0) for n in (15, 15, 3, 8, 3, -3, 9, -20, 0, 49)]
+    made = [
+        arb(3) ** 0,
+        arb(3) * 5,
+        arb(3) * arb(5),
+        arb(15) / 5,
+        arb(3) + 5,
+        abs(arb(-3)),
+        -arb(3),
+        *(rows * rows).entries(),
+    ]
+    assert [(int(one.m), one.r) for one in made] == [(n * ONE, 0) for n in (1, 15, 15, 3, 8, 3, -3, 9, -20, 0, 49)]
 
 
 def test_empty_matrices_and_zero_polynomials_have_their_shapes() -> None:

@@ -158,31 +158,6 @@ def test_what_is_attacked_is_true() -> None:
     assert all(map(proved, byhand.certificates().values()))
 
 
-def test_a_disturbance_may_be_reflected_from_pattern_to_pattern() -> None:
-    """Its two columns then repeat with signs of their own; a matrix that lengthens them is none."""
-    for turn, orthogonal in (
-        ([["1", "0"], ["0", "-1"]], True),
-        ([["0", "1"], ["1", "0"]], True),
-        ([["3/5", "-4/5"], ["4/5", "3/5"]], True),
-        ([["1", "0"], ["0", "2"]], False),
-        ([["1", "1"], ["0", "1"]], False),
-    ):
-        certificate = lossy(LEVEL, STORED)
-        certificate["witness"] |= {"turn": turn, "v": [[["1", "1/2"], ["0", "0"]]] * 2}
-        assert proved(certificate) == orthogonal
-
-
-def test_a_sensor_stands_once_and_a_range_has_two_ends() -> None:
-    assert not proved(with_(lossy(LEVEL, STORED), "parameters", "sensors", new=[0, 0]))
-    double = lossy(LEVEL, STORED)
-    double["parameters"] |= {"sensors": [0, 0], "periods": [1, 1], "offsets": [0, 0], "together": 1}
-    double["witness"]["L"] = [[["3/8", "3/8"]]] * 3
-    assert not proved(double)
-    for h_u, some in (("2", True), ("1", False), ("1/2", False)):
-        assert proved(with_(stamped("27/10", WIDE), "plant", "h_u", new=[h_u, "0"])) == some
-    assert not proved(with_(stamped("27/10", WIDE), "witness", "pattern", new=[]))
-
-
 def test_what_is_said_is_what_was_checked() -> None:
     """Of an own plant it is said that it is one, whatever its name, how many losses, in what range."""
     sentence = check(with_(lossy("1", STORED), "plant", "name", new="stable")).sentence

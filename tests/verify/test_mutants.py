@@ -13,10 +13,9 @@ import pytest
 from mutants import Mutant, mutants_of, survivors
 
 SAID = ("test_said",)
-DUALRATE = ("test_dualrate_mathematics", "test_dualrate", *SAID)
+DUALRATE = ("test_dualrate", *SAID)
 MULTIRATE = ("test_multirate", *SAID)
-STEPS = ("test_nonuniform_steps", "test_nonuniform")
-STAMPED = ("test_nonuniform_stamped",)
+NONUNIFORM = ("test_nonuniform", *SAID)
 VERIFIER = {
     "algebra.linear": ("test_algebra", "test_run", "test_multirate"),
     "algebra.symbolic": ("test_algebra",),
@@ -35,15 +34,15 @@ VERIFIER = {
     "multirate.counts": MULTIRATE,
     "multirate.identities": MULTIRATE,
     "multirate.levels": MULTIRATE,
-    "multirate.losses": ("test_multirate_losses", *SAID),
+    "multirate.losses": MULTIRATE,
     "multirate.recovered": MULTIRATE,
     "multirate.sensing": MULTIRATE,
-    "nonuniform.gain": (*STEPS, *STAMPED, *SAID),
-    "nonuniform.grid": ("test_nonuniform_theory", "test_nonuniform", *SAID),
-    "nonuniform.identities": ("test_nonuniform_theory", "test_sufficiency", *SAID),
-    "nonuniform.levels": (*STEPS, *STAMPED, *SAID),
-    "nonuniform.smallgain": ("test_nonuniform", "test_nonuniform_theory", *SAID),
-    "nonuniform.system": (*STEPS, *STAMPED, *SAID),
+    "nonuniform.gain": NONUNIFORM,
+    "nonuniform.grid": NONUNIFORM,
+    "nonuniform.identities": NONUNIFORM,
+    "nonuniform.levels": NONUNIFORM,
+    "nonuniform.smallgain": NONUNIFORM,
+    "nonuniform.system": NONUNIFORM,
     "predicate": ("test_statement", *SAID),
     "reading": ("test_reading", "test_statement"),
     "run": ("test_run",),

@@ -135,18 +135,6 @@ def test_the_common_denominator_of_a_matrix_is_limited() -> None:
         reading.matrix([[f"1/{half - 1}", f"1/{half}", f"1/{half + 1}"]], "M")
 
 
-def test_objects_have_exactly_the_fields_that_are_wanted() -> None:
-    assert reading.fields({"b": 2, "a": 1}, "x", "a", "b") == (1, 2)
-    for value, reason in (
-        ({"a": 1}, "x lacks the field b"),
-        ({"a": 1, "b": 2, "c": 3}, "x has the unknown field c"),
-        ([1, 2], "x must be an object"),
-        (None, "x must be an object"),
-    ):
-        with pytest.raises(Refused, match=reason):
-            reading.fields(value, "x", "a", "b")
-
-
 @pytest.mark.parametrize(
     ("value", "reason"),
     [
@@ -210,20 +198,3 @@ def test_lists_of_some_entries() -> None:
     for value, reason in (([], "x is empty"), (["1", "2"], "x has more than 1 entries"), ("1", "x must be a list")):
         with pytest.raises(Refused, match=reason):
             reading.several(value, "x", reading.rational, 1)
-
-
-def test_readers_with_sizes() -> None:
-    assert reading.sized(reading.matrix, 1, 2)([["1", "2"]], "M") == fmpq_mat([[1, 2]])
-    with pytest.raises(Refused, match="M must have 1 columns, got 2"):
-        reading.sized(reading.matrix, 1, 1)([["1", "2"]], "M")
-    assert reading.as_written([1], "x") == [1]
-
-
-def test_texts_and_lists() -> None:
-    assert reading.text("a", "x") == "a"
-    assert reading.sequence(["a", "b"], "x", reading.text, 2) == ["a", "b"]
-    assert reading.matrices([[["1"]], [["2"]]], "x", 1, 1, 2)[1][0, 0] == 2
-    with pytest.raises(Refused, match="x must be a string, got 1"):
-        reading.text(1, "x")
-    with pytest.raises(Refused, match="x must have 3 entries, got 2"):
-        reading.sequence(["a", "b"], "x", reading.text, 3)

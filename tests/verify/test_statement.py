@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from flint import arb, ctx, fmpq, fmpq_mat
+from flint import fmpq, fmpq_mat
 from tampered import committed
 from test_said import ONE_OF_EACH
 
@@ -20,7 +20,6 @@ from replication.verify.predicate import (
     Exported,
     Predicate,
     Says,
-    as_data,
     differences,
     exported,
     in_words,
@@ -28,9 +27,9 @@ from replication.verify.predicate import (
     term,
     unit_of,
 )
-from replication.verify.reading import Reader, integer, matrix, positive, rational, sized
+from replication.verify.reading import integer, matrix, positive, rational, sized
 from replication.verify.run import STATEMENTS, check
-from replication.verify.statement import BOTH, DOUBLE, UPPER, Depends, Statement, collected, statement
+from replication.verify.statement import UPPER, Depends, Statement, collected, statement
 from replication.verify.subjects import papers, theorems
 from replication.verify.theorem import Found, Refused
 
@@ -69,24 +68,6 @@ def test_a_statement_is_read_proved_and_said() -> None:
     assert (theorem.upper, theorem.lower, theorem.holds, theorem.items) == (fmpq(2, 3), None, True, ())
 
 
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"parameters": {"n": 0, "from": "1"}}, r"parameters\.n must be at least 1, got 0"),
-        ({"parameters": {"n": 1}}, "parameters lacks the field from"),
-        ({"parameters": {"n": 1, "from": "1", "to": "1"}}, "parameters has the unknown field to"),
-        ({"parameters": {"n": 2, "from": "1"}}, r"witness\.M must have 2 entries, got 1"),
-        ({"bound": {"upper": "-1"}}, r"bound\.upper must be positive"),
-        ({"bound": {}}, "bound lacks the field upper"),
-        ({"witness": {"M": [["x"]]}}, r"witness\.M\[0\]\[0\] must be a rational"),
-        ({"witness": []}, "witness must be an object"),
-    ],
-)
-def test_what_does_not_fit_its_declaration_is_refused_with_its_path(change: dict[str, Any], reason: str) -> None:
-    with pytest.raises(Refused, match=f"^{reason}"):
-        of_size({**SIZED, **change})
-
-
 @pytest.mark.parametrize("group", ["parameters", "bound", "witness"])
 def test_what_is_not_declared_must_be_empty(group: str) -> None:
     @statement("test.empty")
@@ -97,50 +78,6 @@ def test_what_is_not_declared_must_be_empty(group: str) -> None:
     assert empty(certificate()).sentence == "Nothing is read." and empty(certificate()).holds is None
     with pytest.raises(Refused, match=f"{group} has the unknown field lower"):
         empty(certificate(**{group: {"lower": "1"}}))
-
-
-def test_a_group_may_be_read_as_a_whole_or_left_to_the_proof() -> None:
-    @statement("test.whole", plant=lambda value, path: (value, path), bound=None, witness=Depends(whole))
-    def of_plant(plant: Any, witness: Any) -> Found:
-        """It is."""
-        return Found(lower=fmpq(witness), upper=fmpq(len(plant)), holds=False, items=((None, fmpq(1)),))
-
-    theorem = of_plant(certificate(bound={"lower": "anything"}))
-    assert (theorem.lower, theorem.upper, theorem.holds, theorem.items) == (7, 2, False, ((None, 1),))
-
-
-def whole(given: Any) -> Reader:
-    assert given.plant == ({"name": ""}, "plant")
-    return lambda value, path: 7
-
-
-def test_a_stated_bound_is_that_of_the_theorem() -> None:
-    @statement("test.bound", bound=BOTH)
-    def bounded(lower: fmpq, upper: fmpq) -> Found:
-        """Between {lower:down} and {upper:up}, from {ball:down 2} to {ball:up 2}, {ball:ball 5}, {balls:ball 3}."""
-        ball = arb(1, fmpq(1, 100))
-        return Found(lower=fmpq(9), upper=fmpq(9), words={"ball": ball, "balls": [arb(2), arb(3) / 7]})
-
-    theorem = bounded(certificate(bound={"lower": "1", "upper": "2"}))
-    assert (theorem.lower, theorem.upper) == (1, 2)
-    assert (
-        theorem.sentence
-        == "Between 1.000000000 and 2.000000000, from 0.98 to 1.02, [1.0 +/- 0.0101], 2.00, [0.429 +/- 4.29e-4]."
-    )
-
-
-def test_a_statement_has_the_bits_it_asks_for() -> None:
-    seen: list[int] = []
-
-    def proof() -> None:
-        """Done."""
-        seen.append(ctx.prec)
-
-    with ctx.workprec(77):
-        statement("test.double")(proof)(certificate())
-        statement("test.more", bits=128)(proof)(certificate())
-        assert ctx.prec == 77
-    assert seen == [DOUBLE, 128]
 
 
 def test_a_statement_without_a_sentence_cannot_be_declared() -> None:
@@ -193,14 +130,6 @@ def test_a_field_that_is_not_declared_is_refused(name: str) -> None:
                 STATEMENTS[name](given)
 
 
-def test_a_plant_of_ones_own_that_is_called_as_that_of_a_paper() -> None:
-    """Of all statements on such loops; another gain makes it another plant."""
-    for name in ("stable-apo", "hurwitz-feedback", "radius-motor-src"):
-        given = committed(f"shao/{name}")
-        own = {**given, "paper": None, "claims": []}
-        assert "motor" in check(given).sentence and "motor" not in check(own).sentence
-
-
 # What theorems export: known quantities and classes of estimators, of the plant that they are about and no other.
 
 
@@ -241,23 +170,6 @@ def test_a_term_has_the_plant_the_parameters_and_the_bounds_unless_it_says_other
         Says(quantity="gain"), {**MADE, "paper": None, "plant": None}, {}, Found(items=((None, fmpq(1)),))
     )
     assert (own.of.plant, own.items) == ("own plant ", ((None, "1"),))
-
-
-def test_a_term_may_be_chosen_from_the_parameters() -> None:
-    chosen = Says(
-        quantity=lambda parameters: "gain" if parameters["N"] == 2 else "poles",
-        estimators=("one-step predictors", "all estimators"),
-        readings=lambda parameters: (f"of {parameters['N']}",),
-        setting=lambda parameters: {"M": parameters["N"] + 1},
-        found=lambda known: Found(lower=known["low"]),
-    )
-    first, second = as_data((chosen,), "toy", MADE, {"low": fmpq(7)}, Found())
-    assert first == Exported(
-        of=term("gain", "lag", "one-step predictors", M=3), unit="1", readings=("of 2",), items=(("7", None),)
-    )
-    assert second.of.estimators == "all estimators"
-    for source, readings in (("toy", ("of 2",)), ("", ("of 2",)), ("other", ("none",))):
-        assert {one.readings for one in as_data((chosen,), source, MADE, {"low": None}, Found())} == {readings}
 
 
 def test_an_own_plant_never_has_the_name_or_the_reading_of_a_papers_one() -> None:
@@ -310,15 +222,6 @@ GAIN = "the worst-case gain of given gains (plant toy)"
 )
 def test_what_is_said_is_told_in_words(said: Predicate, words: str) -> None:
     assert in_words(said) == words
-
-
-def test_a_quantity_has_a_unit_and_one_that_is_not_known_none() -> None:
-    assert [unit_of(name) for name in ("gain", "observability", "common period", "luck")] == [
-        "1",
-        "yes or no",
-        "instants",
-        "",
-    ]
 
 
 def test_a_quantity_of_a_paper_has_its_unit_behind_it() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import reduce
 from math import ceil, floor
@@ -71,6 +71,12 @@ def solved(M: Any, right: Any, what: str) -> Any:
         raise Refused(what) from None
 
 
+def resolved(A: Any, z: acb, right: acb_mat, what: str = "zI - A is not proved invertible") -> acb_mat:
+    """(z I - A)^{-1} right, A in balls."""
+    found: acb_mat = solved(acb_mat(identity(A.nrows())) * z - acb_mat(A), right, what)
+    return found
+
+
 def between(low: fmpq, high: fmpq) -> arb:
     """A ball that holds every number from `low` to `high`."""
     return arb(low).union(arb(high))
@@ -93,9 +99,20 @@ def largest(values: Sequence[arb]) -> arb:
     return reduce(arb.max, values)
 
 
-def energy(vector: acb_mat | arb_mat) -> arb:
+def parts(amplitudes: Iterable[acb]) -> arb_mat:
+    """The real parts of complex numbers, a column, beside their imaginary parts."""
+    return arb_mat([[amplitude.real, amplitude.imag] for amplitude in amplitudes])
+
+
+def amplitudes(columns: arb_mat) -> list[acb]:
+    """The inverse of `parts`."""
+    return [acb(*row) for row in columns.tolist()]
+
+
+def energy(M: acb_mat | arb_mat) -> arb:
     """The sum of the squared moduli of all entries."""
-    return sum((entry.real**2 + entry.imag**2 for entry in acb_mat(vector).entries()), arb(0))
+    real = parts(M.entries()) if isinstance(M, acb_mat) else M
+    return sum((entry * entry for entry in real.entries()), arb(0))
 
 
 def complex_of(pair: Sequence[fmpq]) -> acb:

@@ -12,7 +12,7 @@ from enum import StrEnum
 from functools import partial
 from typing import Any
 
-from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
+from flint import arb_mat, fmpq_mat
 
 from replication.verify.algebra.linear import hold, identity
 from replication.verify.algebra.work import BALL, spend
@@ -26,32 +26,27 @@ BITS = 256
 
 
 class Observer(StrEnum):
-    """What estimates the state between two measurements."""
+    """What estimates the state between two measurements; words: the loop with it, in a sentence."""
 
-    SRC = "single_rate"
-    SRC_SINGLE = "single_rate_correction"
-    PMI = "model_interpolation"
-    HELD = "held_measurement"
-    SINGLE = "single_correction"
-    SLOW_INPUT = "slow_input_interpolation"
-    APO = "alternating_predictive"
-    RESTARTED = "running_prediction"
-    FAST = "fast_sensor"
+    words: str
+    SRC = "single_rate", "the single-rate loop"
+    SRC_SINGLE = "single_rate_correction", "the single-rate loop with one correction in a slow period"
+    PMI = "model_interpolation", "the loop with model interpolation"
+    HELD = "held_measurement", "the loop with the measurement held over the slow period"
+    SINGLE = "single_correction", "the loop with one correction in a slow period"
+    SLOW_INPUT = (
+        "slow_input_interpolation",
+        "the loop with model interpolation whose observer takes the input of the slow instant",
+    )
+    APO = "alternating_predictive", "the loop with the alternating predictive observer"
+    RESTARTED = "running_prediction", "the loop with the restarted predictor"
+    FAST = "fast_sensor", "the loop with a sensor at every fast instant"
 
-    @property
-    def words(self) -> str:
-        """The loop with it, in a sentence."""
-        return {
-            Observer.SRC: "the single-rate loop",
-            Observer.SRC_SINGLE: "the single-rate loop with one correction in a slow period",
-            Observer.PMI: "the loop with model interpolation",
-            Observer.HELD: "the loop with the measurement held over the slow period",
-            Observer.SINGLE: "the loop with one correction in a slow period",
-            Observer.SLOW_INPUT: "the loop with model interpolation whose observer takes the input of the slow instant",
-            Observer.APO: "the loop with the alternating predictive observer",
-            Observer.RESTARTED: "the loop with the restarted predictor",
-            Observer.FAST: "the loop with a sensor at every fast instant",
-        }[self]
+    def __new__(cls, name: str, words: str) -> Observer:
+        """The string `name`, with words."""
+        made = str.__new__(cls, name)
+        made._value_, made.words = name, words
+        return made
 
 
 OBSERVER = sized(one_of, Observer)
@@ -72,20 +67,23 @@ ALTERNATIVES = {Observer.SRC_SINGLE: "src-one-correction", **INTERPOLATED}
 """The same of SRC and DRC-PMI; the observer of SRC is SRC under the others."""
 
 
-Command = Callable[[int], acb]
-"""What is added to K x̂ at each phase 0 … M − 1."""
+Command = Callable[[int], arb_mat]
+"""What is added to K x̂ at each phase 0 … M − 1, for each column."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) and its name."""
+    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) and its name.
+
+    T is rational, or a ball of all periods that are meant.
+    """
 
     A: fmpq_mat
     B: fmpq_mat
     C: fmpq_mat
     K: fmpq_mat
     L: fmpq_mat
-    T: fmpq
+    T: Any
     M: int
     start: fmpq_mat = field(default_factory=partial(fmpq_mat, 0, 1))
     name: str = ""
@@ -114,11 +112,11 @@ class Passage:
     """States x and estimates x̂ at the phases 0 … M − 1 and the inputs held from them, one column per start; x and ζ
     after M phases."""
 
-    states: list[acb_mat]
-    used: list[acb_mat]
-    inputs: list[acb_mat]
-    state: acb_mat
-    estimate: acb_mat
+    states: list[arb_mat]
+    used: list[arb_mat]
+    inputs: list[arb_mat]
+    state: arb_mat
+    estimate: arb_mat
 
 
 def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
@@ -149,18 +147,18 @@ on_paper = partial(on_loop, source="shao")
 """A statement on such a loop, and one in words of the paper."""
 
 
-def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:
+def pass_period(loop: Loop, observer: Observer, state: arb_mat, estimate: arb_mat, command: Command) -> Passage:
     """One slow period from x = state and ζ = estimate, each (n, columns), at a slow instant."""
     n = loop.order
-    spend((12 * loop.M * n**2 * state.ncols() + 100 * (n + 1) ** 3) * 2 * BALL, "the loop over a slow period")
-    A, B = map(acb_mat, hold(loop.A, loop.B, loop.T))
-    F, G = map(acb_mat, hold(loop.guided, loop.B, loop.T))
-    H = acb_mat(hold(loop.guided, loop.L, loop.T)[1])
-    C, K = acb_mat(loop.C), acb_mat(loop.K)
+    spend((12 * loop.M * n**2 * state.ncols() + 200 * (n + 1) ** 3) * BALL, "the loop over a slow period")
+    A, B = hold(loop.A, loop.B, loop.T)
+    F, G = hold(loop.guided, loop.B, loop.T)
+    H = hold(loop.guided, loop.L, loop.T)[1]
+    C, K = arb_mat(loop.C), arb_mat(loop.K)
     x, zeta = state, estimate
     states, estimates, inputs = [], [], []
     measured, used = C * x, zeta
-    u = first = K * used + _row(command(0), x.ncols())
+    u = first = K * used + command(0)
     for phase in range(loop.M):
         states.append(x)
         estimates.append(used)
@@ -178,17 +176,13 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
             measured = C * x
         used = carried if observer in (Observer.PMI, Observer.SLOW_INPUT) else zeta
         if observer not in SINGLE_RATE:
-            u = K * used + _row(command(phase + 1), x.ncols())
+            u = K * used + command(phase + 1)
     return Passage(states=states, used=estimates, inputs=inputs, state=x, estimate=zeta)
-
-
-def _row(value: acb, columns: int) -> acb_mat:
-    return acb_mat([[value] * columns])
 
 
 def monodromy(loop: Loop, observer: Observer) -> arb_mat:
     """Φ of size 2n: x and ζ at a slow instant to those at the next one, without a command."""
-    n = loop.order
+    n, nothing = loop.order, arb_mat(1, 2 * loop.order)
     unit = identity(2 * n).tolist()
-    end = pass_period(loop, observer, acb_mat(unit[:n]), acb_mat(unit[n:]), lambda _: acb(0))
-    return arb_mat([[entry.real for entry in line] for line in end.state.tolist() + end.estimate.tolist()])
+    end = pass_period(loop, observer, arb_mat(unit[:n]), arb_mat(unit[n:]), lambda _: nothing)
+    return arb_mat(end.state.tolist() + end.estimate.tolist())

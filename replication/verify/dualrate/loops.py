@@ -128,7 +128,7 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
     """c = C ψ(Φ)(z(0) − Im X) of `no_bounded_error`, z(0) = start."""
     Phi = acb_mat(monodromy(loop, observer))
     steady = steady_start(loop, observer, acb(0, arb(sigma)))
-    offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady.entries(), strict=True)])
+    offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady, strict=True)])
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
     return (applied(polynomial, reached, Phi) * offset)[0, 0]

@@ -5,7 +5,7 @@ All norms are spectral; with one input and one output every norm is that of a ro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -13,7 +13,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import between, block, hold, identity, zeros
 from replication.verify.algebra.work import estimate_length, spend_on_products
-from replication.verify.dualrate.loop import Loop, on_paper
+from replication.verify.dualrate.loop import Loop, Observer, on_paper, pass_period
 from replication.verify.kernel import Below, Equal, Positive, decide, holds
 from replication.verify.predicate import Says
 from replication.verify.reading import fields, integer, matrix, positive, rational, several, sized, symmetric
@@ -98,28 +98,6 @@ def condition_per_second(loop: Loop, lyapunov: Lyapunov) -> arb:
     return constants(loop, lyapunov).total * lyapunov.largest
 
 
-@dataclass(frozen=True)
-class Moment:
-    """x, ζ, and the measurement, true or virtual, that the observer goes on with."""
-
-    x: arb_mat
-    zeta: arb_mat
-    measured: arb_mat
-
-
-def fast_period(loop: Loop, moment: Moment, time: arb) -> Moment:
-    """The alternating predictive loop a time after an instant, with the virtual measurement (6) for the time T."""
-    u = arb_mat(loop.K) * moment.zeta
-    free, driven = hold(loop.A, loop.B, time)
-    guided, pushed = hold(loop.guided, loop.B, time)
-    corrected = hold(loop.guided, loop.L, time)[1]
-    return Moment(
-        free * moment.x + driven * u,
-        guided * moment.zeta + pushed * u + corrected * moment.measured,
-        arb_mat(loop.C) * (free * moment.zeta + driven * u),
-    )
-
-
 def prediction_sides(loop: Loop, lyapunov: Lyapunov, start: fmpq_mat, longest: fmpq) -> tuple[arb, arb]:
     """Both sides of (15) at t_1 for every period 0 < T ≤ longest at once, from χ(0) = (x, ξ) at a slow instant.
 
@@ -129,16 +107,16 @@ def prediction_sides(loop: Loop, lyapunov: Lyapunov, start: fmpq_mat, longest: f
     require(loop.M > 1, "without a second phase there is no virtual measurement")
     n, span = loop.order, between(fmpq(0), longest)
     x, xi = arb_mat(start.tolist()[:n]), arb_mat(start.tolist()[n:])
-    first = fast_period(loop, Moment(x, x - xi, arb_mat(loop.C) * x), span)
-    second = fast_period(loop, first, span)
-    largest = energy(lyapunov, first).max(energy(lyapunov, second))
+    passage = pass_period(replace(loop, T=span, M=2), Observer.APO, x, x - xi, lambda _: arb_mat(1, 1))
+    first = energy(lyapunov, passage.states[1], passage.used[1])
+    largest = first.max(energy(lyapunov, passage.state, passage.estimate))
     gap = (arb_mat(loop.C) * hold(loop.A, loop.B, span)[0] * xi)[0, 0]
     return abs(gap), constants(loop, lyapunov).prediction * arb(longest) * largest.sqrt()
 
 
-def energy(lyapunov: Lyapunov, moment: Moment) -> arb:
+def energy(lyapunov: Lyapunov, x: arb_mat, zeta: arb_mat) -> arb:
     """V = χᵀP χ."""
-    chi = arb_mat(moment.x.tolist() + (moment.x - moment.zeta).tolist())
+    chi = arb_mat(x.tolist() + (x - zeta).tolist())
     return (chi.transpose() * arb_mat(lyapunov.P) * chi)[0, 0]
 
 

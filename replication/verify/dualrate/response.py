@@ -13,9 +13,9 @@ from functools import partial
 from math import factorial
 from typing import Any
 
-from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, fmpq
 
-from replication.verify.algebra.linear import above, below, identity, largest, solved
+from replication.verify.algebra.linear import above, amplitudes, below, energy, largest, parts, resolved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
@@ -57,29 +57,18 @@ COMMANDS = {
 class Motion:
     """v' = N v on one fast period, v = (x, u, w) with u held and w' = s w, and the error y − y_d = row · v.
 
-    scales: positive weights of v, in which ‖v‖ = max |v_i|/scales_i and `growth` is a bound of the norm of N.
+    scales: positive weights of v, in which ‖v‖ = max |v_i|/scales_i.
     """
 
     N: acb_mat
     row: acb_mat
     scales: Sequence[fmpq]
 
-    @property
-    def growth(self) -> arb:
-        """Largest row sum of N in the weights."""
-        sums = [
-            sum((abs(entry) * arb(b) for entry, b in zip(row, self.scales, strict=True)), arb(0)) / arb(a)
-            for row, a in zip(self.N.tolist(), self.scales, strict=True)
-        ]
-        return largest(sums)
 
-    def size(self, v: acb_mat) -> arb:
-        """‖v‖."""
-        return largest([abs(entry) / arb(a) for entry, a in zip(v.entries(), self.scales, strict=True)])
-
-    def output_size(self) -> arb:
-        """The largest |row · v| with ‖v‖ = 1."""
-        return sum((abs(c) * arb(a) for c, a in zip(self.row.entries(), self.scales, strict=True)), arb(0))
+def norm(M: acb_mat, into: Sequence[fmpq], of: Sequence[fmpq]) -> arb:
+    """The norm of M, its largest row sum, where vectors are measured by max |v_i|/weight_i before and after it."""
+    rows = (sum((abs(entry) * arb(b) for entry, b in zip(row, of, strict=True)), arb(0)) for row in M.tolist())
+    return largest([total / arb(a) for total, a in zip(rows, into, strict=True)])
 
 
 def require_position_form(loop: Loop) -> None:
@@ -107,30 +96,31 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
-def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: acb_mat) -> Passage:
-    """Amplitudes over a slow period with the command, from those of (x, ζ)."""
-    n, amplitude, rows = loop.order, command_amplitude(loop, s, form), start.tolist()
-    return pass_period(loop, observer, acb_mat(rows[:n]), acb_mat(rows[n:]), lambda k: amplitude * turn(s, k * loop.T))
+def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: Sequence[acb]) -> Passage:
+    """Parts of the amplitudes over a slow period with the command, from those of (x, ζ)."""
+    n, amplitude = loop.order, command_amplitude(loop, s, form)
+    return pass_period(
+        loop, observer, parts(start[:n]), parts(start[n:]), lambda k: parts([amplitude * turn(s, k * loop.T)])
+    )
 
 
-def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> acb_mat:
-    """X: amplitude of (x, ζ) at the slow instants, shape (2n, 1); refused if e^{sMT} may be an eigenvalue of Φ."""
-    end = driven(loop, observer, s, form, acb_mat(2 * loop.order, 1))
-    added = acb_mat(end.state.tolist() + end.estimate.tolist())
-    shifted = acb_mat(identity(2 * loop.order)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
-    X: acb_mat = solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
-    return X
+def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> list[acb]:
+    """X: amplitudes of (x, ζ) at the slow instants; refused if e^{sMT} may be an eigenvalue of Φ."""
+    end = driven(loop, observer, s, form, [acb(0)] * (2 * loop.order))
+    added = acb_mat([[entry] for entry in amplitudes(end.state) + amplitudes(end.estimate)])
+    excited = "the reference may excite an eigenvalue of Φ on the unit circle"
+    return resolved(monodromy(loop, observer), turn(s, loop.M * loop.T), added, excited).entries()
 
 
 def steady_passage(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> Passage:
-    """Amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
+    """Parts of the amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
     return driven(loop, observer, s, form, steady_start(loop, observer, s, form))
 
 
 def steady_motion(
     loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq], form: Feedforward = PRINTED
-) -> tuple[Motion, list[acb_mat]]:
-    """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
+) -> tuple[Motion, acb_mat]:
+    """The motion within a fast period and v at each phase, a column, with y_d = sin σt; refused unless stable."""
     require_position_form(loop)
     decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
@@ -138,57 +128,62 @@ def steady_motion(
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
     passage = steady_passage(loop, observer, s, form)
     begun = [
-        acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
+        [*amplitudes(x), *amplitudes(u), turn(s, k * loop.T)]
         for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))
     ]
-    return Motion(N=N, row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales), begun
+    return Motion(N=N, row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales), acb_mat(begun).transpose()
 
 
 def error_at(moving: Motion, start: acb_mat, time: fmpq) -> arb:
-    """|y − y_d| at a time after an instant."""
+    """|y − y_d| at a time after an instant at which v is `start`."""
     return abs((moving.row * (moving.N * acb(time)).exp() * start)[0, 0])
 
 
-def pieces(moving: Motion, start: acb_mat, length: fmpq) -> Iterator[tuple[acb_poly, arb]]:
-    """Taylor polynomial of the error about the middle of each piece of [0, length], and a bound of its remainder.
+def pieces(moving: Motion, begun: acb_mat, length: fmpq) -> Iterator[list[tuple[acb_poly, arb]]]:
+    """Taylor polynomial of the error about the middle of each piece of [0, length], and a bound of its remainder, from
+    each start, a column.
 
-    With x = growth · h, h the half width, the remainder is at most |row| ‖v‖ x^n/n! e^x.
+    With x = ‖N‖ h, h the half width, the remainder is at most ‖row‖ ‖v‖ x^n/n! e^x.
     """
-    half = length / (2 * PIECES)
-    reach = moving.growth * arb(half)
+    half, scales, one = length / (2 * PIECES), moving.scales, [fmpq(1)]
+    reach = norm(moving.N, scales, scales) * arb(half)
     step = (moving.N * acb(2 * half)).exp()
-    v = (moving.N * acb(half)).exp() * start
+    v = (moving.N * acb(half)).exp() * begun
     rows = [moving.row]
     for k in range(1, TERMS):
         rows.append(rows[-1] * moving.N / k)
     of_error = acb_mat([row.entries() for row in rows])
-    tail = moving.output_size() * reach**TERMS / factorial(TERMS) * reach.exp()
+    tail = norm(moving.row, one, scales) * reach**TERMS / factorial(TERMS) * reach.exp()
     for _ in range(PIECES):
-        yield acb_poly((of_error * v).entries()), tail * moving.size(v)
+        polynomials, states = (M.transpose().tolist() for M in (of_error * v, v))
+        sizes = [norm(acb_mat([[entry] for entry in state]), scales, one) for state in states]
+        yield [(acb_poly(terms), tail * size) for terms, size in zip(polynomials, sizes, strict=True)]
         v = step * v
 
 
-def require_error_below(moving: Motion, start: acb_mat, length: fmpq, bound: fmpq) -> None:
-    """Refuse unless |y − y_d| ≤ bound on all of a fast period."""
+def require_errors_below(moving: Motion, begun: acb_mat, length: fmpq, bound: fmpq) -> None:
+    """Refuse unless |y − y_d| ≤ bound on all of a fast period, from each start, a column."""
     half = length / (2 * PIECES)
-    for polynomial, remainder in pieces(moving, start, length):
-        allowed = arb(bound) - remainder
-        decide(Below(0, allowed, "the remainder of the Taylor polynomial exceeds the bound; choose other scales"))
-        parts = polynomial.coeffs()
-        real, imaginary = arb_poly([c.real for c in parts]), arb_poly([c.imag for c in parts])
-        require_below(real * real + imaginary * imaginary - arb_poly([allowed**2]), -half, half)
+    for piece in pieces(moving, begun, length):
+        for polynomial, remainder in piece:
+            allowed = arb(bound) - remainder
+            decide(Below(0, allowed, "the remainder of the Taylor polynomial exceeds the bound; choose other scales"))
+            require_modulus_below(polynomial, allowed, -half, half)
 
 
-def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
-    """Refuse unless the polynomial is negative on [left, right]: halves, with the mean value theorem on each part."""
-    slope, todo = polynomial.derivative(), [(left, right)]
+def require_modulus_below(polynomial: acb_poly, bound: arb, left: fmpq, right: fmpq) -> None:
+    """Refuse unless |p| < bound on [left, right]: halves, with the mean value theorem for |p|² on each part."""
+    both = [arb_poly([*column]) for column in zip(*parts(polynomial.coeffs()).tolist(), strict=True)]
+    slopes, todo = [one.derivative() for one in both], [(left, right)]
     for _ in range(PARTS):
         if not todo:
             return
         spend(100 * BALL, "the largest error")
         a, b = todo.pop()
-        middle, steepest = (a + b) / 2, abs(slope(arb(a).union(arb(b))))
-        if not holds(Below(polynomial(arb(middle)) + steepest * arb(b - middle), 0, "this part")):
+        middle, there = (a + b) / 2, arb(a).union(arb(b))
+        steepest = abs(sum((p(there) * slope(there) for p, slope in zip(both, slopes, strict=True)), arb(0))) * 2
+        square = energy(arb_mat([[p(arb(middle)) for p in both]]))
+        if not holds(Below(square + steepest * arb(b - middle), bound**2, "this part")):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")
 
@@ -300,14 +295,14 @@ def tracking_errors(
     """
     for frequency, error in zip(frequencies, errors, strict=True):
         moving, begun = steady_motion(plant, observer, frequency, error.scales, feedforward)
-        reached = error_at(moving, begun[error.phase], error.time)
+        start = acb_mat([[row[error.phase]] for row in begun.tolist()])
+        reached = error_at(moving, start, error.time)
         decide(Below(error.lower / 100, reached, f"the error at the given time is not as large, σ = {frequency}"))
         if instants == "all":
-            for start in begun:
-                require_error_below(moving, start, plant.T, error.upper / 100)
+            require_errors_below(moving, begun, plant.T, error.upper / 100)
         else:
             require(error.time == 0, "the given time is not that of a fast instant")
-            most = largest([abs((moving.row * start)[0, 0]) for start in begun])
+            most = largest([abs(gap) for gap in (moving.row * begun).entries()])
             decide(Below(most, error.upper / 100, f"the largest error is above the bound, σ = {frequency}"))
     sizes = (
         f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
@@ -353,5 +348,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
     require_position_form(loop)
     decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
-    passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
-    return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])
+    passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), arb_mat(loop.C)
+    errors = (amplitudes(C * (x - used)) for x, used in zip(passage.states, passage.used, strict=True))
+    return largest([abs(error) for (error,) in errors])

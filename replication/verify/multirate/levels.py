@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import combinations
 from math import gcd
@@ -11,7 +11,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, product, submatrix, zeros
+from replication.verify.algebra.linear import block, product, submatrix
 from replication.verify.kernel import AtMost, Positive, decide
 from replication.verify.multirate.sensing import (
     CHOSEN,
@@ -20,6 +20,7 @@ from replication.verify.multirate.sensing import (
     attained,
     read_sensing,
     require_theorem_1,
+    supplied,
     unseen_for_long,
     unseen_forever,
 )
@@ -124,14 +125,15 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
     By a Schur complement with its first block it is the inequality of Theorem 1 for the gains L_k = P_k^-1 Y_k; and its
     diagonal blocks are positive definite, so P_k > 0.
     """
-    n, weight = system.order, system.W.transpose() * system.W
     for k in range(system.phases):
         driven, seen = system.open_loop(k)
-        step = product(P[k], driven) - system.acting(k, Y[k]) * seen
-        m = step.ncols() - n
-        rest = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
-        whole = block([[P[k], step], [step.transpose(), rest]])
+        whole = matrix_30(system, P, k, product(P[k], driven) - system.acting(k, Y[k]) * seen, level)
         decide(Positive(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
+
+
+def matrix_30(system: Sensing, P: Sequence[fmpq_mat], phase: int, step: fmpq_mat, level: fmpq) -> fmpq_mat:
+    """[P_k, M; M', diag(P_(k-1) - W'W, g^2 I)] at a phase k, M = P_k [A_k B_k]."""
+    return block([[P[phase], step], [step.transpose(), supplied(system.W, P[phase - 1], step.ncols(), level)]])
 
 
 def require_bracket(lower: fmpq, upper: fmpq, relative: fmpq) -> None:

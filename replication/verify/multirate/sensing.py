@@ -179,9 +179,14 @@ def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq)
 def require_fall(step: fmpq_mat, W: fmpq_mat, P: tuple[fmpq_mat, fmpq_mat], level: fmpq, where: str) -> None:
     """Refuse unless diag(P - W'W, g^2 I) - [A B]' P+ [A B] > 0 for P before and P+ after the step."""
     before, after = P
-    n, m = W.ncols(), step.ncols() - W.ncols()
-    room = block([[before - W.transpose() * W, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
-    decide(Positive(room - product(step.transpose(), product(after, step)), f"the matrix of Theorem 1 at {where}"))
+    room = supplied(W, before, step.ncols(), level) - product(step.transpose(), product(after, step))
+    decide(Positive(room, f"the matrix of Theorem 1 at {where}"))
+
+
+def supplied(W: fmpq_mat, P: fmpq_mat, columns: int, level: fmpq) -> fmpq_mat:
+    """diag(P - W'W, g^2 I) for states and inputs, so many columns together."""
+    n, m = W.ncols(), columns - W.ncols()
+    return block([[P - W.transpose() * W, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
 
 
 def monodromy(steps: Steps) -> fmpq_mat:
@@ -219,6 +224,14 @@ def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_ma
     return fmpq_mat(n, r, [X[j * n + i, 0] for i in range(n) for j in range(r)])
 
 
+def steady(steps: Steps, turn: fmpq_mat, v: Sequence[fmpq_mat]) -> fmpq_mat:
+    """The states at phase 0 that after one period under v_k are themselves, turned."""
+    driven = zeros(steps[0].nrows(), turn.nrows())
+    for step, v_k in zip(steps, v, strict=True):
+        driven = advanced(step, driven, v_k)
+    return recurrent(monodromy(steps), driven, turn)
+
+
 def attained(
     steps: Steps,
     W: fmpq_mat,
@@ -233,13 +246,9 @@ def attained(
     periods (R turns by an angle, or changes the sign at most) its squares are those of v_k and x_k; ended after many
     periods, it has finite energy, and start and end no longer count in the ratio. hiding: further noise at (k, x_k).
     """
-    total = monodromy(steps)
-    decide(Within(total, f"the poles of the {what}"))
+    decide(Within(monodromy(steps), f"the poles of the {what}"))
     require_turn(turn)
-    driven = zeros(total.nrows(), turn.nrows())
-    for step, v_k in zip(steps, v, strict=True):
-        driven = advanced(step, driven, v_k)
-    x, output, noise = recurrent(total, driven, turn), fmpq(0), fmpq(0)
+    x, output, noise = steady(steps, turn, v), fmpq(0), fmpq(0)
     for k, (step, v_k) in enumerate(zip(steps, v, strict=True)):
         output += squares(W * x)
         noise += squares(v_k) + (squares(hiding(k, x)) if hiding else 0)

@@ -8,12 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
 from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, circle_point, complex_of, energy, identity, solved, zeros
+from replication.verify.algebra.linear import (
+    amplitudes,
+    block,
+    circle_point,
+    complex_of,
+    energy,
+    identity,
+    parts,
+    resolved,
+    zeros,
+)
 from replication.verify.algebra.work import BALL, STEP, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
@@ -24,6 +35,8 @@ from replication.verify.theorem import Refused, require
 
 Pair = tuple[int, int]
 Fails = Callable[[fmpq, fmpq, list[Pair]], list[Pair]]
+Corner = tuple[arb_mat, list[arb_mat]]
+"""What is paid at a period, and the steps, one for each gain of the filter."""
 
 HALVINGS = 24
 """Times that a piece of the range may be halved before the storage matrices are refused."""
@@ -97,8 +110,8 @@ def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> No
 
 def require_at(plant: Plant, case: Case, level: fmpq, P: fmpq_mat, h: arb) -> None:
     """Refuse unless the inequality of `require_level` holds with one matrix at every period in a ball."""
-    steps = case.filter.steps(plant, system.step_at(plant, h))
-    require(_Inequality(plant, case, level, [arb_mat(P)]).holds((0, 0), steps, h), f"(6) is not proved at {h.str(6)} s")
+    proof = _Inequality(plant, case, level, [arb_mat(P)])
+    require(proof.holds((0, 0), proof.corner(system.step_at(plant, h), h)), f"(6) is not proved at {h.str(6)} s")
 
 
 def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], halvings: int) -> None:
@@ -127,6 +140,15 @@ class _Inequality:
         self.paid = arb_mat(block([[demanded, corner], [corner.transpose(), supplied]]))
         self.kept = arb_mat(block([[identity(states), corner]]))
         self.before = [self.kept.transpose() * matrix * self.kept for matrix in P]
+        # By share, e^{N h} there; by the width of a piece, its balls over all h from 0 to that.
+        self.flow = cache(lambda share: system.flow(plant, self.time(share)))
+        self.spread = cache(lambda share: system.flow(plant, arb(0).union(self.time(share) - self.time(fmpq(0)))))
+        self.at_end = cache(lambda share: self.corner(system.upper_rows(plant, self.flow(share)), self.time(share)))
+        self.holds_at_end = cache(lambda pair, share: self.holds(pair, self.at_end(share)))
+
+    def time(self, share: fmpq) -> arb:
+        """The period at this share of the way between the ends of the range."""
+        return system.seconds(system.along(*self.case.ends, share))
 
     def fails(self, a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         """The pairs (c, d) for which the inequality is not proved at every period between the shares a and b.
@@ -136,21 +158,25 @@ class _Inequality:
         between the corners: both ends, and both less that matrix.
         """
         spend((len(transitions) + 5) * (self.kept.nrows() + self.kept.ncols()) ** 3 * BALL, "the storage inequality")
-        start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
-        less = system.bend(self.plant, start, stop - start)
-        ends = [(system.step_at(self.plant, h), h) for h in (start, stop)]
-        corners = [
-            (self.case.filter.steps(self.plant, step), h)
-            for step, h in [*ends, *((step - less, h) for step, h in ends)]
+        less = system.bend(self.plant, self.flow(a), self.spread(b - a), self.time(b) - self.time(a))
+        bent = [self.corner(system.upper_rows(self.plant, self.flow(end)) - less, self.time(end)) for end in (a, b)]
+        return [
+            pair
+            for pair in transitions
+            if not all(self.holds_at_end(pair, end) for end in (a, b))
+            or not all(self.holds(pair, corner) for corner in bent)
         ]
-        return [pair for pair in transitions if not all(self.holds(pair, steps, h) for steps, h in corners)]
 
-    def holds(self, pair: Pair, steps: list[arb_mat], h: arb) -> bool:
-        """Whether it holds for every step in balls, one for each gain, at the period h."""
-        before, after, M = self.before[pair[0]], self.P[pair[1]], steps[pair[0] // self.states]
+    def corner(self, step: arb_mat, h: arb) -> Corner:
+        """What the inequality is about for a step in balls at the period h."""
         paid = self.paid * h if self.case.weight == "duration" else self.paid
-        room = before + paid - M.transpose() * after * M
-        return holds(Positive(room, "the storage inequality"))
+        return paid, self.case.filter.steps(self.plant, step)
+
+    def holds(self, pair: Pair, corner: Corner) -> bool:
+        """Whether it holds there."""
+        before, after, (paid, steps) = self.before[pair[0]], self.P[pair[1]], corner
+        M = steps[pair[0] // self.states]
+        return holds(Positive(before + paid - M.transpose() * after * M, "the storage inequality"))
 
 
 def read_pattern(value: Any, path: str) -> list[fmpq]:
@@ -195,7 +221,7 @@ def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], t
     the stable error system tends to a motion with x_p = z x_0, whose ratio of sum |e|^2 to sum |w|^2 over a pattern is
     what the ratio over N patterns tends to as N grows; the real or the imaginary part of w attains at least as much.
     """
-    z, output, inputs = circle_point(turn), acb_mat(case.filter.output(plant)), plant.B.ncols()
+    z, output, inputs = circle_point(turn), arb_mat(case.filter.output(plant)), plant.B.ncols()
     states, cells = output.ncols(), case.filter.cells
     distinct = set(pattern)
     spend(
@@ -204,15 +230,17 @@ def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], t
     times = {share: system.seconds(system.along(*case.ends, share)) for share in distinct}
     made = {share: case.filter.steps(plant, system.step_at(plant, h)) for share, h in times.items()}
     gains = [system.cell_of(cells, share) for share in (pattern[-1], *pattern[:-1])]
-    steps = [acb_mat(made[share][gain]) for share, gain in zip(pattern, gains, strict=True)]
-    through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
-    frame = acb_mat(block([[identity(states)], [zeros(inputs, states)]]))
-    for step, drive in zip(steps, w, strict=True):
+    steps = [made[share][gain] for share, gain in zip(pattern, gains, strict=True)]
+    drives = [parts(vector.entries()) for vector in w]
+    through, forced = arb_mat(identity(states)), arb_mat(states, 2)
+    frame = arb_mat(block([[identity(states)], [zeros(inputs, states)]]))
+    for step, drive in zip(steps, drives, strict=True):
         through = step * frame * through
         forced = _advance(step, forced, drive)
-    x = solved(acb_mat(identity(states)) * z - through, forced, "zI - A is not proved invertible")
+    end = acb_mat([[entry] for entry in amplitudes(forced)])
+    x = parts(resolved(through, z, end).entries())
     seen, supplied = arb(0), arb(0)
-    for share, step, drive in zip(pattern, steps, w, strict=True):
+    for share, step, drive in zip(pattern, steps, drives, strict=True):
         weight = times[share] if case.weight == "duration" else arb(1)
         seen += energy(output * x) * weight
         supplied += energy(drive) * weight
@@ -220,9 +248,9 @@ def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], t
     require_ratio(seen, supplied, level, "the disturbance")
 
 
-def _advance(step: acb_mat, x: acb_mat, drive: acb_mat) -> acb_mat:
+def _advance(step: arb_mat, x: arb_mat, drive: arb_mat) -> arb_mat:
     """A-bar x + B-bar w."""
-    return step * acb_mat(x.tolist() + drive.tolist())
+    return step * arb_mat(x.tolist() + drive.tolist())
 
 
 def require_ratio(seen: arb, supplied: arb, level: fmpq, what: str) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import beside, between, circle_point, energy, hold, identity, solved
+from replication.verify.algebra.linear import beside, between, circle_point, energy, hold, identity, resolved, solved
 from replication.verify.kernel import Below, Hurwitz, Positive, decide
 from replication.verify.nonuniform import gain
 from replication.verify.nonuniform.gain import ATTAINED, complex_vector, require_ratio
@@ -101,8 +101,8 @@ def bounded_real(P: arb_mat, A: arb_mat, B: arb_mat, C: arb_mat, supplied: arb_m
 
 def require_response(A: fmpq_mat, Phi: arb_mat, lower: fmpq, response: Response) -> None:
     """Refuse unless A Phi (zI - Phi)^{-1} amplifies a complex direction by more than `lower` at a point z."""
-    resolvent = acb_mat(identity(A.nrows())) * response.z - acb_mat(Phi)
-    reached = acb_mat(arb_mat(A) * Phi) * solved(resolvent, response.direction, "zI - Phi is not proved invertible")
+    states = resolved(Phi, response.z, response.direction, "zI - Phi is not proved invertible")
+    reached = acb_mat(arb_mat(A) * Phi) * states
     require_ratio(energy(reached), energy(response.direction), lower, f"{response.path}: the response")
 
 

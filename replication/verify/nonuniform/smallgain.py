@@ -20,7 +20,7 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import above as above_
 from replication.verify.algebra.linear import below as below_
-from replication.verify.algebra.linear import circle_point, complex_of, hold, identity, largest, rounded_ends, solved
+from replication.verify.algebra.linear import circle_point, complex_of, hold, identity, largest, resolved, rounded_ends
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import Below, Hurwitz, Positive, decide, holds
 from replication.verify.nonuniform.gain import Fails, Pair, require_everywhere
@@ -200,17 +200,12 @@ def half_space(plant: Plant, filter_: Filter, level: fmpq, points: list[Point]) 
     Phi, Gamma = (acb_mat([row[part] for row in step.tolist()]) for part in (slice(0, n), slice(n, None)))
     normal, limit = [arb(0)] * n, arb(0)
     for point in points:
-        x = _response(Phi, Gamma, point.z)
+        x = resolved(Phi, point.z, Gamma)
         seen = acb_mat(filter_.B) * (acb_mat(plant.C) * x + acb_mat(plant.D))
-        f = _response(acb_mat(filter_.A), seen, point.z)
+        f = resolved(arb_mat(filter_.A), point.z, seen)
         normal = [a + (point.u * b).real for a, b in zip(normal, f.entries(), strict=True)]
         limit += (point.u * (acb_mat(plant.L) * x)[0, 0]).real + arb(level) * abs(point.u)
     return normal, limit
-
-
-def _response(A: acb_mat, driven: acb_mat, z: acb) -> acb_mat:
-    found: acb_mat = solved(acb_mat(identity(A.nrows())) * z - A, driven, "zI - A is not proved invertible")
-    return found
 
 
 @on_filtered("nonuniform.sizes", source="mustafa", holds=True, says="size of F")

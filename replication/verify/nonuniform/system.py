@@ -12,7 +12,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import beside, block, generator, hold
+from replication.verify.algebra.linear import block, generator
 from replication.verify.kernel import Hurwitz, Within, decide
 from replication.verify.reading import fields, known_fields, matrix, one_of, rational, record, sequence, sized, states
 from replication.verify.statement import statement
@@ -199,19 +199,29 @@ def cell_of(cells: Sequence[fmpq], share: fmpq) -> int:
     return sum(1 for edge in cells[1:-1] if edge <= share)
 
 
+def flow(plant: Plant, h: arb) -> arb_mat:
+    """e^{N h} for every h in a ball, N = [A, B; 0, 0]: its upper rows are [Phi(h), Gamma(h)]."""
+    return (generator(plant.A, plant.B) * h).exp()
+
+
+def upper_rows(plant: Plant, M: arb_mat) -> arb_mat:
+    """Those of the states."""
+    return arb_mat(M.tolist()[: plant.A.nrows()])
+
+
 def step_at(plant: Plant, h: arb) -> arb_mat:
     """[Phi(h), Gamma(h)] of eq. (3) for every h in a ball, (n, n + m)."""
-    return beside(*hold(plant.A, plant.B, h))
+    return upper_rows(plant, flow(plant, h))
 
 
-def bend(plant: Plant, start: arb, length: arb) -> arb_mat:
-    """Balls of length^2 / 8 times N^2 e^{Nh}, the second derivative of [Phi, Gamma], over start <= h <= start + length.
+def bend(plant: Plant, start: arb_mat, spread: arb_mat, length: arb) -> arb_mat:
+    """Balls of length^2 / 8 times N^2 e^{Nh}, the second derivative of [Phi, Gamma], over a piece of this length.
 
-    So far a function is from its chord in the middle, and less elsewhere.
+    So far a function is from its chord in the middle, and less elsewhere. start: e^{Nh} where the piece begins; spread:
+    e^{Nh} for all h from zero to its length.
     """
     N = generator(plant.A, plant.B)
-    rows = (N * N * (N * start).exp() * (N * arb(0).union(length)).exp()).tolist()[: plant.A.nrows()]
-    return arb_mat(rows) * (length * length / 8)
+    return upper_rows(plant, N * N * start * spread) * (length * length / 8)
 
 
 def require_stable(plant: Plant, filter_: Filter) -> None:

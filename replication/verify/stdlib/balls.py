@@ -50,8 +50,8 @@ class Ring:
         return type(self)(other) / self  # type: ignore[call-arg, operator, no-any-return]
 
     def __pow__(self, power: int) -> Self:
-        made: Any = self * 0 + 1  # type: ignore[operator]
-        for _ in range(power):
+        made: Any = self if power else self * 0 + 1  # type: ignore[operator]
+        for _ in range(power - 1):
             made = made * self
         return made  # type: ignore[no-any-return]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from operator import add, sub
 from typing import Any
 
 from replication.verify.stdlib.balls import acb, arb, ball, enclosed, exponential, times
@@ -24,15 +26,6 @@ class arb_poly(Polynomial):
 
     __slots__ = ()
     field = arb
-
-    def __mul__(self, other: Any) -> Any:
-        """The product of a band of shifted coefficients with the other ones, by middles and radii."""
-        if not isinstance(other, arb_poly) or not self.terms or not other.terms:
-            return super().__mul__(other)
-        n, size = len(self.terms), len(self.terms) + len(other.terms) - 1
-        padded = [arb(0)] * (n - 1) + other.terms[::-1] + [arb(0)] * (n - 1)
-        band = [padded[size - 1 - k : size - 1 - k + n] for k in range(size)]
-        return arb_poly([c for (c,) in _balls(*times(*_parts(band), *_parts([[c] for c in self.terms])))])
 
 
 class acb_poly(Polynomial):
@@ -62,9 +55,16 @@ class _Matrix(Matrix):
         return self.rows[place[0]][place[1]]
 
     def __add__(self, other: Any) -> Any:
+        return self.entrywise(other, add)
+
+    def __sub__(self, other: Any) -> Any:
+        return self.entrywise(other, sub)
+
+    def entrywise(self, other: Any, combined: Callable[[Any, Any], Any]) -> Any:
+        """Of the entries at each place."""
         if not isinstance(other, type(self)):
             return NotImplemented
-        rows = [[a + b for a, b in zip(*both, strict=True)] for both in zip(self.rows, other.rows, strict=True)]
+        rows = [list(map(combined, *both)) for both in zip(self.rows, other.rows, strict=True)]
         return self.like(rows, self.columns)
 
     def __mul__(self, other: Any) -> Any:

@@ -24,7 +24,7 @@ SEARCH = "that a program of a degree has no solution: of plain numerics only a s
 UNCOVERED = dict.fromkeys(("delay.degree-lower", "delay.narrow-lower"), SEARCH)
 """Statements without a numeric test, and why."""
 ALLOWED = {"ast", "collections", "copy", "dataclasses", "definition", "fractions", "functools", "itertools", "json"} | {
-    "math", "numpy", "pathlib", "pytest", "re", "scipy", "subprocess", "sys", "tomllib", "typing"
+    "math", "numpy", "pathlib", "pytest", "re", "scipy", "tomllib", "typing"
 }  # fmt: skip
 
 
