@@ -92,20 +92,10 @@ _STATED = {
     "stated_error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
 }
 _OF_41 = {**_STATED, "printed_A": PRINTED_A, "C": PLANT["C"]}
-_DESIGNED = {
-    "plant": {**PLANT, "A": PRINTED_A},
-    "step": DIAGONAL_STEP,
-    "diagonal_decimals": SECOND_DECIMALS,
-    "decimals": ENTRY_DECIMALS,
-}
-_SEARCHED = {
-    "printed_A": PRINTED_A,
-    "printed_inputs": {name: PLANT[name] for name in ("B_d", "D")},
-    "half_unit": HALF_UNIT_OF_GAINS,
-    "step": DIAGONAL_STEP,
-    "bound": LARGEST_ENTRY,
-    "wider_bound": WIDER,
-}
+TRIED = {**_OF_41, "step": DIAGONAL_STEP, "diagonal_decimals": SECOND_DECIMALS, "decimals": ENTRY_DECIMALS}
+"""What finds each A with the stated poles that is tried."""
+_INPUTS = {name: PLANT[name] for name in ("B_d", "D")}
+_SEARCHED = {"half_unit": HALF_UNIT_OF_GAINS, "step": DIAGONAL_STEP, "bound": LARGEST_ENTRY, "wider_bound": WIDER}
 _WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
@@ -158,6 +148,6 @@ EXPERIMENTS = (
     experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
     experiment("unstable.diagonals", unstable.diagonals, **_OF_41, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY),
     experiment("unstable.any-entries", unstable.any_entries, **_OF_41, decimals=ENTRY_DECIMALS),
-    experiment("unstable.stated-designs", unstable.stated_designs, **_STATED, **_DESIGNED),
-    experiment("unstable.recovered", unstable.recovered, **_STATED, **_SEARCHED),
+    experiment("unstable.stated-designs", unstable.stated_designs, inputs=_INPUTS, **TRIED),
+    experiment("unstable.recovered", unstable.recovered, printed_inputs=_INPUTS, **_OF_41, **_SEARCHED),
 )
