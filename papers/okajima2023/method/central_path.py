@@ -72,7 +72,7 @@ def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blo
     """Variables with all F_k > 0: P_{k-1} = A_ek' P_k A_ek + W'W + Q with Q > 0, Y_k = P_k L_k, and a large gamma^2."""
     now, ahead = layout.scales, np.roll(layout.scales, -1, axis=0)
     closed = np.array([stage.A for stage in problem.error_system(gains).stages])
-    steps: Array = np.linalg.solve(ahead, closed @ now)
+    steps = np.asarray(np.linalg.solve(ahead, closed @ now), dtype=float)
     weights = np.array([T.T @ layout.plant.W.T @ layout.plant.W @ T for T in now])
     weights += np.maximum(np.linalg.norm(weights, axis=(1, 2)), 1e-6)[:, None, None] * np.eye(layout.plant.order)
     backward = settled(reversed_in_time(RiccatiMap(steps.mT, np.zeros_like(steps), weights)))
