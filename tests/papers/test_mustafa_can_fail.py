@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import re
-from typing import Any
 
 import pytest
 from computed import result
@@ -12,10 +11,8 @@ from faults import Fault, Results, all_of, full, put, verdict
 
 from papers.mustafa import PAPER
 from papers.mustafa.claims.algorithm import BOUND_9, CORRECTED_GRID
-from papers.mustafa.claims.preliminaries import MOTOR_CONSTANT
 from papers.mustafa.experiments.declared import EXPERIMENTS
-from papers.mustafa.experiments.draws import LAWS, laws
-from papers.mustafa.experiments.levels import output_matrix
+from papers.mustafa.experiments.draws import LAWS
 from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES
 from replication.audit.data import PrintedValue
@@ -209,32 +206,6 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
         noted = re.findall(r"[\w-]+", " ".join(re.findall(r"\(errat(?:um|a) ([^)]*)\)", note)))
         assert wanted <= {field, *noted}, name
         assert "algorithm" not in wanted or field == "algorithm", name
-
-
-@pytest.mark.parametrize("e", EXAMPLES)
-def test_what_rests_on_the_motor_constant_says_so(e: int, results: Results) -> None:
-    names = ("gamma", "robust-level", "valid", "valid-own", "condition-8", "algorithm", "stable")
-    for name in (*(f"{name}.{e}" for name in names), f"grid-size.example-{e}"):
-        assert (MOTOR_CONSTANT in CLAIMS[name].answer(full(PAPER, results)).note) == (e == 2), name
-
-
-def inputs(name: str) -> dict[str, Any]:
-    (experiment,) = (experiment for experiment in EXPERIMENTS if experiment.name == name)
-    return dict(experiment.inputs)
-
-
-def test_attenuation_fails_for_an_estimate_of_zero(results: Results) -> None:
-    given = inputs("laws")
-    given["printed"] = {**given["printed"], "C": [[0.0, 0.0]]}
-    altered = {**results, "laws": laws(**{**given, "seeds": 4})}
-    assert verdict_on("figure.attenuated", altered) is not CLAIMS["figure.attenuated"].expected
-
-
-def test_another_printed_input_matrix_leaves_c_f_undecided_or_wrong(results: Results) -> None:
-    """The box around C_f is for the printed A_f and B_f: at a hundred times the level it does not decide."""
-    given = inputs("output-matrix")
-    altered = {**results, "output-matrix": output_matrix(**{**given, "level": 100 * given["level"], "angles": 201})}
-    assert verdict_on("filter.output-matrix", altered) is not CLAIMS["filter.output-matrix"].expected
 
 
 def test_the_bounds_between_nodes_are_bounds(results: Results) -> None:

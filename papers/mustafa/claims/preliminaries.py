@@ -41,7 +41,11 @@ def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evide
 
 
 def stable_room(e: int, results: Results) -> float:
-    """How far A is Hurwitz and A_f Schur, whichever is less; the error system is stable iff it is positive."""
+    """How far A is Hurwitz and A_f Schur, whichever is less; the error system is stable iff it is positive.
+
+    The matrix of (5) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute: a product of them
+    is e^{A tau}, tau the elapsed time, and tends to zero for every sequence iff A is Hurwitz.
+    """
     bracket = results[f"bracket.{e}"]
     return float(min(-bracket["plant_abscissa"], 1 - bracket["filter_radius"]))
 

@@ -101,7 +101,7 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     for upper in method.UpperEnd:
         for root in (False, True):
             found = method.covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
-            intervals[f"{upper.name.lower()}, {'root' if root else 'alpha'}"] = {
+            intervals[f"{upper}, {'root' if root else 'alpha'}"] = {
                 "lower": found.lower,
                 "upper": found.upper,
                 "covers": found.covers(span.h_l, span.h_u),
@@ -110,7 +110,7 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
                 reading = method.Reading(upper, root, step_4)
                 grid = method.build_grid(system, span, reading, limit=limit)
                 runs[reading.name] = {
-                    "end": grid.end.name,
+                    "end": grid.end,
                     "size": len(grid.periods),
                     "periods": list(grid.periods),
                     "rounds": grid.rounds,
@@ -135,7 +135,8 @@ def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, lea
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
-        **vars(method.stability(system, filter_)),
+        "plant_abscissa": float(np.max(np.linalg.eigvals(system.A).real)),
+        "filter_radius": filter_.spectral_radius(),
         "lower": found.lower,
         "upper": found.upper,
         "periods": attack.periods.tolist(),
@@ -154,7 +155,9 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     h = span.nodes(nodes)
-    floor, where = method.floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
+    # The infeasible end of the search for gamma*(h) at a constant period bounds the level of every filter from below.
+    upper_half = PeriodRange(span.middle, span.h_u).nodes(3).tolist()
+    floor, where = max((riccati_level(system, one, tolerance=1e-8).infeasible, one) for one in upper_half)
 
     def norm(period: float) -> float:
         return periodic_gain(system, filter_, [period]).value
@@ -186,7 +189,7 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
     system, span = problem(plant, periods)
     exchanged, dense = robust_design(system, span), method.dense_design(system, span, nodes)
     restored = method.robust_lmi_design(system, span, cells)
-    modal = system.in_coordinates(method.modal_transform(system.A))
+    modal = method.modal(system)
     whole = method.delta_radius(modal.A, (span.h_u - span.h_l) / 2)
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {

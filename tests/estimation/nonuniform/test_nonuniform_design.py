@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
-from papers.mustafa.method import dense_design, floor_for_any_filter, lmi_size
+from papers.mustafa.method import dense_design
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
@@ -28,7 +28,6 @@ from replication.estimation.nonuniform.robust import (
     normalise,
     recover,
     robust_design,
-    variable_basis,
 )
 
 CONGRUENCE = 1e-12
@@ -130,11 +129,6 @@ def test_exchange_matches_the_dense_grid_and_holds_between_its_nodes():
         assert len(everywhere.design.periods) < 8
 
 
-def test_lmi_counts():
-    assert lmi_size(OSCILLATOR) == (15, 10)
-    assert len(variable_basis(OSCILLATOR).delta) == 16
-
-
 def test_copies_of_a_measurement_change_nothing():
     h = OSCILLATOR_RANGE.middle
     alone = riccati_level(OSCILLATOR, h, tolerance=1e-8)
@@ -170,8 +164,7 @@ def test_measurements_that_reveal_the_disturbance_are_refused_or_right():
 
 def test_floor_is_a_level_that_the_search_found_infeasible():
     h = OSCILLATOR_RANGE.middle
-    floor, where = floor_for_any_filter(OSCILLATOR, PeriodRange(h, h), 1)
-    assert where == h
+    floor = riccati_level(OSCILLATOR, h, tolerance=1e-8).infeasible
     assert riccati_filter(OSCILLATOR, h, floor) is None
     assert floor == pytest.approx(closed_form(OSCILLATOR, h), rel=ROUTES * 10)
     assert floor <= closed_form(OSCILLATOR, h)
