@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import STABLE
 from papers.mustafa.claims.preliminaries import (
     FILTER,
     MISNAMED,
-    MOTOR_CONSTANT,
     SLIP,
     for_both,
     identity,
-    of_example,
-    on_motor,
     stable_room,
     up,
     up_to_rounding,
@@ -54,7 +53,6 @@ def reached(results: Results, end: str) -> Evidence:
 @THEOREM_1.feasible(
     "l3", place="Theorem 1, case L3", uses=CONDITIONS, erratum=MISNAMED, says=for_both("sharp lower end (9)")
 )
-@on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
     """Case L3 ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     return reached(results, "lower")
@@ -63,7 +61,6 @@ def lower_end_is_sharp(results: Results) -> Evidence:
 @THEOREM_1.feasible(
     "u3", place="Theorem 1, case U3", uses=CONDITIONS, erratum="u3", says=for_both("sharp upper end (9)")
 )
-@on_motor
 def u3_covers(results: Results) -> Evidence:
     """Case U3, with μ(A) in the logarithm too, ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
@@ -76,7 +73,6 @@ def u3_covers(results: Results) -> Evidence:
     uses=(*GRIDS, *BRACKETS, *CONDITIONS),
     says=for_both("conservative element"),
 )
-@on_motor
 def one_interval_is_conservative(results: Results) -> Evidence:
     """A direct use of Theorem 1 can be conservative, and several elements can reduce that: they do in both examples."""
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
@@ -137,10 +133,9 @@ for e, which in (1, "every filter that satisfies (6) at one period"), (2, "the p
         erratum=SLIP[e],
         reading=NO_READING,
         says=STABLE[e],
-    )(of_example(robustly_stable, e))
+    )(partial(robustly_stable, e))
 
 
-@on_motor
 def stability_follows(results: Results) -> Evidence:
     """The error system of a stable plant is stable for every sequence if (6) holds at one period."""
     return positive(
@@ -161,7 +156,6 @@ NO_PRODUCT = "Size of F C, with F of the printed size, against n by n."
     erratum="size-of-F",
     says=[STABLE[1], term("size of F", "printed-filter")],
 )
-@on_motor
 def stability_of_theorem_3(results: Results) -> Evidence:
     """Theorem 3: under (2), the error system is robustly stable for all periods that it names."""
     (n, r), _ = sizes()
@@ -201,7 +195,6 @@ for part, name, place, statement in (
     reading=NO_READING,
     says=STABLE[1],
 )
-@on_motor
 def small_gain_is_required(results: Results) -> Evidence:
     """To ensure stability (8) is required: where it holds, the error system is stable."""
     rooms = [stable_room(e, results) for e in EXAMPLES]
@@ -235,7 +228,7 @@ def level_of_theorem_3(results: Results) -> Evidence:
         holds=worst <= EXACT and min(rooms) > 0,
         quantities={"largest relative residual": worst},
         as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
-        note=f"(10) is read without its repeated row (erratum row). {MOTOR_CONSTANT}",
+        note="(10) is read without its repeated row (erratum row).",
     )
 
 

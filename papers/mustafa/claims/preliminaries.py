@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from functools import partial, wraps
+from functools import wraps
 from typing import Any
 
 from msgspec.structs import replace
 
+from papers.mustafa.experiments.declared import OF_SECOND
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, Step4
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
@@ -29,9 +30,15 @@ WITH_U3 = "(9) is used with case U3 corrected (erratum u3)."
 WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
 
 
-def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
-    """An answer that uses A of Example 2, which the text leaves without one of its constants: its note says so."""
+def on_motor(part: Part) -> Part:
+    """The part, each of its claims that uses A of Example 2, which the text leaves without a constant, saying so."""
+    part.claims[:] = [
+        replace(claim, answer=_noted(claim.answer)) if OF_SECOND & set(claim.uses) else claim for claim in part.claims
+    ]
+    return part
 
+
+def _noted(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
     @wraps(answer)
     def noted(results: Results) -> Evidence:
         found = answer(results)
@@ -75,11 +82,6 @@ NO_GRID = (
 def covers_as_step_3_prints(found: Results) -> bool:
     """Whether the middle alone passes step 3 with alpha as it is printed there, whatever step 4 means; found: grids."""
     return any(interval["covers"] for name, interval in found["intervals"].items() if not name.endswith("root"))
-
-
-def of_example(answer: Callable[[int, Results], Evidence], e: int) -> Callable[[Results], Evidence]:
-    """The answer for an example."""
-    return on_motor(partial(answer, e)) if e == 2 else partial(answer, e)
 
 
 def for_both(quantity: str) -> list[Term]:
@@ -133,7 +135,6 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
 
 
 @LEMMAS.feasible("lemma-1", place="Lemma 1", uses=("bracket.1", "bracket.2"), says=term("Lemma 1"))
-@on_motor
 def lemma_1(results: Results) -> Evidence:
     """If (6) holds at all periods of the range with one P, the error system has the level for every sequence."""
     # One Lyapunov function is the condition of the lemma; a sequence that exceeds its level would refute it.
@@ -173,7 +174,6 @@ def lemma_3(results: Results) -> Evidence:
         for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
-@on_motor
 def finite_grid_is_not_enough(results: Results) -> Evidence:
     """That (6) holds at a finite grid does not imply, in general, that it holds for all variations of the period."""
     excess = min(results[f"curve.{e}"]["floor"] - upper_end(GAMMA[e]) for e in EXAMPLES)
@@ -208,7 +208,6 @@ LEMMAS.cited(
         for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
-@on_motor
 def grid_for_6(results: Results) -> Evidence:
     """With the grids and levels of Sec. VI the (6) of this text holds at all periods, as Sec. III says of the idea of
     [7]."""

@@ -85,3 +85,5 @@ EXPERIMENTS = (
     *_of_second(),
     experiment("identities", identities, trials=TRIALS, seed=SEED),
 )
+OF_SECOND = frozenset(one.name for one in (*_of_example(2), *_of_second()))
+"""Those that take A of Example 2."""

@@ -19,10 +19,12 @@ from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.latency import delivered
 from replication.estimation.multirate.optimum import Optimum, optimal_design, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 Matrix = list[list[float]]
@@ -35,20 +37,15 @@ def build(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sens
     return MultirateProblem(system, SensingSchedule(tuple(periods), tuple(offsets)))
 
 
+def bracket_json(gain: GainBracket) -> Json:
+    """A gain with its bracket."""
+    return {"value": gain.value, "lower": gain.lower, "upper": gain.upper}
+
+
 def optimum_json(best: Optimum) -> Json:
     """The optimum with its bracket and the non-causal bound."""
-    return {
-        "optimum": best.value,
-        "lower": best.lower,
-        "upper": best.upper,
-        "limited_by": best.limited_by,
-        "noncausal": bracket_json(best.noncausal),
-    }
-
-
-def bracket_json(gain: GainBracket) -> Json:
-    """A gain with its bracket and the angle of the peak."""
-    return {"value": gain.value, "lower": gain.lower, "upper": gain.upper, "angle": gain.angle}
+    ends = {"lower": best.lower, "upper": best.upper}
+    return {"optimum": best.value, **ends, "limited_by": best.limited_by, "noncausal": bracket_json(best.noncausal)}
 
 
 INACCURATE = ("optimal", "optimal_inaccurate")
@@ -61,30 +58,24 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     filter: the smallest one of filters, which use the newest measurement too.
     """
     problem = build(plant, periods, offsets, sensors)
-    best = optimum(problem)
-    central, reduced, printed = optimal_design(problem), reduced_lmi_design(problem), lmi_design(problem)
-    variables, rows = theorem2_size(problem)
-    cyclic_variables, cyclic_rows = cyclic_size(problem)
+    central, kalman = (problem.error_system(found(problem).gains) for found in (optimal_design, kalman_design))
+    reduced, printed, n = reduced_lmi_design(problem), lmi_design(problem), problem.plant.order
+    (variables, rows), (cyclic_variables, cyclic_rows) = theorem2_size(problem), cyclic_size(problem)
+    acting = problem.schedule.period * (n * (n + 1) // 2) + n * int(problem.schedule.mask.sum()) + 1
+    size = {"cyclic_variables": cyclic_variables, "cyclic_rows": cyclic_rows}
     return {
-        **optimum_json(best),
+        **optimum_json(optimum(problem)),
         "filter": optimum(of_filters(problem)).value,
-        "gains": central.gains.tolist(),
-        "norm_central": bracket_json(l2_gain(problem.error_system(central.gains))),
+        "gains": optimal_design(problem).gains.tolist(),
+        "norm_central": bracket_json(l2_gain(central)),
         "reduced_lmi": _lmi(problem, reduced),
         "lmi": _lmi(problem, printed),
         "smallest_eigenvalue_P": float(min(np.linalg.eigvalsh(P)[0] for P in printed.P)),
-        "h2_central": float(np.sqrt(white_noise_variance(problem.error_system(central.gains)))),
-        "h2_kalman": float(np.sqrt(white_noise_variance(problem.error_system(kalman_design(problem).gains)))),
-        "norm_kalman": l2_gain(problem.error_system(kalman_design(problem).gains)).value,
-        "size": {
-            "variables": variables,
-            "rows": rows,
-            "cyclic_variables": cyclic_variables,
-            "cyclic_rows": cyclic_rows,
-        },
-        "acting_variables": problem.schedule.period * (problem.plant.order * (problem.plant.order + 1) // 2)
-        + problem.plant.order * int(problem.schedule.mask.sum())
-        + 1,
+        "h2_central": float(np.sqrt(white_noise_variance(central))),
+        "h2_kalman": float(np.sqrt(white_noise_variance(kalman))),
+        "norm_kalman": l2_gain(kalman).value,
+        "size": {"variables": variables, "rows": rows, **size},
+        "acting_variables": acting,
         "solvers": [reduced.report.to_dict(), printed.report.to_dict()],
     }
 
@@ -200,20 +191,15 @@ def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:
     return spread(plant, compute)
 
 
-def _rounding_spread(problem: MultirateProblem, gains: np.ndarray[Any, Any], half_unit: float) -> float:
+def _rounding_spread(problem: MultirateProblem, gains: Array, half_unit: float) -> float:
     """Sum over the measured entries of |d norm / d entry| times half a unit, by central differences."""
-    step = 1e-6
-    total = 0.0
-    for k, rows in enumerate(problem.measured_rows()):
-        for i in range(problem.plant.order):
-            for j in rows:
-                shifted = []
-                for sign in (1.0, -1.0):
-                    moved = gains.copy()
-                    moved[k, i, j] += sign * step
-                    shifted.append(l2_gain(problem.error_system(moved)).value)
-                total += abs(shifted[0] - shifted[1]) / (2 * step) * half_unit
-    return float(total)
+    step, total = 1e-6, 0.0
+    for entry in np.argwhere(np.broadcast_to(problem.schedule.mask[:, None, :], gains.shape)):
+        moved = np.zeros_like(gains)
+        moved[tuple(entry)] = step
+        above, below = (l2_gain(problem.error_system(gains + sign * moved)).value for sign in (1.0, -1.0))
+        total += abs(above - below) / (2 * step) * half_unit
+    return total
 
 
 def _lmi(problem: MultirateProblem, solution: LmiDesign) -> Json:
@@ -229,37 +215,16 @@ LATE = "late, in discrete time: each measurement arrives m − 1 steps late; our
 
 def on_common_plant(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:
     """Brackets of the least l2 gain from force and noise to the position's error, for each multiple m."""
-    sampled = _sampled(plant)
-    return {
-        "slow": [_bracket(sampled, period) for period in multiples],
-        "late": [_bracket(_delayed(sampled, m - 1), 1) for m in multiples],
-    }
-
-
-def _bracket(plant: MultiratePlant, period: int) -> list[float]:
-    best = optimum(MultirateProblem(plant, SensingSchedule((period,))))
-    return [best.lower, best.upper]
-
-
-def _sampled(plant: dict[str, Any]) -> MultiratePlant:
-    """The plant at the base period, the force held in between; the error of the position counts."""
     A, B, C = (np.array(plant[name]) for name in "ABC")
-    held = SampledPlant(A, B, C, np.zeros((1, 1)), C)
-    Phi, Gamma = held.discretise(plant["h"])
-    return MultiratePlant(A=Phi, B_d=Gamma, C=C, D=np.array([[plant["noise"]]]), W=C)
+    # The force is held over the base period; the error of the position counts.
+    Phi, Gamma = SampledPlant(A, B, C, np.zeros((1, 1)), C).discretise(plant["h"])
+    sampled = MultiratePlant(A=Phi, B_d=Gamma, C=C, D=np.array([[plant["noise"]]]), W=C)
 
+    def bracket(seen: MultiratePlant, period: int) -> list[float]:
+        best = optimum(MultirateProblem(seen, SensingSchedule((period,))))
+        return [best.lower, best.upper]
 
-def _delayed(plant: MultiratePlant, instants: int) -> MultiratePlant:
-    """`plant` with a chain of states that hands each position over to the sensor after `instants`."""
-    if instants == 0:
-        return plant
-    n = plant.order
-    A = np.zeros((n + instants, n + instants))
-    A[:n, :n] = plant.A
-    A[n : n + 1, :n] = plant.C
-    A[n + 1 :, n:-1] = np.eye(instants - 1)
-    B_d = np.vstack([plant.B_d, np.zeros((instants, 1))])
-    C = np.zeros((1, n + instants))
-    C[0, -1] = 1.0
-    W = np.hstack([plant.W, np.zeros((1, instants))])
-    return MultiratePlant(A=A, B_d=B_d, C=C, D=plant.D, W=W)
+    return {
+        "slow": [bracket(sampled, period) for period in multiples],
+        "late": [bracket(delivered(sampled, [m - 1]), 1) for m in multiples],
+    }

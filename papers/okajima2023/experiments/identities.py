@@ -11,6 +11,7 @@ from papers.okajima2023.method.lmi import lmi_analysis, theorem1_matrix, theorem
 from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.validation import Array
 
 
 def identities(trials: int, seed: int) -> Json:
@@ -49,7 +50,7 @@ def _one_trial(rng: np.random.Generator) -> tuple[float, float, float]:
     )
 
 
-def _error_system_residual(problem: MultirateProblem, L: np.ndarray[Any, Any], rng: np.random.Generator) -> float:
+def _error_system_residual(problem: MultirateProblem, L: Array, rng: np.random.Generator) -> float:
     """Plant and observer in their own loops over two periods, against the error system, relative."""
     plant, steps = problem.plant, 2 * problem.schedule.period
     d, w, u = (rng.normal(size=(steps, s)) for s in (plant.B_d.shape[1], plant.sensors, 2))
@@ -69,8 +70,8 @@ def _error_system_residual(problem: MultirateProblem, L: np.ndarray[Any, Any], r
 
 def _dissipation_residual(
     problem: MultirateProblem,
-    L: np.ndarray[Any, Any],
-    P: np.ndarray[Any, Any],
+    L: Array,
+    P: Array,
     gamma_squared: float,
     rng: np.random.Generator,
 ) -> float:
@@ -85,9 +86,7 @@ def _dissipation_residual(
     return residual
 
 
-def _schur_residual(
-    problem: MultirateProblem, L: np.ndarray[Any, Any], P: np.ndarray[Any, Any], gamma_squared: float
-) -> float:
+def _schur_residual(problem: MultirateProblem, L: Array, P: Array, gamma_squared: float) -> float:
     residual = 0.0
     n = problem.plant.order
     for k in range(problem.schedule.period):

@@ -11,6 +11,7 @@ from papers.okajima2023.experiments.designs import Json, Matrix, build
 from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.multirate.optimum import optimal_design
+from replication.estimation.validation import Array
 
 DENOMINATORS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
 """What eq. (34) may mean: the first is the print, the second takes the sensors as noiseless, the others count w."""
@@ -62,7 +63,7 @@ def draws(
 def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, **noise: Any) -> Json:
     """Error energies of several observers under common noise, over `seeds` independent draws.
 
-    Returns how often each has the least energy; how often each has less than each other one; the mean energies; and the
+    Returns how often each has the least energy; how often each has less than each other one; and the
     expected size of the error in the long run, the root of its variance per unit variance of the noise.
     """
     d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
@@ -81,7 +82,6 @@ def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, s
             name: {other: float(np.mean(energies[i] < energies[j])) for j, other in enumerate(cases) if other != name}
             for i, name in enumerate(cases)
         },
-        "mean_energy": dict(zip(cases, energies.mean(axis=1).tolist(), strict=True)),
         "long_run": {name: float(np.sqrt(white_noise_variance(system))) for name, system in systems.items()},
     }
 
@@ -93,36 +93,36 @@ def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float
     one; the largest effect of the tail; how often the `reference` case has the smaller error energy, and how often, by
     reading, the smaller ratio.
     """
-    cases = {
-        name: {
-            "readings": {
-                reading: _summary(np.concatenate([part[name]["ratios"][reading] for part in parts]), printed[name])
-                for reading in DENOMINATORS
-            },
-            "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
-            "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
-            "smallest_ratio_to_level": min(part[name]["smallest_ratio_to_level"] for part in parts),
-        }
-        for name in parts[0]
-    }
     ratios = {
-        reading: {name: np.concatenate([part[name]["ratios"][reading] for part in parts]) for name in cases}
+        reading: {name: np.concatenate([part[name]["ratios"][reading] for part in parts]) for name in parts[0]}
         for reading in DENOMINATORS
     }
-    errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in cases}
-    smaller = {name: float(np.mean(errors[reference] < errors[name])) for name in cases if name != reference}
+    errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in parts[0]}
+
+    def summary(values: Array, printed: float) -> Json:
+        percentiles = zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)
+        return {"percentiles": dict(percentiles), "probability": tail_probability(values, printed)}
+
+    def smaller(found: dict[str, Array]) -> dict[str, float]:
+        return {name: float(np.mean(found[reference] < found[name])) for name in found if name != reference}
+
     return {
         "seeds": len(errors[reference]),
-        "cases": cases,
-        "reference_smaller_than": smaller,
-        "smaller_ratio": {
-            reading: {name: float(np.mean(found[reference] < found[name])) for name in cases if name != reference}
-            for reading, found in ratios.items()
+        "cases": {
+            name: {
+                "readings": {reading: summary(found[name], printed[name]) for reading, found in ratios.items()},
+                "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
+                "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
+                "smallest_ratio_to_level": min(part[name]["smallest_ratio_to_level"] for part in parts),
+            }
+            for name in parts[0]
         },
+        "reference_smaller_than": smaller(errors),
+        "smaller_ratio": {reading: smaller(found) for reading, found in ratios.items()},
     }
 
 
-def tail_probability(draws: np.ndarray[Any, Any], printed: float) -> float:
+def tail_probability(draws: Array, printed: float) -> float:
     """Two-sided probability of a draw at least as extreme as `printed`, with the printed one counted as a draw."""
     below = (1 + int(np.sum(draws <= printed))) / (1 + len(draws))
     above = (1 + int(np.sum(draws >= printed))) / (1 + len(draws))
@@ -153,7 +153,7 @@ def _system(plant: dict[str, Matrix], case: Json) -> PeriodicSystem:
 
 def _noise(
     rng: np.random.Generator, draws: int, plant: dict[str, Matrix], sigma: float, noisy: int, last: int
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+) -> tuple[Array, Array]:
     """d (draws, instants, disturbances) and w (draws, instants, sensors), normal, zero after k = noisy."""
     d = rng.normal(0.0, sigma, (draws, last + 1, np.shape(plant["B_d"])[1]))
     w = rng.normal(0.0, sigma, (draws, last + 1, len(plant["C"])))
@@ -162,7 +162,7 @@ def _noise(
     return d, w
 
 
-def _energies(d: np.ndarray[Any, Any], w: np.ndarray[Any, Any], case: Json) -> dict[str, np.ndarray[Any, Any]]:
+def _energies(d: Array, w: Array, case: Json) -> dict[str, Array]:
     """Squared denominators of eq. (34) by reading, one per draw."""
     process, sensor = (d**2).sum(axis=(1, 2)), (w**2).sum(axis=1)
     when = sum(
@@ -180,9 +180,7 @@ def _energies(d: np.ndarray[Any, Any], w: np.ndarray[Any, Any], case: Json) -> d
     }
 
 
-def _error_energy(
-    system: PeriodicSystem, inputs: np.ndarray[Any, Any]
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def _error_energy(system: PeriodicSystem, inputs: Array) -> tuple[Array, Array]:
     """Energy of e(0) ... e(last), and of e(last + 1), for all draws at once."""
     e = np.zeros((len(inputs), system.order))
     total = np.zeros(len(inputs))
@@ -191,10 +189,3 @@ def _error_energy(
         stage = system.stages[k % system.period]
         e = e @ stage.A.T + inputs[:, k] @ stage.B.T
     return total, (e**2).sum(axis=1)
-
-
-def _summary(values: np.ndarray[Any, Any], printed: float) -> Json:
-    return {
-        "percentiles": dict(zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)),
-        "probability": tail_probability(values, printed),
-    }
