@@ -151,29 +151,24 @@ class Grid:
 def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = CORRECT, *, limit: int = 64) -> Grid:
     """Steps 0, 1, 3 and 4 of Algorithm 1; ends when covered, when step 4 leaves the grid as it is, or at `limit` =
     N_0."""
-    grid = {periods.middle}
-    alphas: dict[float, float] = {}
-    rounds = 0
+    grid, alphas, rounds = {periods.middle}, dict[float, float](), 0
     while True:
         rounds += 1
-        ordered = sorted(grid)
+        ordered = tuple(sorted(grid))
         alphas |= {h: small_gain_alpha(plant, h) for h in ordered if h not in alphas}
         covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
         if len(grid) >= limit:
-            end = End.LIMIT
-        elif not gaps(covered, periods):
-            end = End.COVERED
-        else:
-            gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
-            marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]
-            # An interval without an upper end has no middle.
-            new = {(a + b) / 2 for a, b in _pieces(reading.step_4, marked, periods) if np.isfinite(b)}
-            new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
-            if new:
-                grid |= new
-                continue
-            end = End.STALLED
-        return Grid(tuple(ordered), tuple(covered), end, rounds)
+            return Grid(ordered, tuple(covered), End.LIMIT, rounds)
+        if not gaps(covered, periods):
+            return Grid(ordered, tuple(covered), End.COVERED, rounds)
+        gains = {h: float(np.sqrt(alphas[h])) if reading.root else alphas[h] for h in ordered}
+        marked = [covered_interval(plant, h, gain, reading.upper) for h, gain in gains.items()]
+        # An interval without an upper end has no middle.
+        new = {(a + b) / 2 for a, b in _pieces(reading.step_4, marked, periods) if np.isfinite(b)}
+        new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
+        if not new:
+            return Grid(ordered, tuple(covered), End.STALLED, rounds)
+        grid |= new
 
 
 def _pieces(step_4: Step4, marked: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
@@ -196,19 +191,14 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
     An end of the range that lies on the boundary of an open interval makes no gap of positive length and is ignored
     only within TOUCH.
     """
-    found = []
-    reached = periods.h_l
-    for interval in sorted(intervals, key=lambda i: i.lower):
-        if interval.upper <= interval.lower:
-            continue
-        if interval.lower > reached + TOUCH:
-            found.append((reached, min(interval.lower, periods.h_u)))
+    found, reached = [], periods.h_l
+    nonempty = [interval for interval in intervals if interval.lower < interval.upper]
+    for interval in (*sorted(nonempty, key=lambda i: i.lower), Interval(np.inf, np.inf)):
+        end = min(interval.lower, periods.h_u)
+        if end > reached + TOUCH:
+            found.append((reached, end))
         reached = max(reached, interval.upper)
-        if reached > periods.h_u:
-            break
-    if reached + TOUCH < periods.h_u:
-        found.append((reached, periods.h_u))
-    return [(a, b) for a, b in found if b - a > TOUCH]
+    return found
 
 
 def passes(covered: Callable[[float], Interval], periods: PeriodRange) -> Iterator[list[float]]:
