@@ -102,18 +102,19 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
     return found
 
 
-def loosest(plant: Matrices, periods: list[float], level: float, horizon: int, final_horizon: int, leaves: int) -> Json:
-    """The gain over all sequences of the central filter at a level for the middle of the range: a bracket."""
+def loosest(plant: Matrices, periods: list[float], level: float, leaves: int, **effort: Any) -> Json:
+    """The gain over all sequences of the central filter at a level for the middle of the range: a bracket.
+
+    effort: as in `worst_case_gain`.
+    """
     system, span = problem(plant, periods)
     design = riccati_filter(system, span.middle, level)
     assert design is not None
-    found = worst_case_gain(
-        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
-    )
+    found = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
     return {"lower": found.lower, "upper": found.upper}
 
 
-def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, final_horizon: int, leaves: int) -> Json:
+def own_grid(plant: Matrices, periods: list[float], nodes: int, leaves: int, **effort: Any) -> Json:
     """The corrected algorithm: its grid, the level of step 2 on it, what its filter has at constant periods and over
     all sequences.
 
@@ -122,18 +123,16 @@ def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, fi
     system, span = problem(plant, periods)
     grid = list(method.build_grid(system, span).periods)
     design, again = design_for_periods(system, grid), method.printed_design(system, grid)
-    h = span.nodes(nodes)
-    gains = [periodic_gain(system, design.filter, [float(t)]).value for t in h]
-    found = worst_case_gain(
-        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
-    )
+    gains = {h: periodic_gain(system, design.filter, [h]).value for h in (*grid, *span.nodes(nodes).tolist())}
+    worst = max(span.nodes(nodes).tolist(), key=gains.__getitem__)
+    found = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
     return {
         "periods": grid,
         "level": design.level,
         "level_again": again.level,
-        "at_elements": max(periodic_gain(system, design.filter, [t]).value for t in grid),
-        "largest": max(gains),
-        "largest_at": float(h[int(np.argmax(gains))]),
+        "at_elements": max(gains[h] for h in grid),
+        "largest": gains[worst],
+        "largest_at": worst,
         "lower": found.lower,
         "upper": found.upper,
         "solvers": [design.report.to_dict(), again.report.to_dict()],
