@@ -347,9 +347,3 @@ def lmi13(
         matrix[..., rows[:, None], columns] = block
         matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
     return matrix
-
-
-def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> robust.FilterDesign:
-    """One Lyapunov function on `nodes` equally spaced periods, all at once; nothing is known between them."""
-    normalised = robust.normalise(plant, periods.middle)
-    return robust.design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=robust.Solver.SDPA)

@@ -106,7 +106,7 @@ def facts(results: Results) -> dict[str, Any]:
         "wrong": wrong,
         "solver": [one for one in wrong if float(one["printed"]) < levels[one["periods"]]["lower"] * (1 + MINCX / 2)],
         "right": len(levels) - len(wrong),
-        "no_estimator": all(one["upper"] < one["noncausal"]["value"] * (1 + MILLIONTH) for one in levels.values()),
+        "no_estimator": all(one["upper"] < one["noncausal"] * (1 + MILLIONTH) for one in levels.values()),
         # Only where an A with other entries off its diagonal is stabilised, and none of the diagonals is.
         "stabilised": results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(radii),
         "lies": "lies" if below else "does not lie",

@@ -16,8 +16,8 @@ from replication.audit.model import Experiment
 
 SEED, SEEDS, TRIALS, STEPS = 20100600, 400, 30, 500
 """Seed and number of draws of Figs. 2 and 3, random cases of the identities, samples of the figures."""
-LIMIT, CELLS, NODES, POINTS = 32, 16, 129, 121
-"""N_0 of Algorithm 1; cells of (13); nodes of the dense grid; points of the curves over h."""
+LIMIT, CELLS, POINTS = 32, 16, 121
+"""N_0 of Algorithm 1; cells of (13); points of the curves over h."""
 CENTRES, ANGLES, TRIED_LAWS = 401, 1501, 100
 """Other centres for (8); points of the circle for C_f; sequences under each law of the periods."""
 TRIED = [m for m in MULTIPLES if m <= 4]
@@ -47,7 +47,7 @@ def _of_example(e: int) -> tuple[Experiment, ...]:
         experiment(
             f"own-grid.{e}", covering.own_grid, **case, nodes=POINTS, horizon=200, final_horizon=1000, leaves=24
         ),
-        experiment(f"robust.{e}", levels.robust, **case, cells=CELLS, nodes=NODES),
+        experiment(f"robust.{e}", levels.robust, **case, cells=CELLS),
         experiment(f"curve.{e}", levels.level_curve, **subject, nodes=POINTS, level=level),
         experiment(f"bracket.{e}", levels.bracket, **subject, per_duration=False, **EFFORT[e]),
         experiment(f"bracket-duration.{e}", levels.bracket, **subject, per_duration=True, **DURATION_EFFORT[e]),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -97,30 +97,21 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     """alpha, the intervals (9) around the middle for alpha and its root and both readings of U3, and Algorithm 1."""
     system, span = problem(plant, periods)
     alpha = method.small_gain_alpha(system, span.middle)
-    intervals, runs = {}, {}
+    intervals = {}
     for upper in method.UpperEnd:
-        for root in (False, True):
-            found = method.covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
-            intervals[f"{upper}, {'root' if root else 'alpha'}"] = {
-                "lower": found.lower,
-                "upper": found.upper,
-                "covers": found.covers(span.h_l, span.h_u),
-            }
-            for step_4 in method.Step4:
-                reading = method.Reading(upper, root, step_4)
-                grid = method.build_grid(system, span, reading, limit=limit)
-                runs[reading.name] = {
-                    "end": grid.end,
-                    "size": len(grid.periods),
-                    "periods": list(grid.periods),
-                    "rounds": grid.rounds,
-                }
+        for name, gain in (("alpha", alpha), ("root", float(np.sqrt(alpha)))):
+            found = method.covered_interval(system, span.middle, gain, upper)
+            intervals[f"{upper}, {name}"] = {**vars(found), "covers": found.covers(span.h_l, span.h_u)}
+    forms = (*chain.from_iterable(method.AS_PRINTED.values()), method.CORRECT)
+    runs = {form.name: method.build_grid(system, span, form, limit=limit) for form in forms}
     return {
         "alpha": alpha,
         "mu": method.logarithmic_norm(system.A),
         "mu_minus": method.logarithmic_norm(-system.A),
         "intervals": intervals,
-        "algorithm": runs,
+        "algorithm": {
+            name: {"end": grid.end, "size": len(grid.periods), "rounds": grid.rounds} for name, grid in runs.items()
+        },
     }
 
 
@@ -143,7 +134,6 @@ def bracket(plant: Matrices, periods: list[float], printed: Matrices | None, lea
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
         "leaves": guarantee.leaves,
-        "history": [list(pair) for pair in guarantee.history],
         "common": guarantee.history[0][1],
         "solvers": [guarantee.report.to_dict()],
     }
@@ -184,17 +174,14 @@ def crossing(norm: Callable[[float], float], outward: list[float], level: float)
     return outward[-1]
 
 
-def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Json:
-    """Robust designs: one Lyapunov function by exchange and by a dense grid, and the reconstructed LMI (13)."""
+def robust(plant: Matrices, periods: list[float], cells: int) -> Json:
+    """Robust designs: one Lyapunov function, and the reconstructed LMI (13)."""
     system, span = problem(plant, periods)
-    exchanged, dense = robust_design(system, span), method.dense_design(system, span, nodes)
-    restored = method.robust_lmi_design(system, span, cells)
+    exchanged, restored = robust_design(system, span), method.robust_lmi_design(system, span, cells)
     modal = method.modal(system)
     whole = method.delta_radius(modal.A, (span.h_u - span.h_l) / 2)
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
-        "exchange": exchanged.design.level,
-        "dense": dense.level,
         "guaranteed": common.level,
         "lmi13": restored.level,
         "lmi13_alpha": max(restored.alphas),

@@ -17,7 +17,7 @@ from papers.okajima2023.method.lmi import (
 )
 from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
-from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
+from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.latency import delivered
 from replication.estimation.multirate.optimum import Optimum, optimal_design, optimum, search_timing
@@ -37,15 +37,10 @@ def build(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sens
     return MultirateProblem(system, SensingSchedule(tuple(periods), tuple(offsets)))
 
 
-def bracket_json(gain: GainBracket) -> Json:
-    """A gain with its bracket."""
-    return {"value": gain.value, "lower": gain.lower, "upper": gain.upper}
-
-
 def optimum_json(best: Optimum) -> Json:
     """The optimum with its bracket and the non-causal bound."""
     ends = {"lower": best.lower, "upper": best.upper}
-    return {"optimum": best.value, **ends, "limited_by": best.limited_by, "noncausal": bracket_json(best.noncausal)}
+    return {"optimum": best.value, **ends, "limited_by": best.limited_by, "noncausal": best.noncausal.value}
 
 
 INACCURATE = ("optimal", "optimal_inaccurate")
@@ -67,7 +62,7 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
         **optimum_json(optimum(problem)),
         "filter": optimum(of_filters(problem)).value,
         "gains": optimal_design(problem).gains.tolist(),
-        "norm_central": bracket_json(l2_gain(central)),
+        "norm_central": l2_gain(central).value,
         "reduced_lmi": _lmi(problem, reduced),
         "lmi": _lmi(problem, printed),
         "smallest_eigenvalue_P": float(min(np.linalg.eigvalsh(P)[0] for P in printed.P)),
@@ -124,7 +119,6 @@ def constant_matrix(
         "norm_constant": l2_gain(problem.error_system(constant.gains)).value,
         "periodic": periodic.level,
         "analyses": analyses,
-        "solvers": [constant.report.to_dict(), periodic.report.to_dict()],
     }
 
 
@@ -141,7 +135,7 @@ def norm_of_gains(
     exact = l2_gain(system)
     analysis = lmi_analysis(problem, L, accept=INACCURATE)
     return {
-        "norm": bracket_json(exact),
+        "norm": {"value": exact.value, "lower": exact.lower, "upper": exact.upper},
         "optimum": optimum(problem).value,
         "theorem1": analysis.level,
         "spectral_radius": system.spectral_radius(),

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
-from papers.mustafa.method import dense_design
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
@@ -119,10 +118,10 @@ def test_riccati_filter_meets_its_level_and_the_lmi_agrees(plant):
 
 def test_exchange_matches_the_dense_grid_and_holds_between_its_nodes():
     for plant, periods in ((OSCILLATOR, OSCILLATOR_RANGE), (MOTOR, MOTOR_RANGE)):
-        dense = dense_design(plant, periods, 129)
+        normalised = normalise(plant, periods.middle)
+        dense = design_for_periods(plant, periods.nodes(129).tolist(), at=normalised, solver=Solver.SDPA)
         everywhere = robust_design(plant, periods)
         assert everywhere.design.level == pytest.approx(dense.level, rel=1e-6)
-        normalised = normalise(plant, periods.middle)
         transitions = normalised.plant.transitions(periods.nodes(501))
         left = largest_eigenvalues(normalised.plant, everywhere.design.variables, transitions)
         assert left.max() <= VIOLATION

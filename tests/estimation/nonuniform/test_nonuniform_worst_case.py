@@ -22,7 +22,6 @@ from sampled_cases import (
     stable_plants,
 )
 
-from papers.mustafa.method import dense_design
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.bounds import guarantee
 from replication.estimation.nonuniform.bounds import worst_case as sequences
@@ -179,7 +178,7 @@ levelled = partial(guaranteed_level, MOTOR, FITTING, MOTOR_RANGE)
         (lambda: Filter(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))), "empty"),
         (lambda: Filter([[0.5]], np.zeros((1, 0)), [[1.0]]), "B_f must not be empty"),
         (lambda: robust_design(MOTOR, MOTOR_RANGE, max_rounds=0), "max_rounds"),
-        (lambda: dense_design(MOTOR, MOTOR_RANGE, 0), "number of periods"),
+        (lambda: MOTOR_RANGE.nodes(0), "number of periods"),
         (lambda: design_for_periods(MOTOR, []), "periods"),
         (lambda: design_for_periods(MOTOR, 0.05), "periods"),
         (lambda: design_for_periods(MOTOR, [1.0, -0.5]), "positive"),
