@@ -90,7 +90,7 @@ def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
     def found(seed: int, parts: int) -> object:
         noise = {"sigma": 0.2, "noisy": 50, "last": 60}
         answers = [draws(PLANT, {"own": case}, 20, seed, part, parts, **noise) for part in range(parts)]
-        return distribution(answers, "own", {"own": 0.4})
+        return distribution(answers, {"own": 0.4})
 
     assert found(1, 1) == found(1, 3) != found(2, 3)
 

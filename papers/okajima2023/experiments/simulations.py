@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,30 +68,25 @@ def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, s
     """
     d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
     systems = {name: _system(plant, case) for name, case in cases.items()}
-    energies = np.array(
-        [
-            _error_energy(system, np.concatenate([d, w[:, :, cases[name]["sensors"]]], axis=2))[0]
-            for name, system in systems.items()
-        ]
-    )
-    least = np.argmin(energies, axis=0)
+    energies = {
+        name: _error_energy(system, np.concatenate([d, w[:, :, cases[name]["sensors"]]], axis=2))[0]
+        for name, system in systems.items()
+    }
+    least = np.argmin(list(energies.values()), axis=0)
     return {
         "seeds": seeds,
         "least": {name: float(np.mean(least == i)) for i, name in enumerate(cases)},
-        "smaller": {
-            name: {other: float(np.mean(energies[i] < energies[j])) for j, other in enumerate(cases) if other != name}
-            for i, name in enumerate(cases)
-        },
+        "smaller": _smaller(energies),
         "long_run": {name: float(np.sqrt(white_noise_variance(system))) for name, system in systems.items()},
     }
 
 
-def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float]) -> Json:
+def distribution(parts: Sequence[Json], printed: dict[str, float]) -> Json:
     """What all parts of `draws` say together.
 
     Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
-    one; the largest effect of the tail; how often the `reference` case has the smaller error energy, and how often, by
-    reading, the smaller ratio.
+    one; the largest effect of the tail; how often each case has a smaller error energy than each other one, and how
+    often, by reading, a smaller ratio.
     """
     ratios = {
         reading: {name: np.concatenate([part[name]["ratios"][reading] for part in parts]) for name in parts[0]}
@@ -103,11 +98,8 @@ def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float
         percentiles = zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)
         return {"percentiles": dict(percentiles), "probability": tail_probability(values, printed)}
 
-    def smaller(found: dict[str, Array]) -> dict[str, float]:
-        return {name: float(np.mean(found[reference] < found[name])) for name in found if name != reference}
-
     return {
-        "seeds": len(errors[reference]),
+        "seeds": len(next(iter(errors.values()))),
         "cases": {
             name: {
                 "readings": {reading: summary(found[name], printed[name]) for reading, found in ratios.items()},
@@ -117,8 +109,16 @@ def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float
             }
             for name in parts[0]
         },
-        "reference_smaller_than": smaller(errors),
-        "smaller_ratio": {reading: smaller(found) for reading, found in ratios.items()},
+        "smaller_energy": _smaller(errors),
+        "smaller_ratio": {reading: _smaller(found) for reading, found in ratios.items()},
+    }
+
+
+def _smaller(found: Mapping[str, Array]) -> dict[str, dict[str, float]]:
+    """In which share of the draws each case has less than each other one."""
+    return {
+        name: {other: float(np.mean(own < found[other])) for other in found if other != name}
+        for name, own in found.items()
     }
 
 
