@@ -106,12 +106,12 @@ def constant_matrix(
             one = lmi_analysis(seen, gains, one_matrix=True, accept=INACCURATE)
         except InfeasibleError:
             one = None
-        system = seen.error_system(gains)
+        radii = [np.abs(np.linalg.eigvals(stage.A)).max() for stage in seen.error_system(gains).stages]
         analyses[name] = {
             "constant": None if one is None else one.level,
             "periodic": own.level,
             # One P for all instants makes each A_ek alone stable.
-            "largest_radius": float(max(np.abs(np.linalg.eigvals(stage.A)).max() for stage in system.stages)),
+            "largest_radius": float(max(radii)),
             "solvers": [found.report.to_dict() for found in (one, own) if found is not None],
         }
     return {
@@ -129,11 +129,9 @@ def norm_of_gains(
 
     rounding: half a unit in the last place of the gains; `rounding_spread` is the linearised effect of all roundings.
     """
-    problem = build(plant, periods, offsets, list(range(len(plant["C"]))))
-    L = np.array(gains)
-    system = problem.error_system(L)
+    problem, L = build(plant, periods, offsets, list(range(len(plant["C"])))), np.array(gains)
+    system, analysis = problem.error_system(L), lmi_analysis(problem, L, accept=INACCURATE)
     exact = l2_gain(system)
-    analysis = lmi_analysis(problem, L, accept=INACCURATE)
     return {
         "norm": {"value": exact.value, "lower": exact.lower, "upper": exact.upper},
         "optimum": optimum(problem).value,
@@ -153,20 +151,19 @@ def selections(periods: list[int], offsets: list[int]) -> Json:
 def period_row(plant: dict[str, Matrix], first: int, largest: int) -> Json:
     """Smallest achievable gain for N_1 = first, N_2 = 1 ... largest, sensors at instant 0 and with the best offsets."""
     system = build(plant, [1, 1], [0, 0], [0, 1]).plant
-    cells = []
-    for second in range(1, largest + 1):
-        search = search_timing(system, (first, second))
-        best = search.optima[search.best]
-        cells.append(
+    searched = {(first, second): search_timing(system, (first, second)) for second in range(1, largest + 1)}
+    return {
+        "cells": [
             {
-                "periods": [first, second],
+                "periods": list(periods),
                 "synchronous": optimum_json(search.synchronous),
-                "best": optimum_json(best),
+                "best": optimum_json(search.optima[search.best]),
                 "best_offset": search.best[1],
                 "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
             }
-        )
-    return {"cells": cells}
+            for periods, search in searched.items()
+        ]
+    }
 
 
 def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:
