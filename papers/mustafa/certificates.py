@@ -21,6 +21,7 @@ from papers.mustafa.method import (
     modal,
     modal_transform,
     passes,
+    responses,
     uncertainty_channel,
 )
 from replication.certify import nonuniform
@@ -99,15 +100,10 @@ def output_box(theorem: Theorem) -> Json:
     """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
     system, periods = _problem(theorem)
     filter_, level = nonuniform.filter_of(theorem["plant"]["filter"]), float(Fraction(theorem["parameters"]["level"]))
-    Phi, Gamma = system.discretise(periods.middle)
     one, turns = np.eye(system.order), np.tan(np.linspace(0, np.pi, ANGLES, endpoint=False) / 2)
     points = (1 + 1j * turns) / (1 - 1j * turns)
-    x = [np.linalg.solve(z * one - Phi, Gamma) for z in points]
-    seen = [
-        np.linalg.solve(z * one - filter_.A, filter_.B @ (system.C @ v + system.D))
-        for z, v in zip(points, x, strict=True)
-    ]
-    f, seen_of_plant = np.hstack(seen), np.hstack([system.L @ v for v in x])[0]
+    F, G = responses(system, periods.middle, filter_, points)
+    f, seen_of_plant = F[:, :, 0].T, G[:, 0, 0]
 
     def half_space(normal: Array) -> list[Json]:
         u = cvxpy.Variable(len(points), complex=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 import scipy
@@ -15,10 +16,18 @@ from replication.estimation.linear.periodic import Stage
 from replication.estimation.nonuniform import robust
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, ComplexArray
 
 MU_ZERO = 1e-14
 """Logarithmic norms smaller than this times the norm of A count as zero: cases L1 and U1 of (9)."""
+
+
+def responses(plant: SampledPlant, h: float, filter_: Filter, points: ComplexArray) -> tuple[Any, Any]:
+    """Of the filter's state (points, n, m) and of z (points, s, m) to w, at a constant period."""
+    (Phi, Gamma), z = plant.discretise(h), points[:, None, None]
+    x = np.linalg.solve(z * np.eye(plant.order) - Phi, Gamma)
+    seen = filter_.B @ (plant.C @ x + plant.D)
+    return np.linalg.solve(z * np.eye(len(filter_.A)) - filter_.A, seen), plant.L @ x
 
 
 class UpperEnd(StrEnum):

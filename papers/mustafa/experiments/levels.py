@@ -72,16 +72,11 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
     from scipy.optimize import linprog  # slow to load
 
     system, span = problem(plant, periods)
-    Phi, Gamma = system.discretise(span.middle)
-    A, B = np.array(printed["A"]), np.array(printed["B"])
-    rows, ends, one = [], [], np.eye(len(A))
-    turns = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
-    for z in np.exp(1j * np.linspace(0, np.pi, angles)):
-        x = np.linalg.solve(z * np.eye(system.order) - Phi, Gamma)
-        F = np.linalg.solve(z * one - A, B @ (system.C @ x + system.D))[:, 0]
-        rows.append(-np.outer(turns, F).real)
-        ends.append(-(turns * (system.L @ x)[0, 0]).real)
-    half_planes, offsets = np.vstack(rows), np.concatenate(ends)
+    points = np.exp(1j * np.linspace(0, np.pi, angles))
+    F, G = method.responses(system, span.middle, subject(system, span, printed), points)
+    one, turns = np.eye(F.shape[1]), np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    half_planes = -(turns[:, None] * F.mT).real.reshape(-1, len(one))
+    offsets = -(turns * G[:, 0]).real.ravel()
     free = {"bounds": (None, None), "method": "highs"}
     box = [
         sign * linprog(sign * row, A_ub=half_planes, b_ub=level + offsets, **free).fun
@@ -89,8 +84,8 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
         for row in one
     ]
     bordered = np.hstack([half_planes, -np.ones((len(offsets), 1))])
-    best = linprog([*np.zeros(len(A)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
-    return {"lower": box[: len(A)], "upper": box[len(A) :], "best": best[:-1].tolist(), "least": float(best[-1])}
+    best = linprog([*np.zeros(len(one)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
+    return {"lower": box[: len(one)], "upper": box[len(one) :], "best": best[:-1].tolist(), "least": float(best[-1])}
 
 
 def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
