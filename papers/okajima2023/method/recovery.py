@@ -7,7 +7,6 @@ candidate that rounding of the printed digits can explain. Pure functions of JSO
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -101,26 +100,27 @@ def recover_outputs(A: Matrix, printed_gains: list[Matrix], stated_error_poles: 
     by branch and bound: the misfit of the trace alone is a lower bound of the misfit.
     """
     state, gains, target = np.array(A), np.array(printed_gains), _target(complete(stated_error_poles))
-    _, n, q = gains.shape
-    rows = np.array(list(itertools.product(range(-bound, bound + 1), repeat=n)), dtype=float)
-    heads = np.array(list(itertools.product(rows, repeat=q - 1))).reshape(-1, q - 1, n)
-    size = max(1, TOGETHER // len(rows))
-    lowest = np.concatenate(
-        [_trace_misfit(state, gains, heads[i : i + size], rows, target).ravel() for i in range(0, len(heads), size)]
-    )
+    shape = (2 * bound + 1,) * gains[0].size
+    tried = int(np.prod(shape))
+
+    def candidates(places: Any) -> Array:
+        return np.stack(np.unravel_index(places, shape), axis=-1).reshape(-1, *gains[0].T.shape) - float(bound)
+
+    chunks = np.split(np.arange(tried), range(TOGETHER, tried, TOGETHER))
+    lowest = np.concatenate([_trace_misfit(state, gains, candidates(places), target) for places in chunks])
     order = np.argsort(lowest)
     best: list[tuple[float, int, Array]] = []
     fits = start = 0
-    while start < len(order) and (len(best) < 2 or lowest[order[start]] <= max(1.0, best[1][0])):
+    while start < tried and (len(best) < 2 or lowest[order[start]] <= max(1.0, best[1][0])):
         places = order[start : start + AT_ONCE]
-        C = np.concatenate([heads[places // len(rows)], rows[places % len(rows), None]], axis=1)
+        C = candidates(places)
         misfits = _misfit(state, gains, C, target)
         fits += int(np.count_nonzero(misfits <= 1))
         best = sorted([*best, *zip(misfits.tolist(), places.tolist(), C, strict=True)], key=lambda item: item[:2])[:2]
         start += AT_ONCE
     return {
         "bound": bound,
-        "tried": lowest.size,
+        "tried": tried,
         "fits": fits,
         "best_misfit": best[0][0],
         "second_misfit": best[1][0],
@@ -143,36 +143,18 @@ def error_poles(A: npt.ArrayLike, gains: npt.ArrayLike, C: npt.ArrayLike) -> lis
     return [[float(p.real), float(p.imag)] for p in sorted(poles, key=lambda p: (-abs(p), -p.imag))]
 
 
-def _trace_misfit(A: Array, gains: Array, heads: Array, rows: Array, target: tuple[Array, Array]) -> Array:
-    """Misfit of the trace of A_e, from its exact gradient, for each C of a head (h, q - 1, n) and a last row (m, n).
-
-    Of shape (h, m).
-    """
-    N, n, q = gains.shape
-    # Candidates last, where they are multiplied at once.
-    measured, stack = _measured(gains), np.empty((q, n, len(heads), len(rows)))
-    stack[:-1], stack[-1] = heads.transpose(1, 2, 0)[..., None], rows.T[:, None]
-    # Where the last sensor is not measured, there is one factor for all rows.
-    factors = [
-        A[:, :, None, None] - _product(gain[:, :, None, None], stack if last else stack[..., :1])
-        for gain, last in zip(gains, measured[:, -1], strict=True)
-    ]
-    before, after = [np.eye(n)[:, :, None, None]], [np.eye(n)[:, :, None, None]]
+def _trace_misfit(A: Array, gains: Array, C: Array, target: tuple[Array, Array]) -> Array:
+    """Misfit of the trace of A_e, from its exact gradient, for each C (m, q, n)."""
+    factors, N = A - gains @ C[:, None], len(gains)
+    before, after = [np.eye(len(A))], [np.eye(len(A))]
     for k in range(N - 1):
-        before.append(_product(factors[k], before[-1]))
-        after.append(_product(after[-1], factors[N - 1 - k]))
-    reach = np.full(stack.shape[2:], target[1][0])
-    for k, sensor in np.argwhere(measured).tolist():
-        # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
-        gradient = _product(_product(stack[sensor : sensor + 1], before[k]), after[N - 1 - k])
-        reach += HALF_UNIT_GAIN * np.abs(gradient).sum(axis=(0, 1))
-    trace = np.sum(factors[-1] * before[-1].swapaxes(0, 1), axis=(0, 1))
+        before.append(factors[:, k] @ before[-1])
+        after.append(after[-1] @ factors[:, N - 1 - k])
+    # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
+    gradients = np.stack([C @ before[k] @ after[N - 1 - k] for k in range(N)], axis=1)
+    reach = target[1][0] + HALF_UNIT_GAIN * np.einsum("kq,mkqn->m", _measured(gains), np.abs(gradients))
+    trace = np.trace(factors[:, -1] @ before[-1], axis1=1, axis2=2)
     return np.asarray(np.abs(-trace - target[0][0]) / reach)
-
-
-def _product(left: Array, right: Array) -> Array:
-    """Of matrices (p, q, ..) and (q, r, ..), those with the same last indices multiplied."""
-    return np.asarray(sum(left[:, j, None] * right[None, j] for j in range(len(right))))
 
 
 def _misfit(A: Array, gains: Array, C: Array, target: tuple[Array, Array]) -> Array:
