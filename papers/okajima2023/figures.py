@@ -118,23 +118,21 @@ def levels_by_timing(results: Results) -> FigureData:
     return figure_data({"offset": range(max(map(len, levels.values()))), **levels})
 
 
+def _by_pair(figure: FigureData) -> dict[str, tuple[float, ...]]:
+    return {f"({', '.join(name.split('_')[1:])})": v for name, v in figure.columns.items() if name != "offset"}
+
+
 def plot_levels_by_timing(figure: FigureData) -> Any:
     """One curve per pair of periods, which is its name."""
     drawing, (axis,) = new_axes(1, row_height=2.7)
-    for index, (name, values) in enumerate((n, v) for n, v in figure.columns.items() if n != "offset"):
-        first, second = name.split("_")[1:]
-        (curve,) = axis.plot(
-            figure.columns["offset"][: len(values)], values, marker="os^vDx"[index], markersize=4, **line(index)
-        )
-        name_end(axis, curve, f"({first}, {second})")
-    axis.set_xticks(range(len(figure.columns["offset"])))
-    axis.set_xlim(-0.1, len(figure.columns["offset"]) - 0.5)
+    offsets = figure.columns["offset"]
+    for index, (pair, levels) in enumerate(_by_pair(figure).items()):
+        (curve,) = axis.plot(offsets[: len(levels)], levels, marker="os^vDx"[index], markersize=4, **line(index))
+        name_end(axis, curve, pair)
+    axis.set_xticks(range(len(offsets)))
+    axis.set_xlim(-0.1, len(offsets) - 0.5)
     name_axes(axis, "optimal level γ for the periods (N₁, N₂)", "offset θ₂ of the second sensor (instants)")
     return drawing
-
-
-def _by_pair(figure: FigureData) -> dict[str, tuple[float, ...]]:
-    return {f"({', '.join(name.split('_')[1:])})": v for name, v in figure.columns.items() if name != "offset"}
 
 
 def told_levels_by_timing(figure: FigureData) -> dict[str, Any]:

@@ -18,14 +18,12 @@ HALF_UNIT_OF_POLES = 0.0005
 """Half a unit in the last printed place of the poles of A."""
 SEEDS, SEED = 2000, 20230302
 """Draws for the distribution of g_sim, and the seed of all simulations."""
-IDENTITY_TRIALS = 50
 DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
 """Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
 SECOND_DECIMALS = 6
 """Of the second diagonal with the stated poles, in the theorem on it."""
 ENTRY_DECIMALS = 4
 """Of an A all of whose entries may differ from the printed ones: with so many it still has the stated poles."""
-WORST_HORIZON = 300
 SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
 """The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 
@@ -96,7 +94,7 @@ TRIED = {**_OF_41, "step": DIAGONAL_STEP, "diagonal_decimals": SECOND_DECIMALS, 
 """What finds each A with the stated poles that is tried."""
 _INPUTS = {name: PLANT[name] for name in ("B_d", "D")}
 _SEARCHED = {"half_unit": HALF_UNIT_OF_GAINS, "step": DIAGONAL_STEP, "bound": LARGEST_ENTRY, "wider_bound": WIDER}
-_WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
+_ROUNDING = {"rounding": HALF_UNIT_OF_GAINS}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
     *({**CASES[name], "claims": [f"gamma.case-{name.lower()}"]} for name in "ABC"),
@@ -115,14 +113,10 @@ def times(inputs: Json) -> Json:
     return {name: inputs[name] for name in ("periods", "offsets")}
 
 
-def _printed_gains(equation: str) -> Json:
-    return {"gains": GAINS[equation], "rounding": HALF_UNIT_OF_GAINS}
-
-
 EXPERIMENTS = (
     *(experiment(name, designs.design, plant=PLANT, **inputs) for name, inputs in DESIGNS.items()),
     *(
-        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), **_printed_gains(name))
+        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), gains=GAINS[name], **_ROUNDING)
         for name, inputs in GAIN_SETS.items()
     ),
     experiment("common", designs.on_common_plant, **INPUTS),
@@ -134,7 +128,7 @@ EXPERIMENTS = (
         for first, name in enumerate(PERIOD_TABLE, start=1)
     ),
     experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **times(both((2, 1))), analysed=_GAINS_OF),
-    experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
+    experiment("identities", identities.identities, trials=50, seed=SEED),
     experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
     experiment("observability", identities.observability, plant=PLANT),
     experiment("product-orders", identities.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
@@ -144,7 +138,7 @@ EXPERIMENTS = (
         for part, name in enumerate(DRAWS)
     ),
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
-    experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, **_WORST, seed=SEED),
+    experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, case=_PROPOSED, horizon=300, seed=SEED),
     experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
     experiment("unstable.diagonals", unstable.diagonals, **_OF_41, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY),
     experiment("unstable.any-entries", unstable.any_entries, **_OF_41, decimals=ENTRY_DECIMALS),
