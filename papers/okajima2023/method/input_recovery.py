@@ -18,7 +18,7 @@ import numpy.typing as npt
 from papers.okajima2023.method.central_path import central_path
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import frequency_response
-from replication.estimation.linear.riccati import RiccatiMap, settled_each
+from replication.estimation.linear.riccati import RiccatiMap, compose, down, tree
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
@@ -34,7 +34,9 @@ RATIOS = (0.5, 1.0, 2.0)
 ANGLES = (0.0, 1.0, np.pi)
 """Lifted frequencies, radians per period, of the cheap lower bound of the norm of the printed gains."""
 FIRST_CUT = 0.01
-ROUNDING = 1e-9
+DOUBLINGS = 12
+"""Of the period map: 4096 periods."""
+ESCAPE, ROUNDING = 1e100, 1e-9
 PATH_FACTOR = 1.05
 PATH_END = 1e-4
 """Gap at the end of the central path, relative to the square of the optimum."""
@@ -115,7 +117,16 @@ def _achievable(
     information = np.einsum("kq,qi,mq,qj->kmij", schedule.mask, C, D**-2.0, C)
     G = information - np.eye(len(A)) / level[:, None, None] ** 2
     H = np.broadcast_to(B_d[:, :, None] * B_d[:, None, :], G.shape)
-    X = settled_each(RiccatiMap(np.broadcast_to(A, G.shape), G, H))
-    spectrum = np.linalg.eigvalsh(np.where(np.isfinite(X), X, -1.0))
+    good = np.ones(len(B_d), dtype=bool)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        levels = tree(RiccatiMap(np.broadcast_to(A, G.shape), G, H))
+        total = RiccatiMap(*(part[0] for part in levels[-1]))
+        for _ in range(DOUBLINGS):
+            total = compose(total, total)
+            # Where the recursion escapes it is replaced by the zero map, and the level counts as not achieved.
+            good &= np.all([np.abs(part).max(axis=(1, 2)) < ESCAPE for part in total], axis=0)
+            total = RiccatiMap(*(np.where(good[:, None, None], part, 0.0) for part in total))
+        spectrum = np.linalg.eigvalsh(down(levels, total.H))
     least, largest = spectrum[..., 0], spectrum[..., -1]
-    return np.asarray(np.all((least > -ROUNDING * largest) & (largest < level**2), axis=0))
+    good &= np.all((least > -ROUNDING * largest) & (largest < level**2), axis=0)
+    return np.asarray(good & (np.abs(total.A).max(axis=(1, 2)) < ROUNDING))
