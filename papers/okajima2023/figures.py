@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from papers._common import Drawn, figure_data
-from papers.okajima2023.experiments.declared import all_periods
+from papers.okajima2023.experiments.declared import PERIOD_TABLE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import (
@@ -28,7 +28,7 @@ from replication.drawing.style import (
 
 def table_of_periods(results: Results) -> FigureData:
     """Optimal level for every pair of periods up to six, synchronous and with the best timing."""
-    cells = all_periods(results)
+    cells = results[PERIOD_TABLE]
     rows = [
         (*cell["periods"], cell["synchronous"]["optimum"], cell["best"]["optimum"], cell["best_offset"])
         for cell in cells
@@ -113,7 +113,7 @@ SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
 
 def levels_by_timing(results: Results) -> FigureData:
     """Optimal level against the offset of the second sensor, for pairs of periods with a common divisor."""
-    cells = {tuple(cell["periods"]): cell for cell in all_periods(results)}
+    cells = {tuple(cell["periods"]): cell for cell in results[PERIOD_TABLE]}
     levels = {f"gamma_{a}_{b}": cells[a, b]["by_offset"] for a, b in SHOWN_TIMINGS}
     return figure_data({"offset": range(max(map(len, levels.values()))), **levels})
 

@@ -14,8 +14,8 @@ from papers.okajima2023.errata import PROOFS
 from papers.okajima2023.experiments.declared import (
     DIAGONAL_STEP,
     EXPERIMENTS,
+    PERIOD_TABLE,
     SECOND_DECIMALS,
-    all_periods,
     pair,
     table_claim,
 )
@@ -111,7 +111,7 @@ def facts(results: Results) -> dict[str, Any]:
         "stabilised": results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(radii),
         "lies": "lies" if below else "does not lie",
         "draws": all_draws(results)["seeds"],
-        "longer": list(_costly(all_periods(results))),
+        "longer": list(_costly(results[PERIOD_TABLE])),
         "best": best.replace("timing-", "Case "),
         "share": 100 * timed["least"][best],
         "timed": timed["seeds"],

@@ -8,7 +8,7 @@ from typing import Any
 from papers._common import outcomes_of, solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, SLIP
-from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
+from papers.mustafa.experiments.draws import LAWS
 from papers.mustafa.printed import DATA, GAMMA
 from replication.audit.declare import Part, number, positive
 from replication.audit.model import NO_READING, Evidence, Results
@@ -184,13 +184,13 @@ def first_column(results: Results) -> Evidence:
 @RESPONSE.statistical(
     "figure.attenuated",
     place="Sec. VI-B; Fig. 2",
-    uses=(*DRAWS, "laws", "bracket.2"),
+    uses=("draws", "laws", "bracket.2"),
     reading="periods uniform",
     erratum=MISNAMED,
 )
 def attenuated(results: Results) -> Evidence:
     """In all our simulations the filter attenuates the disturbance of the text, and more than no filter does."""
-    r, laws = merged(results), results["laws"]
+    r, laws = results["draws"], results["laws"]
     ordered = sorted(r["ratios"])
     # To attenuate is less than one; to do so effectively is less than what no filter leaves for the same draw.
     margins = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from papers._common import MULTIPLES, PLANT
 from papers.mustafa.experiments import covering, levels
-from papers.mustafa.experiments.draws import DRAWS, draws, laws
+from papers.mustafa.experiments.draws import draws, laws
 from papers.mustafa.experiments.identities import identities
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
 from replication.audit.declare import experiment
@@ -68,13 +68,12 @@ def _of_second() -> tuple[Experiment, ...]:
     case, printed = example(2), {**DATA["filter"], "h": DATA["grid-2"]}
     wave = {name: float(text) for name, text in DATA["disturbance"].items()}
     response = {**case, "printed": FILTERS[2], **wave, "steps": STEPS, "seed": SEED}
-    drawn = {**response, "seeds": SEEDS, "parts": len(DRAWS)}
     kept = {**case, "printed": FILTERS[2], "level": upper_end(GAMMA[2])}
     return (
         experiment("output-matrix", levels.output_matrix, **kept, angles=ANGLES),
         experiment("laws", laws, **response, seeds=TRIED_LAWS),
         experiment("sensitivity.2", levels.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
-        *(experiment(name, draws, **drawn, part=part) for part, name in enumerate(DRAWS)),
+        experiment("draws", draws, **response, seeds=SEEDS),
     )
 
 

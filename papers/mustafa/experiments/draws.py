@@ -1,8 +1,7 @@
-"""Figures 2 and 3 over many draws of the sampling periods: a sweep in parts, so that a run can be resumed."""
+"""Figures 2 and 3 over many draws of the sampling periods."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,6 @@ from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
 
-DRAWS = tuple(f"draws-{part}" for part in range(4))
-"""Names of the parts."""
 HELD = 25
 """Samples for which a period is held under the last law."""
 LAWS = {
@@ -25,16 +22,12 @@ LAWS = {
 """Laws of the sampling periods in words; the text states none."""
 
 
-def draws(seeds: int, seed: int, part: int, parts: int, **given: Any) -> Json:
-    """||e|| / ||w|| of the printed filter for the disturbance of the text over every `parts`-th of `seeds` sequences
-    of uniform random periods, from number `part` on, and the band of their errors.
-
-    given: what `_given` takes. The random numbers of all sequences are drawn each time, which costs little: none
-    depends on the number of parts.
-    """
+def draws(seeds: int, seed: int, **given: Any) -> Json:
+    """||e|| / ||w|| of the printed filter for the disturbance of the text over `seeds` sequences of uniform random
+    periods, the band of their errors, and the first of them; given: what `_given` takes."""
     system, span, filter_, w = _given(**given)
     steps = len(w)
-    sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))[part::parts]
+    sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))
     errors = filter_.errors(system, sequences, w)[..., 0]
     return {
         "k": list(range(steps)),
@@ -82,14 +75,3 @@ def _sequence(law: str, span: PeriodRange, steps: int, rng: np.random.Generator)
     if law == "held":
         return np.repeat(rng.uniform(span.h_l, span.h_u, -(-steps // HELD)), HELD)[:steps]
     return rng.uniform(span.h_l, span.h_u, steps)
-
-
-def merged(results: Mapping[str, Json]) -> Json:
-    """All draws from the results of all parts, in order; e and periods are those of the first draw."""
-    parts = [results[name] for name in DRAWS]
-    return {
-        **parts[0],
-        "band_low": np.min([part["band_low"] for part in parts], axis=0).tolist(),
-        "band_high": np.max([part["band_high"] for part in parts], axis=0).tolist(),
-        "ratios": [ratio for part in parts for ratio in part["ratios"]],
-    }

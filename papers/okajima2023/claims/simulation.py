@@ -37,7 +37,7 @@ G_SIM = {name: float(printed) for name, printed in DATA["simulated-ratio"].items
 
 def all_draws(results: Results) -> dict[str, Any]:
     """The distribution of g_sim over all draws, with the printed values in it."""
-    return distribution([results[name] for name in DRAWS], G_SIM)
+    return distribution(results[DRAWS], G_SIM)
 
 
 def printed_ratio_among_draws(name: str, results: Results) -> Evidence:
@@ -88,7 +88,7 @@ for _name, _printed in DATA["simulated-ratio"].items():
 @SIMULATION.order(
     "gsim.below-level",
     place="Sec. IV-A, after eq. (34)",
-    uses=(*DRAWS, *map(case, CASES)),
+    uses=(DRAWS, *map(case, CASES)),
     reading=PREDICTORS,
     says=[
         Predicate(of=optimum(case(name)), relation="more than", to=str(printed))

@@ -8,7 +8,6 @@ from papers._common import INPUTS
 from papers.okajima2023.experiments import designs, identities, simulations, unstable
 from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.declare import experiment, number
-from replication.audit.model import Results
 
 Json = dict[str, Any]
 
@@ -27,11 +26,8 @@ ENTRY_DECIMALS = 4
 SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
 """The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 
-LARGEST_PERIOD = 6
-PERIOD_TABLE = tuple(f"period-table-{first}" for first in range(1, LARGEST_PERIOD + 1))
-"""Experiments that compute the optimum for all periods up to the largest, one for each N_1."""
-DRAWS = tuple(f"g-sim-{part}" for part in range(4))
-"""Experiments that share the draws of g_sim."""
+PERIOD_TABLE, DRAWS = "period-table", "g-sim"
+"""The optimum for all periods up to the largest, and the draws of g_sim."""
 
 
 def both(periods: tuple[int, ...], second_offset: int = 0) -> Json:
@@ -80,7 +76,6 @@ _PROPOSED = {**CASES["proposed"], "gains": GAINS["33"]}
 _SIMULATED = {**CASES, "proposed": _PROPOSED}
 _TIMED = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
 _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DATA["last-summed"]}
-_DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
 _SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
 PRINTED_A = number(DATA["unstable-A"])
@@ -103,11 +98,6 @@ _ROUNDED = [
 """The designs whose level is printed, each with the claims on it."""
 
 
-def all_periods(results: Results) -> list[Json]:
-    """The cells of all rows of the table of periods."""
-    return [cell for name in PERIOD_TABLE for cell in results[name]["cells"]]
-
-
 def times(inputs: Json) -> Json:
     """Periods and offsets of a schedule."""
     return {name: inputs[name] for name in ("periods", "offsets")}
@@ -123,20 +113,14 @@ EXPERIMENTS = (
     experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
     *(experiment(f"schedule.{name}", designs.selections, **times(found)) for name, found in SCHEDULES.items()),
     experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
-    *(
-        experiment(name, designs.period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
-        for first, name in enumerate(PERIOD_TABLE, start=1)
-    ),
+    experiment(PERIOD_TABLE, designs.period_table, plant=PLANT, largest=6),
     experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **times(both((2, 1))), analysed=_GAINS_OF),
     experiment("identities", identities.identities, trials=50, seed=SEED),
     experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
     experiment("observability", identities.observability, plant=PLANT),
     experiment("product-orders", identities.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
     experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
-    *(
-        experiment(name, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, **_DRAWN, part=part)
-        for part, name in enumerate(DRAWS)
-    ),
+    experiment(DRAWS, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, case=_PROPOSED, horizon=300, seed=SEED),
     experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),

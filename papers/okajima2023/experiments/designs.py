@@ -148,22 +148,20 @@ def selections(periods: list[int], offsets: list[int]) -> Json:
     return {"period": schedule.period, "diagonals": schedule.mask.astype(float).tolist()}
 
 
-def period_row(plant: dict[str, Matrix], first: int, largest: int) -> Json:
-    """Smallest achievable gain for N_1 = first, N_2 = 1 ... largest, sensors at instant 0 and with the best offsets."""
-    system = build(plant, [1, 1], [0, 0], [0, 1]).plant
-    searched = {(first, second): search_timing(system, (first, second)) for second in range(1, largest + 1)}
-    return {
-        "cells": [
-            {
-                "periods": list(periods),
-                "synchronous": optimum_json(search.synchronous),
-                "best": optimum_json(search.optima[search.best]),
-                "best_offset": search.best[1],
-                "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
-            }
-            for periods, search in searched.items()
-        ]
-    }
+def period_table(plant: dict[str, Matrix], largest: int) -> list[Json]:
+    """Smallest achievable gain for N_1, N_2 = 1 ... largest, sensors at instant 0 and with the best offsets."""
+    system, periods = build(plant, [1, 1], [0, 0], [0, 1]).plant, range(1, largest + 1)
+    searched = {(first, second): search_timing(system, (first, second)) for first in periods for second in periods}
+    return [
+        {
+            "periods": list(pair),
+            "synchronous": optimum_json(search.synchronous),
+            "best": optimum_json(search.optima[search.best]),
+            "best_offset": search.best[1],
+            "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
+        }
+        for pair, search in searched.items()
+    ]
 
 
 def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:

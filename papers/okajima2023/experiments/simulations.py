@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -32,15 +32,13 @@ def response(plant: dict[str, Matrix], cases: dict[str, Json], seed: int, **nois
     return {"errors": errors}
 
 
-def draws(
-    plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, part: int, parts: int, **noise: Any
-) -> Json:
-    """g_sim of eq. (34) over every `parts`-th of `seeds` independent draws, from number `part` on, for all observers.
+def draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, **noise: Any) -> Json:
+    """g_sim of eq. (34) over `seeds` independent draws, for all observers.
 
     Returns per case the ratios under all readings of the denominator, the error energies, and the effect of the tail
-    that the sums leave out. All draws are drawn each time, which costs little: none depends on the number of parts.
+    that the sums leave out.
     """
-    d, w = (every[part::parts] for every in _noise(np.random.default_rng(seed), seeds, plant, **noise))
+    d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
     found: Json = {}
     for name, case in cases.items():
         system = _system(plant, case)
@@ -81,18 +79,15 @@ def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, s
     }
 
 
-def distribution(parts: Sequence[Json], printed: dict[str, float]) -> Json:
-    """What all parts of `draws` say together.
+def distribution(drawn: Json, printed: dict[str, float]) -> Json:
+    """What `draws` say.
 
     Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
     one; the largest effect of the tail; how often each case has a smaller error energy than each other one, and how
     often, by reading, a smaller ratio.
     """
-    ratios = {
-        reading: {name: np.concatenate([part[name]["ratios"][reading] for part in parts]) for name in parts[0]}
-        for reading in DENOMINATORS
-    }
-    errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in parts[0]}
+    ratios = {what: {name: np.array(one["ratios"][what]) for name, one in drawn.items()} for what in DENOMINATORS}
+    errors = {name: np.array(one["errors"]) for name, one in drawn.items()}
 
     def summary(values: Array, printed: float) -> Json:
         percentiles = zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)
@@ -103,11 +98,12 @@ def distribution(parts: Sequence[Json], printed: dict[str, float]) -> Json:
         "cases": {
             name: {
                 "readings": {reading: summary(found[name], printed[name]) for reading, found in ratios.items()},
-                "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
-                "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
-                "smallest_ratio_to_level": min(part[name]["smallest_ratio_to_level"] for part in parts),
+                **{
+                    what: one[what]
+                    for what in ("largest_final_error", "largest_tail_effect", "smallest_ratio_to_level")
+                },
             }
-            for name in parts[0]
+            for name, one in drawn.items()
         },
         "smaller_energy": _smaller(errors),
         "smaller_ratio": {reading: _smaller(found) for reading, found in ratios.items()},
