@@ -31,7 +31,7 @@ def routes(r: dict[str, Any]) -> tuple[str, dict[str, float]]:
     levels = {
         "Riccati": r["riccati"],
         "LMI": r["lmi"]["level"],
-        "LMI through cvxpy": r["printed_lmi"]["level"],
+        "LMI through cvxpy": r["printed_lmi"],
         "norm of the LMI's filter": r["lmi"]["norm"],
     }
     told = (

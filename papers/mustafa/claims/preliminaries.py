@@ -13,7 +13,7 @@ from papers.mustafa.experiments.declared import OF_SECOND
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, Step4
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
-from replication.audit.declare import Part, positive
+from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
@@ -107,14 +107,8 @@ def up(number: float, places: int = 4) -> Decimal:
 
 def up_to_rounding(residual: float, method: str, **told: Any) -> Evidence:
     """Evidence for an identity that holds in exact arithmetic; told: other fields of the evidence."""
-    return Evidence(
-        method=method,
-        holds=residual <= EXACT,
-        margin=EXACT - residual,
-        threshold=EXACT,
-        threshold_reason="An identity holds up to the rounding of sums and products, relative to their size.",
-        **told,
-    )
+    reason = "An identity holds up to the rounding of sums and products, relative to their size."
+    return below(residual, EXACT, reason, method=method, **told)
 
 
 def identity(results: Results, name: str, method: str) -> Evidence:

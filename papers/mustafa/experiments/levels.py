@@ -16,7 +16,7 @@ from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.robust import FilterDesign, design_for_periods, robust_design
+from replication.estimation.nonuniform.robust import design_for_periods, robust_design
 
 Json = dict[str, Any]
 Matrices = dict[str, list[list[float]]]
@@ -50,16 +50,15 @@ def nominal(plant: Matrices, periods: list[float]) -> Json:
     return {
         "formula": closed_form(system, h),
         "riccati": riccati.level,
-        "lmi": _design(system, direct, h),
-        "printed_lmi": _design(system, printed, h),
+        "lmi": {
+            "level": direct.level,
+            "norm": periodic_gain(system, direct.filter, [h]).value,
+            "status": direct.report.status,
+        },
+        "printed_lmi": printed.level,
         "Phi": system.discretise(h)[0].tolist(),
         "solvers": [direct.report.to_dict(), printed.report.to_dict()],
     }
-
-
-def _design(plant: SampledPlant, design: FilterDesign, h: float) -> Json:
-    norm = periodic_gain(plant, design.filter, [h])
-    return {"level": design.level, "norm": norm.value, "status": design.report.status}
 
 
 def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, level: float, angles: int) -> Json:

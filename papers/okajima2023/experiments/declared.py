@@ -23,8 +23,6 @@ SECOND_DECIMALS = 6
 """Of the second diagonal with the stated poles, in the theorem on it."""
 ENTRY_DECIMALS = 4
 """Of an A all of whose entries may differ from the printed ones: with so many it still has the stated poles."""
-SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
-"""The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 
 PERIOD_TABLE, DRAWS = "period-table", "g-sim"
 """The optimum for all periods up to the largest, and the draws of g_sim."""
@@ -77,7 +75,8 @@ _SIMULATED = {**CASES, "proposed": _PROPOSED}
 _TIMED = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
 _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DATA["last-summed"]}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
-_SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
+_SUMMED = {"slack": 0.05, "draws": 20, "last": 59, "seed": SEED}
+"""The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 PRINTED_A = number(DATA["unstable-A"])
 _STATED = {
     "printed_gains": GAINS["42"],

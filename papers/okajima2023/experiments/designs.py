@@ -9,7 +9,6 @@ import numpy as np
 
 from papers.okajima2023.method.lmi import (
     LmiDesign,
-    cyclic_size,
     lmi_analysis,
     lmi_design,
     reduced_lmi_design,
@@ -55,7 +54,7 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     problem = build(plant, periods, offsets, sensors)
     central, kalman = (problem.error_system(found(problem).gains) for found in (optimal_design, kalman_design))
     reduced, printed, n = reduced_lmi_design(problem), lmi_design(problem), problem.plant.order
-    (variables, rows), (cyclic_variables, cyclic_rows) = theorem2_size(problem), cyclic_size(problem)
+    (variables, rows), (cyclic_variables, cyclic_rows) = (theorem2_size(problem, cyclic) for cyclic in (False, True))
     acting = problem.schedule.period * (n * (n + 1) // 2) + n * int(problem.schedule.mask.sum()) + 1
     size = {"cyclic_variables": cyclic_variables, "cyclic_rows": cyclic_rows}
     return {

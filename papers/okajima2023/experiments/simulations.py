@@ -160,19 +160,15 @@ def _noise(
 
 def _energies(d: Array, w: Array, case: Json) -> dict[str, Array]:
     """Squared denominators of eq. (34) by reading, one per draw."""
-    process, sensor = (d**2).sum(axis=(1, 2)), (w**2).sum(axis=1)
-    when = sum(
-        (w[:, theta::N, sensor_index] ** 2).sum(axis=1)
-        for sensor_index, N, theta in zip(case["sensors"], case["periods"], case["offsets"], strict=True)
-    )
-    used = sensor[:, case["sensors"]].sum(axis=1)
-    total = sensor.sum(axis=1)
+    process, sensor, sensors = (d**2).sum(axis=(1, 2)), (w**2).sum(axis=1), case["sensors"]
+    due = zip(sensors, case["periods"], case["offsets"], strict=True)
+    when = sum((w[:, theta::N, sensor_index] ** 2).sum(axis=1) for sensor_index, N, theta in due)
     return {
         "d": process,
-        "w": total,
+        "w": sensor.sum(axis=1),
         "d, w when measured": process + when,
-        "d, w of sensors used": process + used,
-        "d, all w": process + total,
+        "d, w of sensors used": process + sensor[:, sensors].sum(axis=1),
+        "d, all w": process + sensor.sum(axis=1),
     }
 
 

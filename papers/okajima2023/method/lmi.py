@@ -137,18 +137,15 @@ def matrix_30(plant: tuple[Array, ...], P: Any, before: Any, Y: Any, gamma_squar
     ]
 
 
-def theorem2_size(problem: MultirateProblem) -> tuple[int, int]:
-    """Decision variables of Theorem 2 in all (P_k, Y_k, gamma), and rows of the inequality of each phase."""
-    plant, n = problem.plant, problem.plant.order
-    per_phase = n * (n + 1) // 2 + n * plant.sensors
-    return problem.schedule.period * per_phase + 1, 2 * n + plant.B_d.shape[1] + plant.D.shape[1]
+def theorem2_size(problem: MultirateProblem, cyclic: bool = False) -> tuple[int, int]:
+    """Decision variables of Theorem 2 in all (P_k, Y_k, gamma), and rows of the inequality of each phase.
 
-
-def cyclic_size(problem: MultirateProblem) -> tuple[int, int]:
-    """The same for the single inequality of the cyclic reformulation: one P of order N n, one Y of N n by N q."""
+    cyclic: of the single inequality of the cyclic reformulation, one phase with a copy of all signals for each.
+    """
     plant, N = problem.plant, problem.schedule.period
-    n = N * plant.order
-    return n * (n + 1) // 2 + n * N * plant.sensors + 1, 2 * n + N * (plant.B_d.shape[1] + plant.D.shape[1])
+    phases, copies = (1, N) if cyclic else (N, 1)
+    n, q, m, w = (copies * size for size in (plant.order, plant.sensors, plant.B_d.shape[1], plant.D.shape[1]))
+    return phases * (n * (n + 1) // 2 + n * q) + 1, 2 * n + m + w
 
 
 def lmi_analysis(

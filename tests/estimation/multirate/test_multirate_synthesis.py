@@ -13,7 +13,6 @@ from multirate_examples import problem as problem_of
 from papers.okajima2023.method import lmi
 from papers.okajima2023.method.central_path import CentralPoint, central_path
 from papers.okajima2023.method.lmi import (
-    cyclic_size,
     lmi_analysis,
     lmi_design,
     reduced_lmi_design,
@@ -89,7 +88,7 @@ def test_the_size_of_the_printed_problem() -> None:
     P, Y = np.zeros((N, n, n)), np.zeros((N, n, q))
     rows = len(np.block(theorem2_matrix(published, P, Y, 0, 1.0)))
     assert theorem2_size(published) == (unknowns, rows)
-    assert cyclic_size(published) == (sum(range(N * n + 1)) + N * n * N * q + 1, 2 * N * n + N * (1 + q))
+    assert theorem2_size(published, cyclic=True) == (sum(range(N * n + 1)) + N * n * N * q + 1, 2 * N * n + N * (1 + q))
 
 
 @pytest.mark.parametrize("design", [lmi_design, reduced_lmi_design])
