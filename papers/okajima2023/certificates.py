@@ -34,9 +34,8 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
     name = next((which for part, which in MATRICES.items() if part in theorem["name"]), "diagonal in steps")
     found: dict[str, Any] = {**PLANT, "A": matrices[name], "diagonal": np.diag(matrices[name]).tolist()}
     if "C" in wanted:
-        found["C"] = recover_outputs(found["A"], TRIED["printed_gains"], TRIED["stated_error_poles"], LARGEST_ENTRY)[
-            "C"
-        ]
+        stated = TRIED["stated"]
+        found["C"] = recover_outputs(found["A"], stated["gains"], stated["error_poles"], LARGEST_ENTRY)["C"]
     for parameter in wanted.keys() & found.keys():
         if decimals(found[parameter]) != wanted[parameter]:
             raise AuditError(

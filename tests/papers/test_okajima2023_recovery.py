@@ -66,13 +66,14 @@ def test_some_a_with_the_stated_poles_is_stabilised_and_its_error_system_has_the
     """By products written out here."""
     (given,) = (one.inputs for one in EXPERIMENTS if one.name == "unstable.any-entries")
     found = any_entries(**given)
-    A, C = np.array(found["rounded"]), np.array(given["C"])
-    monodromy = np.linalg.multi_dot([A - np.array(gain) @ C for gain in given["printed_gains"][::-1]])
+    stated = given["stated"]
+    A, C = np.array(found["rounded"]), np.array(stated["C"])
+    monodromy = np.linalg.multi_dot([A - np.array(gain) @ C for gain in stated["gains"][::-1]])
     assert np.abs(np.linalg.eigvals(monodromy)).max() == pytest.approx(found["radius"], rel=1e-6)
     assert found["radius"] < 1
-    assert np.abs(np.array(found["poles"]) - np.array(given["stated_poles"])).max() < HALF_UNIT_OF_POLES
+    assert np.abs(np.array(found["poles"]) - np.array(stated["poles"])).max() < HALF_UNIT_OF_POLES
     reached = sorted(real for real, _ in found["error_poles"])
-    assert reached == pytest.approx(sorted(given["stated_error_poles"]), abs=1e-6)
+    assert reached == pytest.approx(sorted(stated["error_poles"]), abs=1e-6)
 
 
 @pytest.mark.parametrize("diagonal", [(0.8, 1.3, 1.1), (0.5, 0.6, 1.5)])

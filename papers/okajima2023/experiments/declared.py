@@ -77,14 +77,15 @@ _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DA
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
 _SUMMED = {"slack": 0.05, "draws": 20, "last": 59, "seed": SEED}
 """The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
-PRINTED_A = number(DATA["unstable-A"])
 _STATED = {
-    "printed_gains": GAINS["42"],
-    "stated_poles": poles(DATA["poles"]),
-    "stated_error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
+    "A": number(DATA["unstable-A"]),
+    "C": PLANT["C"],
+    "gains": GAINS["42"],
+    "poles": poles(DATA["poles"]),
+    "error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
 }
-_OF_41 = {**_STATED, "printed_A": PRINTED_A, "C": PLANT["C"]}
-TRIED = {**_OF_41, "step": DIAGONAL_STEP, "diagonal_decimals": SECOND_DECIMALS, "decimals": ENTRY_DECIMALS}
+_DECIMALS = {"diagonal_decimals": SECOND_DECIMALS, "decimals": ENTRY_DECIMALS}
+TRIED: Json = {"stated": _STATED, "step": DIAGONAL_STEP, **_DECIMALS}
 """What finds each A with the stated poles that is tried."""
 _INPUTS = {name: PLANT[name] for name in ("B_d", "D")}
 _SEARCHED = {"half_unit": HALF_UNIT_OF_GAINS, "step": DIAGONAL_STEP, "bound": LARGEST_ENTRY, "wider_bound": WIDER}
@@ -122,9 +123,11 @@ EXPERIMENTS = (
     experiment(DRAWS, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, case=_PROPOSED, horizon=300, seed=SEED),
-    experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
-    experiment("unstable.diagonals", unstable.diagonals, **_OF_41, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY),
-    experiment("unstable.any-entries", unstable.any_entries, **_OF_41, decimals=ENTRY_DECIMALS),
+    experiment("unstable.as-printed", unstable.as_printed, stated=_STATED),
+    experiment(
+        "unstable.diagonals", unstable.diagonals, stated=_STATED, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY
+    ),
+    experiment("unstable.any-entries", unstable.any_entries, stated=_STATED, decimals=ENTRY_DECIMALS),
     experiment("unstable.stated-designs", unstable.stated_designs, inputs=_INPUTS, **TRIED),
-    experiment("unstable.recovered", unstable.recovered, printed_inputs=_INPUTS, **_OF_41, **_SEARCHED),
+    experiment("unstable.recovered", unstable.recovered, stated=_STATED, inputs=_INPUTS, **_SEARCHED),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,95 +30,87 @@ PERIODS, OFFSETS = [2, 3], [0, 0]
 SCHEDULE = SensingSchedule(tuple(PERIODS), tuple(OFFSETS))
 
 
-def as_printed(plant: dict[str, Matrix], gains: list[Matrix]) -> Json:
+class Stated(NamedTuple):
+    """What Sec. IV-C prints, A of eq. (41), gains (42) and the poles of A and of A_e; and the C of Sec. IV-A."""
+
+    A: Matrix
+    C: Matrix
+    gains: list[Matrix]
+    poles: list[list[float]]
+    error_poles: list[float]
+
+
+def as_printed(stated: Json) -> Json:
     """Poles of the printed A, and of A_e for the printed A, C and gains (42)."""
-    poles = upper_half(np.linalg.eigvals(np.array(plant["A"])))
-    return {"poles": poles, "error_poles": error_poles(plant["A"], gains, plant["C"])}
+    text = Stated(**stated)
+    poles = upper_half(np.linalg.eigvals(np.array(text.A)))
+    return {"poles": poles, "error_poles": error_poles(text.A, text.gains, text.C)}
 
 
 def recovered(
-    printed_A: Matrix,
-    C: Matrix,
-    printed_gains: list[Matrix],
-    stated_poles: list[list[float]],
-    stated_error_poles: list[float],
-    printed_inputs: dict[str, Matrix],
-    half_unit: float,
-    step: float,
-    bound: int,
-    wider_bound: int,
+    stated: Json, inputs: dict[str, Matrix], half_unit: float, step: float, bound: int, wider_bound: int
 ) -> Json:
     """Search A, then C, then B_d and D, and evaluate the gains for the plant that comes out.
 
-    C, printed_inputs: those of Sec. IV-A, for which the gains are evaluated too.
+    inputs: the B_d and D of Sec. IV-A, for which the gains are evaluated too.
     bound: largest entry of C in the search that counts; wider_bound: how far it is looked for rivals of its result.
     attained: the largest entry of a small change of the gains with which A_e has the stated poles, beside the half unit
     by which rounding may have changed them.
     """
-    state = recover_poles(printed_A, stated_poles, step)
-    A = with_diagonal(printed_A, state["fits"][0])
-    outputs, wider = (recover_outputs(A, printed_gains, stated_error_poles, most) for most in (bound, wider_bound))
-    inputs = recover_inputs(A, outputs["C"], printed_gains, SCHEDULE)
-    plant = {"A": A, "B_d": inputs["B_d"], "C": outputs["C"], "D": inputs["D"]}
-    gains = np.array(printed_gains)
+    text = Stated(**stated)
+    state, gains = recover_poles(text.A, text.poles, step), np.array(text.gains)
+    A = with_diagonal(text.A, state["fits"][0])
+    outputs, wider = (recover_outputs(A, text.gains, text.error_poles, most) for most in (bound, wider_bound))
+    found = recover_inputs(A, outputs["C"], text.gains, SCHEDULE)
+    plant = {"A": A, "B_d": found["B_d"], "C": outputs["C"], "D": found["D"]}
 
     def achieved(plant: dict[str, Matrix]) -> Json:
         problem = build(plant, PERIODS, OFFSETS, [0, 1])
         return {"norm": l2_gain(problem.error_system(gains)).value, "optimum": optimum(problem).value}
 
-    change = smallest_change(plant, gains, np.array(stated_error_poles))
+    change = smallest_change(plant, gains, np.array(text.error_poles))
     return {
         "state": state,
         "outputs": {
             **outputs,
-            "error_poles": error_poles(A, printed_gains, outputs["C"]),
-            "error_poles_printed_C": error_poles(A, printed_gains, C),
+            "error_poles": error_poles(A, gains, outputs["C"]),
+            "error_poles_printed_C": error_poles(A, gains, text.C),
         },
         "wider": wider,
-        "inputs": inputs,
+        "inputs": found,
         "gains": achieved(plant),
-        "printed_inputs": achieved({**plant, **printed_inputs}),
+        "printed_inputs": achieved({**plant, **inputs}),
         "attained": {"largest_change": float(np.abs(change).max()), "half_unit": half_unit},
     }
 
 
-def diagonals(
-    printed_A: Matrix,
-    C: Matrix,
-    printed_gains: list[Matrix],
-    stated_poles: list[list[float]],
-    stated_error_poles: list[float],
-    half_unit: float,
-    bound: int,
-) -> Json:
+def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
     """All real diagonals of A with the stated poles, other entries as printed, and what the gains do with this C.
 
     For each: the diagonal, the spectral radius of A_e, and its least value while the stated poles move to the ends and
     the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound` explain the
     stated poles of A_e.
     """
+    text = Stated(**stated)
 
-    def radii(poles: Any) -> list[float]:
-        matrices = [with_diagonal(printed_A, found) for found in exact_diagonals(printed_A, poles)]
-        return [abs(complex(*error_poles(A, printed_gains, C)[0])) for A in matrices]
+    def tried(poles: Any) -> list[tuple[list[float], Matrix, float]]:
+        found = [(entries, with_diagonal(text.A, entries)) for entries in exact_diagonals(text.A, poles)]
+        return [(entries, A, abs(complex(*error_poles(A, text.gains, text.C)[0]))) for entries, A in found]
 
     # The imaginary part of a real pole stays zero.
-    moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in np.ravel(stated_poles)]
-    moved = [radii(np.add(stated_poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
-    rows = zip(exact_diagonals(printed_A, stated_poles), radii(stated_poles), zip(*moved, strict=True), strict=True)
+    moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in np.ravel(text.poles)]
+    moved = [tried(np.add(text.poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
     return {
         "moved": len(moved),
         "bound": bound,
         "found": [
             {
-                "diagonal": found,
+                "diagonal": entries,
                 "radius": radius,
-                "least_radius": min(others),
-                "fits": recover_outputs(with_diagonal(printed_A, found), printed_gains, stated_error_poles, bound)[
-                    "fits"
-                ],
+                "least_radius": min(row[number][2] for row in moved),
+                "fits": recover_outputs(A, text.gains, text.error_poles, bound)["fits"],
             }
-            for found, radius, others in rows
+            for number, (entries, A, radius) in enumerate(tried(text.poles))
         ],
     }
 
@@ -152,68 +144,50 @@ def _root(residual: Callable[[Array], Array], start: Array) -> Array:
     return found
 
 
-def stated_matrices(
-    printed_A: Matrix,
-    C: Matrix,
-    printed_gains: list[Matrix],
-    stated_poles: list[list[float]],
-    stated_error_poles: list[float],
-    step: float,
-    diagonal_decimals: int,
-    decimals: int,
-) -> dict[str, Matrix]:
+def stated_matrices(stated: Json, step: float, diagonal_decimals: int, decimals: int) -> dict[str, Matrix]:
     """Each A tried that has the stated poles: with two diagonals, and one all of whose entries may differ.
 
     The second diagonal is rounded to `diagonal_decimals` places, the last A to `decimals`.
     """
-    second = np.round(exact_diagonals(printed_A, stated_poles)[1], diagonal_decimals)
-    free = any_entries(printed_A, C, printed_gains, stated_poles, stated_error_poles, decimals)
+    A, poles = (stated[name] for name in ("A", "poles"))
     return {
-        "diagonal in steps": with_diagonal(printed_A, recover_poles(printed_A, stated_poles, step)["fits"][0]),
-        "other diagonal": with_diagonal(printed_A, second),
-        "any entries": free["rounded"],
+        "diagonal in steps": with_diagonal(A, recover_poles(A, poles, step)["fits"][0]),
+        "other diagonal": with_diagonal(A, np.round(exact_diagonals(A, poles)[1], diagonal_decimals)),
+        "any entries": any_entries(stated, decimals)["rounded"],
     }
 
 
-def stated_designs(inputs: dict[str, Matrix], C: Matrix, **given: Any) -> Json:
-    """Designs for each of `stated_matrices`, which takes C and `given`; inputs: the B_d and D of Sec. IV-A."""
+def stated_designs(stated: Json, inputs: dict[str, Matrix], **given: Any) -> Json:
+    """Designs for each of `stated_matrices`, which takes `given`; inputs: the B_d and D of Sec. IV-A."""
+    plants = {name: {**inputs, "A": A, "C": stated["C"]} for name, A in stated_matrices(stated, **given).items()}
     return {
-        name: {
-            "poles": upper_half(np.linalg.eigvals(A)),
-            **design({**inputs, "A": A, "C": C}, PERIODS, OFFSETS, [0, 1]),
-        }
-        for name, A in stated_matrices(C=C, **given).items()
+        name: {"poles": upper_half(np.linalg.eigvals(plant["A"])), **design(plant, PERIODS, OFFSETS, [0, 1])}
+        for name, plant in plants.items()
     }
 
 
-def any_entries(
-    printed_A: Matrix,
-    C: Matrix,
-    printed_gains: list[Matrix],
-    stated_poles: list[list[float]],
-    stated_error_poles: list[float],
-    decimals: int,
-) -> Json:
+def any_entries(stated: Json, decimals: int) -> Json:
     """An A with the stated poles for which A_e with this C and these gains has the stated poles too.
 
     All its entries may differ from the printed ones; it is sought from the first diagonal with the stated poles on.
     Of A there are more entries than conditions, so it is one of many. error_poles: those of A_e. rounded: A to
     `decimals` places, with its poles and the spectral radius of A_e for it.
     """
-    start = np.array(with_diagonal(printed_A, exact_diagonals(printed_A, stated_poles)[0]))
-    target, error_target = np.poly(complete(stated_poles)), np.poly(stated_error_poles)
+    text = Stated(**stated)
+    start = np.array(with_diagonal(text.A, exact_diagonals(text.A, text.poles)[0]))
+    target, error_target = np.poly(complete(text.poles)), np.poly(text.error_poles)
 
     def residual(entries: Array) -> Array:
         A = entries.reshape(start.shape)
-        found = (np.poly(A) - target, np.poly(error_monodromy(A, printed_gains, C)) - error_target)
+        found = (np.poly(A) - target, np.poly(error_monodromy(A, text.gains, text.C)) - error_target)
         return np.real(np.concatenate([difference[1:] for difference in found]))
 
     A = _root(residual, start.ravel()).reshape(start.shape)
     rounded = np.round(A, decimals)
     return {
-        "error_poles": error_poles(A, printed_gains, C),
-        "furthest": float(np.abs(A - printed_A).max()),
+        "error_poles": error_poles(A, text.gains, text.C),
+        "furthest": float(np.abs(A - text.A).max()),
         "rounded": rounded.tolist(),
         "poles": upper_half(np.linalg.eigvals(rounded)),
-        "radius": abs(complex(*error_poles(rounded, printed_gains, C)[0])),
+        "radius": abs(complex(*error_poles(rounded, text.gains, text.C)[0])),
     }
