@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy
@@ -37,16 +37,11 @@ class UpperEnd(StrEnum):
     CORRECTED = "corrected"
 
 
-@dataclass(frozen=True)
-class Interval:
+class Interval(NamedTuple):
     """The open interval (lower, upper) of sampling periods in seconds; upper may be infinite."""
 
     lower: float
     upper: float
-
-    def covers(self, h_l: float, h_u: float) -> bool:
-        """Whether the closed interval [h_l, h_u] lies inside."""
-        return self.lower < h_l and h_u < self.upper
 
 
 def logarithmic_norm(A: Array) -> float:
@@ -108,16 +103,9 @@ TOUCH = 1e-12
 """Gaps shorter than this, in seconds, are closed by a common end point."""
 
 
-class End(StrEnum):
-    """How the algorithm ended.
-
-    The intervals cover [h_l, h_u]; step 4 adds nothing although step 3 fails, so that this reading cannot end; or the
-    grid has reached the limit N_0 of step 1, and there is no filter.
-    """
-
-    COVERED = "COVERED"
-    STALLED = "STALLED"
-    LIMIT = "LIMIT"
+End = Literal["COVERED", "STALLED", "LIMIT"]
+"""How the algorithm ended: the intervals cover [h_l, h_u]; step 4 adds nothing although step 3 fails, so that this
+reading cannot end; or the grid has reached the limit N_0 of step 1, and there is no filter."""
 
 
 class Step4(StrEnum):
@@ -167,16 +155,16 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
         alphas |= {h: small_gain_alpha(plant, h) for h in ordered if h not in alphas}
         covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
         if len(grid) >= limit:
-            return Grid(ordered, tuple(covered), End.LIMIT, rounds)
+            return Grid(ordered, tuple(covered), "LIMIT", rounds)
         if not gaps(covered, periods):
-            return Grid(ordered, tuple(covered), End.COVERED, rounds)
+            return Grid(ordered, tuple(covered), "COVERED", rounds)
         gains = {h: float(np.sqrt(alphas[h])) if reading.root else alphas[h] for h in ordered}
         marked = [covered_interval(plant, h, gain, reading.upper) for h, gain in gains.items()]
         # An interval without an upper end has no middle.
         new = {(a + b) / 2 for a, b in _pieces(reading.step_4, marked, periods) if np.isfinite(b)}
         new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
         if not new:
-            return Grid(ordered, tuple(covered), End.STALLED, rounds)
+            return Grid(ordered, tuple(covered), "STALLED", rounds)
         grid |= new
 
 
@@ -187,7 +175,7 @@ def _pieces(step_4: Step4, marked: list[Interval], periods: PeriodRange) -> list
     united = [(periods.h_l, periods.h_u)]
     if step_4 is Step4.CUT:
         return united  # with the intervals it stays one piece, beyond which nothing is kept
-    for low, high in sorted((one.lower, one.upper) for one in marked if one.lower < one.upper):
+    for low, high in sorted(one for one in marked if one.lower < one.upper):
         met = [piece for piece in united if low < piece[1] and piece[0] < high]
         joined = (min(low, *(a for a, _ in met)), max(high, *(b for _, b in met))) if met else (low, high)
         united = [*(piece for piece in united if piece not in met), joined]
@@ -201,12 +189,11 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
     only within TOUCH.
     """
     found, reached = [], periods.h_l
-    nonempty = [interval for interval in intervals if interval.lower < interval.upper]
-    for interval in (*sorted(nonempty, key=lambda i: i.lower), Interval(np.inf, np.inf)):
-        end = min(interval.lower, periods.h_u)
+    for lower, upper in (*sorted(one for one in intervals if one.lower < one.upper), (np.inf, np.inf)):
+        end = min(lower, periods.h_u)
         if end > reached + TOUCH:
             found.append((reached, end))
-        reached = max(reached, interval.upper)
+        reached = max(reached, upper)
     return found
 
 

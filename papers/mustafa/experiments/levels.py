@@ -95,7 +95,8 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     for upper in method.UpperEnd:
         for name, gain in (("alpha", alpha), ("root", float(np.sqrt(alpha)))):
             found = method.covered_interval(system, span.middle, gain, upper)
-            intervals[f"{upper}, {name}"] = {**vars(found), "covers": found.covers(span.h_l, span.h_u)}
+            covers = found.lower < span.h_l and span.h_u < found.upper
+            intervals[f"{upper}, {name}"] = {**found._asdict(), "covers": covers}
     forms = (*chain.from_iterable(method.AS_PRINTED.values()), method.CORRECT)
     runs = {form.name: method.build_grid(system, span, form, limit=limit) for form in forms}
     return {
