@@ -146,7 +146,10 @@ def stability_follows(results: Results) -> Evidence:
     )
 
 
-NO_PRODUCT = "Size of F C, with F of the printed size, against n by n."
+def with_printed_f(method: str = "Size of F C, with F of the printed size, against n by n.") -> Evidence:
+    """The same with F of the printed size, r by n: only if n is r do the products exist."""
+    (n, r), _ = sizes()
+    return Evidence(method=method, holds=n == r)
 
 
 @THEOREM_3.feasible(
@@ -158,10 +161,9 @@ NO_PRODUCT = "Size of F C, with F of the printed size, against n by n."
 )
 def stability_of_theorem_3(results: Results) -> Evidence:
     """Theorem 3: under (2), the error system is robustly stable for all periods that it names."""
-    (n, r), _ = sizes()
     return replace(
         stability_follows(results),
-        as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
+        as_printed=with_printed_f(),
         note="Theorem 3 is taken at its hypothesis (6), which (10) stands for once F has its size and the repeated row "
         "stands once (erratum row).",
     )
@@ -221,13 +223,12 @@ def level_of_theorem_3(results: Results) -> Evidence:
     """The filter (11) of a solution of (10) has the level γ at each element of the grid."""
     worst = max(results["identities"][name] for name in ("congruence", "recovery"))
     rooms = [own["level"] * (1 + AT_ELEMENTS) - own["at_elements"] for own in (results[name] for name in OWN_GRIDS)]
-    (n, r), _ = sizes()
     return Evidence(
         method="Proof: (10) is (6) after a congruence, and (11) gives back its filter. Beside it, the largest gain of "
         "such a filter at the elements of our grids against its level.",
         holds=worst <= EXACT and min(rooms) > 0,
         quantities={"largest relative residual": worst},
-        as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
+        as_printed=with_printed_f(),
         note="(10) is read without its repeated row (erratum row).",
     )
 
@@ -258,14 +259,12 @@ def lmi_size_of_f(results: Results) -> Evidence:
 )
 def recovery(results: Results) -> Evidence:
     """Formula (11) recovers the filter from the unknowns of (10)."""
-    (n, r), _ = sizes()
     return replace(
         identity(results, "recovery", "Transfer matrices of random filters at one point, before and after (11)."),
         # Y has n columns; the printed F has r rows.
-        as_printed=Evidence(
-            method="Columns of Y against rows of F, which is printed r by n: only if they are as many does the "
-            "product Y^-1 F exist.",
-            holds=n == r,
+        as_printed=with_printed_f(
+            "Columns of Y against rows of F, which is printed r by n: only if they are as many does the product Y^-1 F "
+            "exist."
         ),
     )
 
@@ -280,9 +279,8 @@ def recovery(results: Results) -> Evidence:
 def congruence(results: Results) -> Evidence:
     """Inequality (10) follows from (6) by a congruence with diag(J_1, I, J_1, I)."""
     # F C is added to an n by n block; the printed F has r rows.
-    (n, r), _ = sizes()
     return replace(
         identity(results, "congruence", "J'(6)J against (10) for random storage matrices and filters."),
-        as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
+        as_printed=with_printed_f(),
         note="The text at hand repeats a row of (10); it is read without the repetition (erratum row).",
     )
