@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -14,14 +13,24 @@ import numpy as np
 from papers._common import Maker, certificate
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.levels import Json
-from papers.mustafa.method import build_grid, covered_interval, delta_block, gaps
+from papers.mustafa.method import (
+    Interval,
+    build_grid,
+    covered_interval,
+    delta_block,
+    modal,
+    modal_transform,
+    passes,
+    responses,
+    uncertainty_channel,
+)
 from replication.certify import nonuniform
 from replication.certify.multirate import lyapunov_matrices
 from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up
 from replication.estimation.conic.program import solve_modelled
-from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.norms import hinf_norm, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.nonuniform.filters import Filter, error_system
+from replication.estimation.nonuniform.filters import error_system
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
 from replication.estimation.validation import Array
@@ -76,35 +85,25 @@ def _effort(name: str, *wanted: str) -> Json:
 
 def grid(theorem: Theorem) -> Json:
     """Bound and witness of the number of elements: brackets of alpha for each pass of the corrected Algorithm 1."""
-    size, passes = _passes(*_problem(theorem))
-    return {"bound": {"lower": str(size), "upper": str(size)}, "witness": {"passes": passes}}
+    found = _passes(*_problem(theorem))
+    size = str(sum(map(len, found)))
+    return {"bound": {"lower": size, "upper": size}, "witness": {"passes": found}}
 
 
 def stall(theorem: Theorem) -> Json:
     """A bracket of alpha in the middle of the range."""
     system, periods = _problem(theorem)
-    return {"witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
-
-
-def in_modal_coordinates(system: SampledPlant) -> SampledPlant:
-    """The plant with A = [a, b; -b, a] for its eigenvalues a + bi; the rest does not matter for (8)."""
-    pole = np.linalg.eigvals(system.A)[0]
-    return replace(system, A=np.array([[pole.real, abs(pole.imag)], [-abs(pole.imag), pole.real]]))
+    return {"witness": _bracket(system, periods.middle, FIRST_MARGIN)}
 
 
 def output_box(theorem: Theorem) -> Json:
     """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
     system, periods = _problem(theorem)
     filter_, level = nonuniform.filter_of(theorem["plant"]["filter"]), float(Fraction(theorem["parameters"]["level"]))
-    Phi, Gamma = system.discretise(periods.middle)
     one, turns = np.eye(system.order), np.tan(np.linspace(0, np.pi, ANGLES, endpoint=False) / 2)
     points = (1 + 1j * turns) / (1 - 1j * turns)
-    x = [np.linalg.solve(z * one - Phi, Gamma) for z in points]
-    seen = [
-        np.linalg.solve(z * one - filter_.A, filter_.B @ (system.C @ v + system.D))
-        for z, v in zip(points, x, strict=True)
-    ]
-    f, seen_of_plant = np.hstack(seen), np.hstack([system.L @ v for v in x])[0]
+    F, G = responses(system, periods.middle, filter_, points)
+    f, seen_of_plant = F[:, :, 0].T, G[:, 0, 0]
 
     def half_space(normal: Array) -> list[Json]:
         u = cvxpy.Variable(len(points), complex=True)
@@ -121,21 +120,17 @@ def grid_solution(theorem: Theorem) -> Json:
     """The filter of step 2 on the grid with a level a little above its own, a matrix for it, and a worst sequence."""
     system, periods = _problem(theorem)
     design = design_for_periods(system, list(build_grid(system, periods).periods))
-    filter_ = {name: rounded_array(matrix, BITS) for name, matrix in modal(design.filter).items()}
+    # In coordinates in which A_f is made of its eigenvalues, products of many steps stay exact.
+    T, own = modal_transform(design.filter.A), design.filter
+    moved = {"A": T @ own.A @ np.linalg.inv(T), "B": T @ own.B, "C": own.C @ np.linalg.inv(T)}
+    filter_ = {name: rounded_array(matrix, BITS) for name, matrix in moved.items()}
     level = rounded_up(design.level * ROOM, BITS)
     stages = [error_system(system, nonuniform.filter_of(filter_), h) for h in design.periods]
     P = common_storage(stages, float(Fraction(level)))
     over = {"from": "h_l", "to": "h_u", "weight": "samples", "filter": filter_}
     found = nonuniform.gain_lower({**theorem, "parameters": over}, horizon=HORIZON, final_horizon=HORIZON)
-    witness = {"passes": _passes(system, periods)[1], "level": level, "filter": filter_, "P": rounded_array(P, BITS)}
+    witness = {"passes": _passes(system, periods), "level": level, "filter": filter_, "P": rounded_array(P, BITS)}
     return {"witness": {**witness, **found["witness"]}}
-
-
-def modal(filter_: Filter) -> dict[str, Any]:
-    """The same filter in coordinates in which A_f is made of its eigenvalues: products of many steps stay exact."""
-    values, vectors = np.linalg.eig(filter_.A)
-    real = np.where(values.imag < 0, vectors.imag, vectors.real)
-    return {"A": np.linalg.solve(real, filter_.A @ real), "B": np.linalg.solve(real, filter_.B), "C": filter_.C @ real}
 
 
 def common_storage(stages: Sequence[Stage], level: float) -> Array:
@@ -157,13 +152,12 @@ def common_storage(stages: Sequence[Stage], level: float) -> Array:
 def one_element(theorem: Theorem) -> Json:
     """A storage matrix for each piece of the range, at the end with the larger norm in (8), for a level below one."""
     system, periods = _problem(theorem)
-    Phi, _ = system.discretise(periods.middle)
-    zero = np.zeros_like(Phi)
     matrices = []
     for k in range(PIECES):
         share = (k if 2 * k < PIECES else k + 1) / PIECES
         change = periods.h_l + share * (periods.h_u - periods.h_l) - periods.middle
-        system_of_8 = PeriodicSystem((Stage(Phi, delta_block(system, change), system.A @ Phi, zero),))
+        channel = uncertainty_channel(system, periods.middle, delta_block(system, change))
+        system_of_8 = PeriodicSystem((channel,))
         level = (1 + l2_gain(system_of_8).lower) / 2
         matrices.append(lyapunov_matrices(system_of_8, level, SLACK)[0])
     return {"witness": {"P": [rounded_array(P, BITS) for P in matrices]}}
@@ -172,7 +166,7 @@ def one_element(theorem: Theorem) -> Json:
 def same_level(theorem: Theorem) -> Json:
     """The cell with the largest alpha in modal coordinates, and a robust filter with a lower level."""
     system, periods = _problem(theorem)
-    system = in_modal_coordinates(system)
+    system = modal(system)
     count = theorem["parameters"]["cells"]
     half = (periods.h_u - periods.h_l) / (2 * count)
     alphas = [_response(system, periods.h_l + (2 * i + 1) * half) for i in range(count)]
@@ -194,45 +188,35 @@ def _problem(theorem: Theorem) -> tuple[SampledPlant, PeriodRange]:
     return nonuniform.problem_of(theorem["plant"], {"from": "h_l", "to": "h_u"})
 
 
-def _passes(system: SampledPlant, periods: PeriodRange) -> tuple[int, list[list[Json]]]:
-    """Elements, and the witnesses of each pass."""
-    new, margin = [periods.middle], FIRST_MARGIN
-    intervals, passes = [], []
-    while new:
-        brackets = [_bracket(system, h, margin) for h in new]
-        passes.append([witness for _, witness in brackets])
-        intervals += [covered_interval(system, h, alpha) for h, (alpha, _) in zip(new, brackets, strict=True)]
-        new = [(a + b) / 2 for a, b in gaps(intervals, periods)]
-        margin *= GROWTH
-    return len(intervals), passes
+def _passes(system: SampledPlant, periods: PeriodRange) -> list[list[Json]]:
+    """The witnesses of each pass of the corrected Algorithm 1."""
+
+    def covered(h: float) -> Interval:
+        return covered_interval(system, h, _response(system, h)[0])
+
+    whole = enumerate(passes(covered, periods))
+    return [[_bracket(system, h, FIRST_MARGIN * GROWTH**number) for h in new] for number, new in whole]
 
 
-def _bracket(system: SampledPlant, h: float, margin: float) -> tuple[float, Json]:
-    """alpha at h, and the witness of a bracket of this relative half-width."""
-    stage = _small_gain_stage(system, h)
+def _bracket(system: SampledPlant, h: float, margin: float) -> Json:
+    """The witness of a bracket of alpha at h, of this relative half-width."""
     alpha, response = _response(system, h)
-    P = lyapunov_matrices(PeriodicSystem((stage,)), alpha * (1 + margin / 2), margin * SLACK)[0]
+    channel = PeriodicSystem((uncertainty_channel(system, h),))
+    P = lyapunov_matrices(channel, alpha * (1 + margin / 2), margin * SLACK)[0]
     bracket = {"lower": rounded_down(alpha * (1 - margin), BITS), "upper": rounded_up(alpha * (1 + margin), BITS)}
-    return alpha, {**bracket, "P": rounded_array(P, BITS), **response}
+    return {**bracket, "P": rounded_array(P, BITS), **response}
 
 
 def _response(system: SampledPlant, h: float) -> tuple[float, Json]:
     """alpha at h, and the point of the circle and the direction where it is attained."""
-    stage = _small_gain_stage(system, h)
-    peak = l2_gain(PeriodicSystem((stage,)))
-    _, _, right = np.linalg.svd(frequency_response(stage, peak.angle))
+    channel = uncertainty_channel(system, h)
+    peak = hinf_norm(*channel)
+    _, _, right = np.linalg.svd(frequency_response(channel, peak.angle))
     direction = right[0].conj() / right[0].conj()[np.argmax(np.abs(right[0]))]
     return peak.lower, {
         "turn": rounded(float(np.tan(peak.angle / 2)), BITS),
         "direction": rounded_array(np.stack([direction.real, direction.imag], axis=1), COARSE_BITS),
     }
-
-
-def _small_gain_stage(system: SampledPlant, h: float) -> Stage:
-    """Sigma_11 at the constant period h."""
-    Phi, _ = system.discretise(h)
-    one = np.eye(system.order)
-    return Stage(Phi, one, system.A @ Phi, np.zeros_like(one))
 
 
 MAKERS: Mapping[str, Maker] = {

@@ -7,7 +7,6 @@ from typing import Any
 
 from papers._common import figure_data
 from papers.mustafa.claims.preliminaries import down, times, up
-from papers.mustafa.experiments.draws import merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
@@ -155,7 +154,7 @@ FIRST = 60
 
 def responses(results: Results) -> FigureData:
     """One draw of the error, the band of all and how many they are, and the disturbance."""
-    r = merged(results)
+    r = results["draws"]
     return figure_data(
         {name: r[name] for name in ("k", "w", "e", "band_low", "band_high")} | {"draws": [len(r["ratios"])]}
     )
@@ -192,7 +191,7 @@ def told_responses(figure: FigureData) -> dict[str, Any]:
 
 def intervals(results: Results) -> FigureData:
     """The sampling periods of the same draw."""
-    r = merged(results)
+    r = results["draws"]
     return figure_data({"k": r["k"], "h": r["periods"]})
 
 

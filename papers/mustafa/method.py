@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.conic import program
 from replication.estimation.linear.norms import hinf_norm
+from replication.estimation.linear.periodic import Stage
 from replication.estimation.nonuniform import robust
 from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array, ComplexArray
 
 MU_ZERO = 1e-14
 """Logarithmic norms smaller than this times the norm of A count as zero: cases L1 and U1 of (9)."""
 
 
+def responses(plant: SampledPlant, h: float, filter_: Filter, points: ComplexArray) -> tuple[Any, Any]:
+    """Of the filter's state (points, n, m) and of z (points, s, m) to w, at a constant period."""
+    (Phi, Gamma), z = plant.discretise(h), points[:, None, None]
+    x = np.linalg.solve(z * np.eye(plant.order) - Phi, Gamma)
+    seen = filter_.B @ (plant.C @ x + plant.D)
+    return np.linalg.solve(z * np.eye(len(filter_.A)) - filter_.A, seen), plant.L @ x
+
+
 class UpperEnd(StrEnum):
-    """Which logarithmic norm stands in the logarithm of case U3 of (9)."""
+    """Which logarithmic norm stands in the logarithm of case U3 of (9): mu(-A), or mu(A), as the proof needs."""
 
-    PRINTED = "mu(-A), as printed"
-    CORRECTED = "mu(A), as the proof needs"
+    PRINTED = "printed"
+    CORRECTED = "corrected"
 
 
-@dataclass(frozen=True)
-class Interval:
+class Interval(NamedTuple):
     """The open interval (lower, upper) of sampling periods in seconds; upper may be infinite."""
 
     lower: float
     upper: float
-
-    def covers(self, h_l: float, h_u: float) -> bool:
-        """Whether the closed interval [h_l, h_u] lies inside."""
-        return self.lower < h_l and h_u < self.upper
 
 
 def logarithmic_norm(A: Array) -> float:
@@ -46,14 +49,19 @@ def logarithmic_norm(A: Array) -> float:
     return float(np.linalg.eigvalsh((A + A.T) / 2)[-1])
 
 
-def small_gain_alpha(plant: SampledPlant, h: float) -> float:
-    """alpha(h) = ||Sigma_11||_inf, the peak gain of A Phi(h) (zI - Phi(h))^-1, by Lemma 2, Theorem 1 and eq. (9).
+def uncertainty_channel(plant: SampledPlant, h: float, delta: Array | None = None) -> Stage:
+    """Sigma_11 of Lemma 2, A Phi(h) (zI - Phi(h))^-1, at the constant period h; times `delta`, if it is given.
 
     It does not depend on the filter, because Sigma_11 sees the plant's states only.
     """
     Phi, _ = plant.discretise(h)
-    n = plant.order
-    return hinf_norm(Phi, np.eye(n), plant.A @ Phi, np.zeros((n, n))).value
+    one = np.eye(plant.order)
+    return Stage(Phi, one if delta is None else delta, plant.A @ Phi, 0 * one)
+
+
+def small_gain_alpha(plant: SampledPlant, h: float) -> float:
+    """alpha(h) = ||Sigma_11||_inf, by Lemma 2, Theorem 1 and eq. (9)."""
+    return hinf_norm(*uncertainty_channel(plant, h)).value
 
 
 def delta_block(plant: SampledPlant, theta: float) -> Array:
@@ -87,30 +95,6 @@ def _reach(mu: float, in_logarithm: float, gain: float, zero: float) -> float:
     return float(np.log(argument) / mu) if argument > 0 else float("-inf")
 
 
-@dataclass(frozen=True)
-class StabilityTest:
-    """plant_abscissa: largest real part of the eigenvalues of A (1/s); filter_radius: spectral radius of A_f.
-
-    A-bar(h) of (5) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute: a product of them is
-    e^{A tau}, tau the elapsed time, and tends to zero for every sequence iff A is Hurwitz. Hence (5) is uniformly and
-    exponentially stable for all h_k in [h_l, h_u] iff A is Hurwitz and A_f has its eigenvalues in the unit circle.
-    """
-
-    plant_abscissa: float
-    filter_radius: float
-
-    @property
-    def stable(self) -> bool:
-        """Whether the error settles for every sampling sequence."""
-        return self.plant_abscissa < 0 and self.filter_radius < 1
-
-
-def stability(plant: SampledPlant, filter_: Filter) -> StabilityTest:
-    """The two numbers that decide it; raises InvalidInputError if the filter does not fit the plant."""
-    filter_.error_output(plant)
-    return StabilityTest(float(np.max(np.linalg.eigvals(plant.A).real)), filter_.spectral_radius())
-
-
 # Algorithm 1: a grid of sampling periods whose small-gain intervals cover [h_l, h_u], literal and corrected.
 #
 # Neither (9) nor alpha involves the filter, so the grid is found first; `design_for_periods` is step 2.
@@ -119,12 +103,9 @@ TOUCH = 1e-12
 """Gaps shorter than this, in seconds, are closed by a common end point."""
 
 
-class End(StrEnum):
-    """How the algorithm ended; the text is the advice."""
-
-    COVERED = "the intervals cover [h_l, h_u]"
-    STALLED = "step 4 adds nothing although step 3 fails: this reading of the algorithm cannot end"
-    LIMIT = "the grid has reached the limit N_0 of step 1: no filter"
+End = Literal["COVERED", "STALLED", "LIMIT"]
+"""How the algorithm ended: the intervals cover [h_l, h_u]; step 4 adds nothing although step 3 fails, so that this
+reading cannot end; or the grid has reached the limit N_0 of step 1, and there is no filter."""
 
 
 class Step4(StrEnum):
@@ -146,7 +127,7 @@ class Reading:
     @property
     def name(self) -> str:
         """The three choices in words, such as `corrected, alpha, set-minus`."""
-        return ", ".join((self.upper.name.lower(), "root" if self.root else "alpha", self.step_4))
+        return ", ".join((self.upper, "root" if self.root else "alpha", self.step_4))
 
 
 AS_PRINTED = {step_4: tuple(Reading(upper, True, step_4) for upper in UpperEnd) for step_4 in Step4}
@@ -156,10 +137,9 @@ CORRECT = Reading(UpperEnd.CORRECTED, root=False, step_4=Step4.SET_MINUS)
 
 @dataclass(frozen=True)
 class Grid:
-    """periods: the grid, increasing (s); alphas: alpha_i; intervals: H(h_i, alpha_i); rounds: passes of steps 1-4."""
+    """periods: the grid, increasing (s); intervals: H(h_i, alpha_i); rounds: passes of steps 1-4."""
 
     periods: tuple[float, ...]
-    alphas: tuple[float, ...]
     intervals: tuple[Interval, ...]
     end: End
     rounds: int
@@ -168,30 +148,24 @@ class Grid:
 def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = CORRECT, *, limit: int = 64) -> Grid:
     """Steps 0, 1, 3 and 4 of Algorithm 1; ends when covered, when step 4 leaves the grid as it is, or at `limit` =
     N_0."""
-    bound = positive_integer("limit", limit)
-    grid = {periods.middle}
-    alphas: dict[float, float] = {}
-    rounds = 0
+    grid, alphas, rounds = {periods.middle}, dict[float, float](), 0
     while True:
         rounds += 1
-        ordered = sorted(grid)
+        ordered = tuple(sorted(grid))
         alphas |= {h: small_gain_alpha(plant, h) for h in ordered if h not in alphas}
         covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
-        if len(grid) >= bound:
-            end = End.LIMIT
-        elif not gaps(covered, periods):
-            end = End.COVERED
-        else:
-            gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
-            marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]
-            # An interval without an upper end has no middle.
-            new = {(a + b) / 2 for a, b in _pieces(reading.step_4, marked, periods) if np.isfinite(b)}
-            new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
-            if new:
-                grid |= new
-                continue
-            end = End.STALLED
-        return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
+        if len(grid) >= limit:
+            return Grid(ordered, tuple(covered), "LIMIT", rounds)
+        if not gaps(covered, periods):
+            return Grid(ordered, tuple(covered), "COVERED", rounds)
+        gains = {h: float(np.sqrt(alphas[h])) if reading.root else alphas[h] for h in ordered}
+        marked = [covered_interval(plant, h, gain, reading.upper) for h, gain in gains.items()]
+        # An interval without an upper end has no middle.
+        new = {(a + b) / 2 for a, b in _pieces(reading.step_4, marked, periods) if np.isfinite(b)}
+        new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
+        if not new:
+            return Grid(ordered, tuple(covered), "STALLED", rounds)
+        grid |= new
 
 
 def _pieces(step_4: Step4, marked: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
@@ -201,7 +175,7 @@ def _pieces(step_4: Step4, marked: list[Interval], periods: PeriodRange) -> list
     united = [(periods.h_l, periods.h_u)]
     if step_4 is Step4.CUT:
         return united  # with the intervals it stays one piece, beyond which nothing is kept
-    for low, high in sorted((one.lower, one.upper) for one in marked if one.lower < one.upper):
+    for low, high in sorted(one for one in marked if one.lower < one.upper):
         met = [piece for piece in united if low < piece[1] and piece[0] < high]
         joined = (min(low, *(a for a, _ in met)), max(high, *(b for _, b in met))) if met else (low, high)
         united = [*(piece for piece in united if piece not in met), joined]
@@ -214,19 +188,22 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
     An end of the range that lies on the boundary of an open interval makes no gap of positive length and is ignored
     only within TOUCH.
     """
-    found = []
-    reached = periods.h_l
-    for interval in sorted(intervals, key=lambda i: i.lower):
-        if interval.upper <= interval.lower:
-            continue
-        if interval.lower > reached + TOUCH:
-            found.append((reached, min(interval.lower, periods.h_u)))
-        reached = max(reached, interval.upper)
-        if reached > periods.h_u:
-            break
-    if reached + TOUCH < periods.h_u:
-        found.append((reached, periods.h_u))
-    return [(a, b) for a, b in found if b - a > TOUCH]
+    found, reached = [], periods.h_l
+    for lower, upper in (*sorted(one for one in intervals if one.lower < one.upper), (np.inf, np.inf)):
+        end = min(lower, periods.h_u)
+        if end > reached + TOUCH:
+            found.append((reached, end))
+        reached = max(reached, upper)
+    return found
+
+
+def passes(covered: Callable[[float], Interval], periods: PeriodRange) -> Iterator[list[float]]:
+    """What each pass adds to the grid: the middle of the range, then that of each gap, until nothing is left out."""
+    new, intervals = [periods.middle], list[Interval]()
+    while new:
+        yield new
+        intervals += map(covered, new)
+        new = [(a + b) / 2 for a, b in gaps(intervals, periods)]
 
 
 # Theorem 3 as printed, through cvxpy: (10) block by block beside the paper; a second transcription, a second modeller
@@ -263,12 +240,11 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.Filt
             [Gamma.T @ Z, c.T, np.zeros((m, s)), o_m.T, o_m.T, -cvxpy.kron(np.eye(m), delta)],
         ]
         matrices.append(-cvxpy.bmat(rows))
-    report, constraints = program.minimise_modelled(delta[0, 0], matrices, ACCEPTED)
+    report, _ = program.minimise_modelled(delta[0, 0], matrices, ACCEPTED)
     values = {name: np.asarray(x.value) for name, x in zip("ZYFGQ", (Z, Y, F, G, Q), strict=True)}
     v = robust.LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
     level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))
-    weights = tuple(float(np.trace(constraint.dual_value)) for constraint in constraints)
-    return robust.with_filter(normalised, robust.LmiSolution(level, v, tuple(grid), weights, report))
+    return robust.with_filter(normalised, robust.LmiSolution(level, v, tuple(grid), (), report))
 
 
 # The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
@@ -291,12 +267,15 @@ class RobustLmiDesign:
 
 
 def modal_transform(A: Array) -> Array:
-    """T such that T A T^-1 is real block diagonal and normal; raises InvalidInputError if A is not diagonalisable."""
+    """T such that T A T^-1 is real block diagonal and normal, for an A that has as many eigenvectors as states."""
     values, vectors = np.linalg.eig(A)
-    if np.linalg.cond(vectors) > 1e8:
-        raise InvalidInputError("A is not diagonalisable (condition of its eigenvectors above 1e8)")
     _, real_vectors = scipy.linalg.cdf2rdf(values.astype(complex), vectors.astype(complex))
     return np.asarray(np.linalg.inv(real_vectors))
+
+
+def modal(plant: SampledPlant) -> SampledPlant:
+    """The plant in coordinates in which A is block diagonal and normal."""
+    return plant.in_coordinates(modal_transform(plant.A))
 
 
 def delta_radius(A: Array, half_width: float) -> float:
@@ -308,32 +287,29 @@ def delta_radius(A: Array, half_width: float) -> float:
 
 
 def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> RobustLmiDesign:
-    """Minimise gamma subject to (13) on `cells` equal cells; Delta is measured in modal coordinates.
-
-    Raises InfeasibleError if alpha_i delta_i >= 1 on a cell, before any solver is called.
-    """
-    count = positive_integer("cells", cells)
-    width = (periods.h_u - periods.h_l) / count
-    centres = [periods.h_l + width * (i + 0.5) for i in range(count)]
-    to_modal = modal_transform(plant.A)
-    measured = plant.in_coordinates(to_modal)
+    """Minimise gamma subject to (13) on `cells` equal cells; Delta is measured in modal coordinates."""
+    width, measured = (periods.h_u - periods.h_l) / cells, modal(plant)
+    centres = [periods.h_l + width * (i + 0.5) for i in range(cells)]
     radius = delta_radius(measured.A, width / 2)
-    alphas = [small_gain_alpha(measured, h) for h in centres]
-    for h, alpha in zip(centres, alphas, strict=True):
-        if alpha * radius >= 1:
-            raise InfeasibleError(
-                f"the cell around h = {h:.6g} s has alpha * delta = {alpha * radius:.4g} >= 1, so (13) has no "
-                "solution; use more cells"
-            )
     normalised = robust.normalise(plant, periods.middle)
-    frame = to_modal @ np.linalg.inv(normalised.T)
-    group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
-    cost = np.zeros(unknowns + count)
-    cost[0] = 1.0
+    frame = modal_transform(plant.A) @ np.linalg.inv(normalised.T)
+    # The unknowns are those of (10) and then the multipliers; -(13) is affine in them.
+    basis = robust.variable_basis(normalised.plant)
+    unknowns = len(basis.delta) - 1
+    extended = robust.LmiVariables(
+        **{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()}
+    )
+    multiplier = np.eye(unknowns + 2)[-1]
+    seen = normalised.plant
+    stacks = np.array([-lmi13(seen, frame, *seen.discretise(h), radius, extended, multiplier) for h in centres])
+    constant, variables = stacks[:, 0], np.array([[*range(unknowns), unknowns + i] for i in range(cells)])
+    group = program.Inequalities(constant, stacks[:, 1:] - constant[:, None], variables)
+    cost = np.eye(unknowns + cells)[0]
     solution = program.solve_clarabel(program.program_under(cost, group), accept=program.ALMOST)
-    v = robust.combine(robust.variable_basis(normalised.plant), solution.multipliers[:unknowns])
-    level = normalised.scale * float(np.sqrt(v.delta))
-    return RobustLmiDesign(level, normalised.restore(robust.recover(v)), tuple(alphas), radius, solution.report)
+    v = robust.combine(basis, solution.multipliers[:unknowns])
+    level, filter_ = normalised.scale * float(np.sqrt(v.delta)), normalised.restore(robust.recover(v))
+    alphas = tuple(small_gain_alpha(measured, h) for h in centres)
+    return RobustLmiDesign(level, filter_, alphas, radius, solution.report)
 
 
 def lmi13(
@@ -362,53 +338,8 @@ def lmi13(
     matrix[..., eta[:, None], eta] = matrix[..., xi[:, None], xi] = -scale * np.eye(n)
     drift = frame @ np.hstack([plant.A @ Phi, plant.A @ Phi, plant.A @ Gamma + plant.B])
     seen = np.concatenate([np.arange(3 * n + s, 5 * n + s), np.arange(6 * n + s, total)])
-    _put(matrix, eta, seen, scale * radius * drift)
-    _put(matrix, np.arange(2 * n), xi, np.concatenate([v.Z, v.Y], axis=-2) @ np.linalg.inv(frame))
+    storage = np.concatenate([v.Z, v.Y], axis=-2) @ np.linalg.inv(frame)
+    for rows, columns, block in ((eta, seen, scale * radius * drift), (np.arange(2 * n), xi, storage)):
+        matrix[..., rows[:, None], columns] = block
+        matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
     return matrix
-
-
-def _put(matrix: Array, rows: program.Indices, columns: program.Indices, block: Array) -> None:
-    """Write an off-diagonal block and its transpose."""
-    matrix[..., rows[:, None], columns] = block
-    matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
-
-
-def _inequalities(
-    plant: SampledPlant, frame: Array, centres: Sequence[float], radius: float
-) -> tuple[program.Inequalities, int]:
-    """-(13) >= 0 for every cell; the unknowns are those of (10) and then the multipliers."""
-    basis = robust.variable_basis(plant)
-    unknowns = len(basis.delta) - 1
-    extended = robust.LmiVariables(
-        **{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()}
-    )
-    multiplier = np.append(np.zeros(unknowns + 1), 1.0)
-    stacks = np.array([-lmi13(plant, frame, *plant.discretise(h), radius, extended, multiplier) for h in centres])
-    constant = stacks[:, 0]
-    variables = np.array([[*range(unknowns), unknowns + i] for i in range(len(centres))])
-    return program.Inequalities(constant, stacks[:, 1:] - constant[:, None], variables), unknowns
-
-
-# Comparisons of levels: a floor for every filter, a design over a dense grid, the size of the inequality
-
-
-def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:
-    """A level that no filter of form (4) attains, and at which constant period: the largest of `nodes` of them.
-
-    It is the infeasible end of the search for gamma*(h), so a lower bound. Raises the errors of `riccati_level`.
-    """
-    count = positive_integer("nodes", nodes)
-    levels = [(riccati_level(plant, float(h), tolerance=1e-8).infeasible, float(h)) for h in periods.nodes(count)]
-    return max(levels)
-
-
-def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> robust.FilterDesign:
-    """One Lyapunov function on `nodes` equally spaced periods, all at once; nothing is known between them."""
-    normalised = robust.normalise(plant, periods.middle)
-    return robust.design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=robust.Solver.SDPA)
-
-
-def lmi_size(plant: SampledPlant) -> tuple[int, int]:
-    """Number of scalar unknowns of (10), delta included, and order of its matrix."""
-    n, m, r, s = plant.order, plant.B.shape[1], len(plant.C), len(plant.L)
-    return n * (n + 1) + n * r + s * n + n * n + 1, 4 * n + s + m

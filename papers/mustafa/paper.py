@@ -9,7 +9,7 @@ from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
-from papers.mustafa.claims.preliminaries import LEMMAS, covers_as_step_3_prints, down, printed_runs, times, up
+from papers.mustafa.claims.preliminaries import LEMMAS, covers_as_step_3_prints, down, on_motor, printed_runs, times, up
 from papers.mustafa.errata import PROOFS
 from papers.mustafa.experiments.declared import EXPERIMENTS, LIMIT, TRIED
 from papers.mustafa.experiments.draws import LAWS
@@ -32,6 +32,7 @@ def _higher(x: float) -> float:
     return signal(x) - 14
 
 
+PARTS = (ABSTRACT, LEMMAS, THEOREM_1, THEOREM_2, THEOREM_3, ALGORITHM_1, ROBUST_PERFORMANCE, LEVELS, RESPONSE)
 TOLD = Told.read(__file__, mincx=MINCX, above=ABOVE, **LAWS)
 BRIEF = TOLD.brief(
     Sketch(
@@ -81,9 +82,7 @@ def facts(results: Results) -> dict[str, Any]:
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=TOLD.parts(
-        ABSTRACT, LEMMAS, THEOREM_1, THEOREM_2, THEOREM_3, ALGORITHM_1, ROBUST_PERFORMANCE, LEVELS, RESPONSE
-    ),
+    parts=TOLD.parts(*map(on_motor, PARTS)),
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
     figures=TOLD.figures(FIGURES),

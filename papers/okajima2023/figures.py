@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from papers._common import Drawn, figure_data
-from papers.okajima2023.experiments.declared import all_periods
+from papers.okajima2023.experiments.declared import PERIOD_TABLE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.style import (
@@ -28,7 +28,7 @@ from replication.drawing.style import (
 
 def table_of_periods(results: Results) -> FigureData:
     """Optimal level for every pair of periods up to six, synchronous and with the best timing."""
-    cells = all_periods(results)
+    cells = results[PERIOD_TABLE]
     rows = [
         (*cell["periods"], cell["synchronous"]["optimum"], cell["best"]["optimum"], cell["best_offset"])
         for cell in cells
@@ -113,28 +113,26 @@ SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
 
 def levels_by_timing(results: Results) -> FigureData:
     """Optimal level against the offset of the second sensor, for pairs of periods with a common divisor."""
-    cells = {tuple(cell["periods"]): cell for cell in all_periods(results)}
+    cells = {tuple(cell["periods"]): cell for cell in results[PERIOD_TABLE]}
     levels = {f"gamma_{a}_{b}": cells[a, b]["by_offset"] for a, b in SHOWN_TIMINGS}
     return figure_data({"offset": range(max(map(len, levels.values()))), **levels})
+
+
+def _by_pair(figure: FigureData) -> dict[str, tuple[float, ...]]:
+    return {f"({', '.join(name.split('_')[1:])})": v for name, v in figure.columns.items() if name != "offset"}
 
 
 def plot_levels_by_timing(figure: FigureData) -> Any:
     """One curve per pair of periods, which is its name."""
     drawing, (axis,) = new_axes(1, row_height=2.7)
-    for index, (name, values) in enumerate((n, v) for n, v in figure.columns.items() if n != "offset"):
-        first, second = name.split("_")[1:]
-        (curve,) = axis.plot(
-            figure.columns["offset"][: len(values)], values, marker="os^vDx"[index], markersize=4, **line(index)
-        )
-        name_end(axis, curve, f"({first}, {second})")
-    axis.set_xticks(range(len(figure.columns["offset"])))
-    axis.set_xlim(-0.1, len(figure.columns["offset"]) - 0.5)
+    offsets = figure.columns["offset"]
+    for index, (pair, levels) in enumerate(_by_pair(figure).items()):
+        (curve,) = axis.plot(offsets[: len(levels)], levels, marker="os^vDx"[index], markersize=4, **line(index))
+        name_end(axis, curve, pair)
+    axis.set_xticks(range(len(offsets)))
+    axis.set_xlim(-0.1, len(offsets) - 0.5)
     name_axes(axis, "optimal level γ for the periods (N₁, N₂)", "offset θ₂ of the second sensor (instants)")
     return drawing
-
-
-def _by_pair(figure: FigureData) -> dict[str, tuple[float, ...]]:
-    return {f"({', '.join(name.split('_')[1:])})": v for name, v in figure.columns.items() if name != "offset"}
 
 
 def told_levels_by_timing(figure: FigureData) -> dict[str, Any]:

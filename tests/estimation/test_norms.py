@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear import norms, periodic
 from replication.estimation.linear.norms import (
@@ -254,18 +253,6 @@ def test_the_lifted_system_is_the_recursion_over_one_period() -> None:
     np.testing.assert_allclose(lifted.A @ start + lifted.B @ v, x, rtol=ROUNDING)
     np.testing.assert_allclose(lifted.C @ start + lifted.D @ v, np.concatenate(outputs), rtol=ROUNDING)
     np.testing.assert_allclose(lifted.A, system.monodromy(), rtol=ROUNDING)
-
-
-def test_the_cyclic_system_moves_one_state_copy_per_phase() -> None:
-    system = stable_system(3, 3, 4, least=0)
-    turned, n, N = cyclic(system), system.order, system.period
-    power = np.linalg.matrix_power(turned.A, N)
-    np.testing.assert_allclose(power[:n, :n], system.monodromy(), rtol=ROUNDING)
-    # Its eigenvalues are all N-th roots of the characteristic multipliers.
-    roots = np.linalg.eigvals(turned.A) ** N
-    multipliers = np.linalg.eigvals(system.monodromy())
-    for multiplier in multipliers:
-        assert np.sum(np.abs(roots - multiplier) < 1e-8) == N
 
 
 def test_the_frequency_response_solves_its_equation() -> None:

@@ -62,13 +62,6 @@ def test_bad_usage_is_told(arguments: list[str], words: str, capsys: pytest.Capt
     assert words in capsys.readouterr().err
 
 
-def test_a_text_of_other_bytes_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = tmp_path / "text.txt"
-    text.write_bytes(b"\xff\xfe1")
-    assert main(["coverage", "--text", str(text), "--paper", "shao"]) == 2
-    assert "is no text in UTF-8" in capsys.readouterr().err
-
-
 def parts(key: str) -> Iterator[Part]:
     """The parts that are names of some module of a paper."""
     package = importlib.import_module(f"papers.{key}")

@@ -7,12 +7,9 @@ verdict, to another one than an error.
 from __future__ import annotations
 
 import copy
-import dataclasses
-from functools import partial
-from pathlib import Path
+from itertools import pairwise
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from computed import result
@@ -39,17 +36,12 @@ from papers.okajima2023.experiments.identities import summation
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution, draws, tail_probability, timing_draws
 from papers.okajima2023.printed import DATA, GAINS, PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.model import Claim, Kind, Verdict
-from replication.audit.parts import ScopeItem
-from replication.audit.run.pool import processes
-from replication.audit.run.runner import Outcome, run
-from replication.audit.store.cache import Cache
-from replication.errors import AuditError, InvalidInputError
+from replication.audit.run.runner import Outcome
+from replication.errors import AuditError
 from replication.estimation.multirate.optimum import optimum
 
-ROOT = Path(__file__).resolve().parents[2]
 KEY = PAPER.key
 AGREEMENT = 1e-8
-NORM_OF_GAINS = 1e-7
 
 
 @pytest.mark.slow
@@ -60,47 +52,11 @@ def test_theorems_say_every_claim_that_they_are_about(fresh_run: Outcome) -> Non
     assert all(claim.judgement.unproved for name, claim in claims.items() if name not in about)
 
 
-@pytest.mark.slow
-def test_three_routes_agree(fresh_run: Outcome) -> None:
-    designs = {n: r for n, r in fresh_run.results_by_experiment.items() if n.startswith(f"{KEY}.design.")}
-    assert len(designs) == 13
-    for name, made in designs.items():
-        assert made["lmi"]["level"] == pytest.approx(made["optimum"], rel=AGREEMENT), name
-        assert made["reduced_lmi"]["level"] == pytest.approx(made["optimum"], rel=AGREEMENT), name
-        for norm in (made["lmi"]["norm"], made["reduced_lmi"]["norm"], made["norm_central"]["value"]):
-            assert made["lower"] * (1 - 1e-12) <= norm <= made["optimum"] * (1 + NORM_OF_GAINS), name
-
-
-@pytest.mark.slow
-def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
-    """The same claims on a plant with one entry of A moved by a twentieth: no level agrees with print and proofs."""
+def test_levels_of_another_plant_are_not_those_of_the_table() -> None:
+    """With one entry of A moved by a twentieth no column agrees with the print."""
     plant = copy.deepcopy(PLANT)
     plant["A"][0][0] -= 0.05
-    wanted = {f"{KEY}.{pair(periods)}" for periods in TABLE_1}
-    changed = tuple(
-        dataclasses.replace(experiment, inputs={**experiment.inputs, "plant": plant})
-        for experiment in PAPER.experiments
-        if experiment.name in wanted
-    )
-    columns = [claim for claim in PAPER.claims if claim.id.startswith(f"{KEY}.table1.")]
-    claims = tuple(msgspec.structs.replace(claim, repeats="") for claim in columns)
-    paper = msgspec.structs.replace(
-        PAPER, experiments=changed, claims=claims, errata=(), figures=(), tables=(), findings=lambda results: (),
-        scope=(ScopeItem(part="Table 1", claims=tuple(claim.id for claim in claims)),),
-    )  # fmt: skip
-    outcome = run([paper], cache=Cache(tmp_path), root=ROOT, executor=partial(processes, jobs=1))
-    assert {record.verdict for record in outcome.results.claims} <= {Verdict.DIFFERS, Verdict.ERROR}
-
-
-def test_design_refuses_a_plant_that_does_not_fit() -> None:
-    plant = PLANT | {"C": [[1.0, 0.0]], "D": [[1.0]]}
-    with pytest.raises(InvalidInputError, match="C must have 3 columns"):
-        design(plant, [2], [0], [0])
-
-
-def test_table_entry_that_differs_is_bracketed_away_from_the_print() -> None:
-    result = design(PLANT, [2, 1], [0, 0], [0, 1])
-    assert result["upper"] < 1.135 < float(TABLE_1[2, 1])
+    assert not any(f"{design(plant, **both(periods))['optimum']:.2f}" == level for periods, level in TABLE_1.items())
 
 
 def test_printed_gains_are_within_a_unit_of_the_optimum() -> None:
@@ -128,24 +84,22 @@ def test_tail_probability_is_two_sided_and_never_zero() -> None:
     assert tail_probability(draws, 500.0) == tail_probability(draws, -5.0)
 
 
-def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
+def test_draws_depend_on_the_seed() -> None:
     case = {"periods": [3, 3], "offsets": [0, 1], "sensors": [0, 1], "gains": GAINS["39"]}
-
-    def found(seed: int, parts: int) -> object:
-        answers = [
-            draws(PLANT, {"own": case}, 20, seed, part, parts, sigma=0.2, noisy=50, last=60) for part in range(parts)
-        ]
-        return distribution(answers, "own", {"own": 0.4})
-
-    assert found(1, 1) == found(1, 3) != found(2, 3)
+    one, again, other = (
+        distribution(draws(PLANT, {"own": case}, 20, seed, sigma=0.2, noisy=50, last=60), {"own": 0.4})
+        for seed in (1, 1, 2)
+    )
+    assert one == again != other
 
 
 def test_timings_are_ranked_by_draws_as_by_their_variance() -> None:
     cases = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
     found = timing_draws(PLANT, cases, 200, SEED, sigma=0.2, noisy=500, last=600)
     assert sum(found["least"].values()) == pytest.approx(1.0)
-    by_draws, by_variance = (sorted(cases, key=found[what].__getitem__) for what in ("mean_energy", "long_run"))
-    assert by_draws == by_variance == ["timing-2", "timing-3", "timing-1"]
+    best_first = ["timing-2", "timing-3", "timing-1"]
+    assert sorted(cases, key=found["long_run"].__getitem__) == best_first
+    assert all(found["smaller"][a][b] > 0.5 for a, b in pairwise(best_first))
     for name, others in found["smaller"].items():
         assert all(fraction + found["smaller"][other][name] == 1.0 for other, fraction in others.items())
 
@@ -201,18 +155,14 @@ def gain(name: str) -> Fault:
 
 
 def drawn(who: str, *path: str, factor: float) -> Fault:
-    return all_of(*(put("/".join((name, who, *path)), times(factor)) for name in DRAWS))
+    return put("/".join((DRAWS, who, *path)), times(factor))
 
 
-def in_order(name: str) -> Fault:
-    """A row of the table of periods in which each longer period has the larger optimum."""
-
-    def alter(results: Results) -> None:
-        for cell in results[name]["cells"]:
-            for timing in ("synchronous", "best"):
-                cell[timing] |= dict.fromkeys(("lower", "upper"), float(sum(cell["periods"])))
-
-    return alter
+def in_order(results: Results) -> None:
+    """A table of periods in which each longer period has the larger optimum."""
+    for cell in results[PERIOD_TABLE]:
+        for timing in ("synchronous", "best"):
+            cell[timing] |= dict.fromkeys(("lower", "upper"), float(sum(cell["periods"])))
 
 
 def measured(name: str) -> Fault:
@@ -258,7 +208,7 @@ FAULTS: dict[str, Fault] = {
     "order.timing-matters": copied(TIMINGS[2], TIMINGS[1], "lower", "upper"),
     "order.timing-best": level(TIMINGS[2], 0.99),
     "order.more-outputs": drawn("B", "errors", factor=0.2),
-    "order.beyond-table": all_of(*map(in_order, PERIOD_TABLE)),
+    "order.beyond-table": in_order,
     "gains.depend-on-timing": copied(TIMINGS[0], TIMINGS[1], "gains"),
     # The print counts as met while one reading of the denominator allows it, so the fault is in all of them.
     **{

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from msgspec.structs import replace
@@ -14,8 +15,6 @@ from papers.mustafa.claims.preliminaries import (
     covers_as_step_3_prints,
     for_both,
     no_grid,
-    of_example,
-    on_motor,
     printed_runs,
     reordered_map,
 )
@@ -147,7 +146,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         pinned="compatible",
         reading=CORRECTED_GRID,
         says=term("Algorithm 1 ends", f"example-{e}"),
-    )(of_example(ends_covered, e))
+    )(partial(ends_covered, e))
     ALGORITHM_1.value(
         f"grid-size.example-{e}",
         DATA[f"grid-size-{e}"],
@@ -164,7 +163,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
                 for one in (CONSTANT_CHANGE, ANY_CHANGE)
             ),
         ],
-    )(of_example(grid_size, e))
+    )(partial(grid_size, e))
     ALGORITHM_1.feasible(
         f"condition-8.{e}",
         place=f"{GAMMA[e].place}; Theorem 3; eq. (8)",
@@ -177,7 +176,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         says=[
             Predicate(of=term("condition (8)", f"example-{e}"), reading=one) for one in (CONSTANT_CHANGE, ANY_CHANGE)
         ],
-    )(of_example(condition_8, e))
+    )(partial(condition_8, e))
 
 
 # Sec. V: robust performance, eq. (12), and the remark on one level for both channels
@@ -211,7 +210,6 @@ def map_12(results: Results) -> Evidence:
     reading=NECESSARY,
     pinned="undetermined",
 )
-@on_motor
 def performance_by_12(results: Results) -> Evidence:
     """For robust performance, in addition to (8), (12) is required."""
     corrected = map_12(results)
@@ -252,7 +250,6 @@ def performance_by_12(results: Results) -> Evidence:
     reading="(13) reconstructed",
     says=term("conservative level", "example-1", cells=CELLS),
 )
-@on_motor
 def same_level_for_both(results: Results) -> Evidence:
     """What one level for both channels forces at least, against free multipliers on the same cells."""
     # With one level gamma for both channels, gamma is at least the norm of the uncertainty channel: alpha_i, or

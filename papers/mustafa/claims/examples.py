@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from papers._common import outcomes_of, solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
-from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, MOTOR_CONSTANT, SLIP, of_example
-from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
+from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, SLIP
+from papers.mustafa.experiments.draws import LAWS
 from papers.mustafa.printed import DATA, GAMMA
 from replication.audit.declare import Part, number, positive
 from replication.audit.model import NO_READING, Evidence, Results
@@ -30,7 +31,7 @@ def routes(r: dict[str, Any]) -> tuple[str, dict[str, float]]:
     levels = {
         "Riccati": r["riccati"],
         "LMI": r["lmi"]["level"],
-        "LMI through cvxpy": r["printed_lmi"]["level"],
+        "LMI through cvxpy": r["printed_lmi"],
         "norm of the LMI's filter": r["lmi"]["norm"],
     }
     told = (
@@ -79,7 +80,7 @@ def declare_level(e: int, pinned: str) -> None:
         reading="least nominal level",
         optimum=True,
         says=term("least gain over sequences", f"example-{e}", "filters of form (4)", **MIDDLE),
-    )(of_example(nominal_level, e))
+    )(partial(nominal_level, e))
 
 
 declare_level(1, "reproduced")
@@ -115,7 +116,7 @@ def norm_of_printed_filter(results: Results) -> Evidence:
         value=norm,
         quantities={"optimum": best, "printed filter over optimum, relative": norm / best - 1},
         note="Several filters may have the same level, so entries of A_f and B_f are not compared: the printed filter "
-        f"is judged by what it achieves. {MOTOR_CONSTANT}",
+        "is judged by what it achieves.",
     )
 
 
@@ -137,7 +138,6 @@ def output_matrix(results: Results) -> Evidence:
         lower=(tuple(r["lower"]),),
         upper=(tuple(r["upper"]),),
         quantities={"level of the best, not above": r["least"]},
-        note=MOTOR_CONSTANT,
     )
 
 
@@ -155,7 +155,7 @@ def second_column(results: Results) -> Evidence:
     """The second column of A_f is that of Phi(0.05), as in an observer; the text does not say so."""
     # C does not see the second state, so A_f = Phi - B_f C keeps that column.
     column = tuple((row[1],) for row in results["nominal.2"]["Phi"])
-    return Evidence(method="Second column of Phi(0.05) by the matrix exponential.", value=column, note=MOTOR_CONSTANT)
+    return Evidence(method="Second column of Phi(0.05) by the matrix exponential.", value=column)
 
 
 @LEVELS.matrix(
@@ -177,20 +177,20 @@ def first_column(results: Results) -> Evidence:
         method="First column of Phi(0.05) - B_f C, with B_f as printed.",
         value=tuple((r[0] - b[0],) for r, b in zip(Phi, B, strict=True)),
         note="The relation was found from these numbers. It has no constant to fit, so their digits bear it out; that "
-        f"it was meant is an inference. {MOTOR_CONSTANT}",
+        "it was meant is an inference.",
     )
 
 
 @RESPONSE.statistical(
     "figure.attenuated",
     place="Sec. VI-B; Fig. 2",
-    uses=(*DRAWS, "laws", "bracket.2"),
+    uses=("draws", "laws", "bracket.2"),
     reading="periods uniform",
     erratum=MISNAMED,
 )
 def attenuated(results: Results) -> Evidence:
     """In all our simulations the filter attenuates the disturbance of the text, and more than no filter does."""
-    r, laws = merged(results), results["laws"]
+    r, laws = results["draws"], results["laws"]
     ordered = sorted(r["ratios"])
     # To attenuate is less than one; to do so effectively is less than what no filter leaves for the same draw.
     margins = {
@@ -211,5 +211,5 @@ def attenuated(results: Results) -> Evidence:
             "attained worst-case gain": results["bracket.2"]["lower"],
         },
         note="Other disturbances are not covered: there are a disturbance and a sequence for which the error is larger "
-        f"than the disturbance, in the l2 norm. {MOTOR_CONSTANT}",
+        "than the disturbance, in the l2 norm.",
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from papers._common import solvers
 from papers.mustafa.claims.algorithm import ALGORITHM_1, CORRECTED_GRID
@@ -13,8 +14,6 @@ from papers.mustafa.claims.preliminaries import (
     WITH_U3,
     down,
     no_grid,
-    of_example,
-    on_motor,
     stable_room,
     up,
 )
@@ -148,7 +147,7 @@ for e, place, said_of in (
         pinned="consistent",
         says=robust_level(e),
         reading=SOME_LEVEL,
-    )(of_example(guaranteed, e))
+    )(partial(guaranteed, e))
 
 
 @ALGORITHM_1.feasible(
@@ -158,7 +157,6 @@ for e, place, said_of in (
     reading=GRID_PERIODS,
     says=[said for e in EXAMPLES for said in printed_level(e)],
 )
-@on_motor
 def level_of_step_3(results: Results) -> Evidence:
     """The filter of Algorithm 1 has its level, as step 3 says: for the periods of the grid, as Theorem 3 and Sec. V-A
     have it."""
@@ -244,7 +242,7 @@ for e in EXAMPLES:
         pinned="consistent",
         says=STABLE_WITH[e],
         reading=NO_READING,
-    )(of_example(solution_is_valid, e))
+    )(partial(solution_is_valid, e))
     ABSTRACT.feasible(
         f"valid-own.{e}",
         place="Sec. I, on the grid; Sec. III, before Lemma 2",
@@ -256,4 +254,4 @@ for e in EXAMPLES:
         pinned="compatible",
         reading=CORRECTED_GRID,
         says=Predicate(of=term("grid solutions of (6) are valid", f"example-{e}"), relation="fails"),
-    )(of_example(own_solution_is_valid, e))
+    )(partial(own_solution_is_valid, e))

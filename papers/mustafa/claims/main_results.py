@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import STABLE
 from papers.mustafa.claims.preliminaries import (
     FILTER,
     MISNAMED,
-    MOTOR_CONSTANT,
     SLIP,
     for_both,
     identity,
-    of_example,
-    on_motor,
     stable_room,
     up,
     up_to_rounding,
@@ -54,7 +53,6 @@ def reached(results: Results, end: str) -> Evidence:
 @THEOREM_1.feasible(
     "l3", place="Theorem 1, case L3", uses=CONDITIONS, erratum=MISNAMED, says=for_both("sharp lower end (9)")
 )
-@on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
     """Case L3 ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     return reached(results, "lower")
@@ -63,7 +61,6 @@ def lower_end_is_sharp(results: Results) -> Evidence:
 @THEOREM_1.feasible(
     "u3", place="Theorem 1, case U3", uses=CONDITIONS, erratum="u3", says=for_both("sharp upper end (9)")
 )
-@on_motor
 def u3_covers(results: Results) -> Evidence:
     """Case U3, with μ(A) in the logarithm too, ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
@@ -76,7 +73,6 @@ def u3_covers(results: Results) -> Evidence:
     uses=(*GRIDS, *BRACKETS, *CONDITIONS),
     says=for_both("conservative element"),
 )
-@on_motor
 def one_interval_is_conservative(results: Results) -> Evidence:
     """A direct use of Theorem 1 can be conservative, and several elements can reduce that: they do in both examples."""
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
@@ -137,10 +133,9 @@ for e, which in (1, "every filter that satisfies (6) at one period"), (2, "the p
         erratum=SLIP[e],
         reading=NO_READING,
         says=STABLE[e],
-    )(of_example(robustly_stable, e))
+    )(partial(robustly_stable, e))
 
 
-@on_motor
 def stability_follows(results: Results) -> Evidence:
     """The error system of a stable plant is stable for every sequence if (6) holds at one period."""
     return positive(
@@ -151,7 +146,10 @@ def stability_follows(results: Results) -> Evidence:
     )
 
 
-NO_PRODUCT = "Size of F C, with F of the printed size, against n by n."
+def with_printed_f(method: str = "Size of F C, with F of the printed size, against n by n.") -> Evidence:
+    """The same with F of the printed size, r by n: only if n is r do the products exist."""
+    (n, r), _ = sizes()
+    return Evidence(method=method, holds=n == r)
 
 
 @THEOREM_3.feasible(
@@ -161,13 +159,11 @@ NO_PRODUCT = "Size of F C, with F of the printed size, against n by n."
     erratum="size-of-F",
     says=[STABLE[1], term("size of F", "printed-filter")],
 )
-@on_motor
 def stability_of_theorem_3(results: Results) -> Evidence:
     """Theorem 3: under (2), the error system is robustly stable for all periods that it names."""
-    (n, r), _ = sizes()
     return replace(
         stability_follows(results),
-        as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
+        as_printed=with_printed_f(),
         note="Theorem 3 is taken at its hypothesis (6), which (10) stands for once F has its size and the repeated row "
         "stands once (erratum row).",
     )
@@ -201,7 +197,6 @@ for part, name, place, statement in (
     reading=NO_READING,
     says=STABLE[1],
 )
-@on_motor
 def small_gain_is_required(results: Results) -> Evidence:
     """To ensure stability (8) is required: where it holds, the error system is stable."""
     rooms = [stable_room(e, results) for e in EXAMPLES]
@@ -228,14 +223,13 @@ def level_of_theorem_3(results: Results) -> Evidence:
     """The filter (11) of a solution of (10) has the level γ at each element of the grid."""
     worst = max(results["identities"][name] for name in ("congruence", "recovery"))
     rooms = [own["level"] * (1 + AT_ELEMENTS) - own["at_elements"] for own in (results[name] for name in OWN_GRIDS)]
-    (n, r), _ = sizes()
     return Evidence(
         method="Proof: (10) is (6) after a congruence, and (11) gives back its filter. Beside it, the largest gain of "
         "such a filter at the elements of our grids against its level.",
         holds=worst <= EXACT and min(rooms) > 0,
         quantities={"largest relative residual": worst},
-        as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
-        note=f"(10) is read without its repeated row (erratum row). {MOTOR_CONSTANT}",
+        as_printed=with_printed_f(),
+        note="(10) is read without its repeated row (erratum row).",
     )
 
 
@@ -265,14 +259,12 @@ def lmi_size_of_f(results: Results) -> Evidence:
 )
 def recovery(results: Results) -> Evidence:
     """Formula (11) recovers the filter from the unknowns of (10)."""
-    (n, r), _ = sizes()
     return replace(
         identity(results, "recovery", "Transfer matrices of random filters at one point, before and after (11)."),
         # Y has n columns; the printed F has r rows.
-        as_printed=Evidence(
-            method="Columns of Y against rows of F, which is printed r by n: only if they are as many does the "
-            "product Y^-1 F exist.",
-            holds=n == r,
+        as_printed=with_printed_f(
+            "Columns of Y against rows of F, which is printed r by n: only if they are as many does the product Y^-1 F "
+            "exist."
         ),
     )
 
@@ -287,9 +279,8 @@ def recovery(results: Results) -> Evidence:
 def congruence(results: Results) -> Evidence:
     """Inequality (10) follows from (6) by a congruence with diag(J_1, I, J_1, I)."""
     # F C is added to an n by n block; the printed F has r rows.
-    (n, r), _ = sizes()
     return replace(
         identity(results, "congruence", "J'(6)J against (10) for random storage matrices and filters."),
-        as_printed=Evidence(method=NO_PRODUCT, holds=n == r),
+        as_printed=with_printed_f(),
         note="The text at hand repeats a row of (10); it is read without the repetition (erratum row).",
     )

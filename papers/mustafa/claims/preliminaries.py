@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from functools import partial, wraps
+from functools import wraps
 from typing import Any
 
 from msgspec.structs import replace
 
+from papers.mustafa.experiments.declared import OF_SECOND
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, Step4
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
-from replication.audit.declare import Part, positive
+from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
@@ -29,9 +30,15 @@ WITH_U3 = "(9) is used with case U3 corrected (erratum u3)."
 WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
 
 
-def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
-    """An answer that uses A of Example 2, which the text leaves without one of its constants: its note says so."""
+def on_motor(part: Part) -> Part:
+    """The part, each of its claims that uses A of Example 2, which the text leaves without a constant, saying so."""
+    part.claims[:] = [
+        replace(claim, answer=_noted(claim.answer)) if OF_SECOND & set(claim.uses) else claim for claim in part.claims
+    ]
+    return part
 
+
+def _noted(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
     @wraps(answer)
     def noted(results: Results) -> Evidence:
         found = answer(results)
@@ -41,7 +48,11 @@ def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evide
 
 
 def stable_room(e: int, results: Results) -> float:
-    """How far A is Hurwitz and A_f Schur, whichever is less; the error system is stable iff it is positive."""
+    """How far A is Hurwitz and A_f Schur, whichever is less; the error system is stable iff it is positive.
+
+    The matrix of (5) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute: a product of them
+    is e^{A tau}, tau the elapsed time, and tends to zero for every sequence iff A is Hurwitz.
+    """
     bracket = results[f"bracket.{e}"]
     return float(min(-bracket["plant_abscissa"], 1 - bracket["filter_radius"]))
 
@@ -73,11 +84,6 @@ def covers_as_step_3_prints(found: Results) -> bool:
     return any(interval["covers"] for name, interval in found["intervals"].items() if not name.endswith("root"))
 
 
-def of_example(answer: Callable[[int, Results], Evidence], e: int) -> Callable[[Results], Evidence]:
-    """The answer for an example."""
-    return on_motor(partial(answer, e)) if e == 2 else partial(answer, e)
-
-
 def for_both(quantity: str) -> list[Term]:
     """Of the plants of both examples."""
     return [term(quantity, f"example-{e}") for e in EXAMPLES]
@@ -101,14 +107,8 @@ def up(number: float, places: int = 4) -> Decimal:
 
 def up_to_rounding(residual: float, method: str, **told: Any) -> Evidence:
     """Evidence for an identity that holds in exact arithmetic; told: other fields of the evidence."""
-    return Evidence(
-        method=method,
-        holds=residual <= EXACT,
-        margin=EXACT - residual,
-        threshold=EXACT,
-        threshold_reason="An identity holds up to the rounding of sums and products, relative to their size.",
-        **told,
-    )
+    reason = "An identity holds up to the rounding of sums and products, relative to their size."
+    return below(residual, EXACT, reason, method=method, **told)
 
 
 def identity(results: Results, name: str, method: str) -> Evidence:
@@ -129,7 +129,6 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
 
 
 @LEMMAS.feasible("lemma-1", place="Lemma 1", uses=("bracket.1", "bracket.2"), says=term("Lemma 1"))
-@on_motor
 def lemma_1(results: Results) -> Evidence:
     """If (6) holds at all periods of the range with one P, the error system has the level for every sequence."""
     # One Lyapunov function is the condition of the lemma; a sequence that exceeds its level would refute it.
@@ -169,7 +168,6 @@ def lemma_3(results: Results) -> Evidence:
         for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
-@on_motor
 def finite_grid_is_not_enough(results: Results) -> Evidence:
     """That (6) holds at a finite grid does not imply, in general, that it holds for all variations of the period."""
     excess = min(results[f"curve.{e}"]["floor"] - upper_end(GAMMA[e]) for e in EXAMPLES)
@@ -204,7 +202,6 @@ LEMMAS.cited(
         for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
-@on_motor
 def grid_for_6(results: Results) -> Evidence:
     """With the grids and levels of Sec. VI the (6) of this text holds at all periods, as Sec. III says of the idea of
     [7]."""

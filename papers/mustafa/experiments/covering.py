@@ -55,9 +55,7 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
 
 def _left_side(plant: SampledPlant, h_0: float, h: float) -> float:
     """||Sigma_11 Delta(h - h_0)||_inf for a change that is held constant."""
-    Phi, _ = plant.discretise(h_0)
-    n = plant.order
-    return hinf_norm(Phi, method.delta_block(plant, h - h_0), plant.A @ Phi, np.zeros((n, n))).value
+    return hinf_norm(*method.uncertainty_channel(plant, h_0, method.delta_block(plant, h - h_0))).value
 
 
 def _modal(rates: Any, centres: Any, h: Any) -> Any:
@@ -69,19 +67,15 @@ def _modal(rates: Any, centres: Any, h: Any) -> Any:
     return np.max(np.abs(stop[None] - start[:, None]) / (1 - np.abs(start[:, None])), axis=2)
 
 
-def _elements(left_side: LeftSide, span: PeriodRange, limit: int = 64, nodes: int = 33) -> int:
+def _elements(left_side: LeftSide, span: PeriodRange) -> int:
     """Elements of Algorithm 1 if each covers the periods around it at which the left side of (8) is below one."""
-    new, intervals = [span.middle], list[method.Interval]()
-    while new and len(intervals) < limit:
-        intervals += [_around(left_side, h, span, nodes) for h in new]
-        new = [(a + b) / 2 for a, b in method.gaps(intervals, span)]
-    return len(intervals)
+    return sum(map(len, method.passes(partial(_around, left_side, span), span)))
 
 
-def _around(left_side: LeftSide, h_0: float, span: PeriodRange, nodes: int) -> method.Interval:
-    """Where (8) holds around h_0, seen at `nodes` periods of each side; just beyond the range if on all of it."""
+def _around(left_side: LeftSide, span: PeriodRange, h_0: float) -> method.Interval:
+    """Where (8) holds around h_0, seen at 33 periods of each side; just beyond the range if on all of it."""
     beyond, of_h = 1e-9, partial(left_side, h_0)
-    ends = (np.linspace(h_0, end, nodes).tolist() for end in (span.h_l - beyond, span.h_u + beyond))
+    ends = (np.linspace(h_0, end, 33).tolist() for end in (span.h_l - beyond, span.h_u + beyond))
     return method.Interval(*(crossing(of_h, outward, 1.0) for outward in ends))
 
 
@@ -108,18 +102,19 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
     return found
 
 
-def loosest(plant: Matrices, periods: list[float], level: float, horizon: int, final_horizon: int, leaves: int) -> Json:
-    """The gain over all sequences of the central filter at a level for the middle of the range: a bracket."""
+def loosest(plant: Matrices, periods: list[float], level: float, leaves: int, **effort: Any) -> Json:
+    """The gain over all sequences of the central filter at a level for the middle of the range: a bracket.
+
+    effort: as in `worst_case_gain`.
+    """
     system, span = problem(plant, periods)
     design = riccati_filter(system, span.middle, level)
     assert design is not None
-    found = worst_case_gain(
-        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
-    )
+    found = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
     return {"lower": found.lower, "upper": found.upper}
 
 
-def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, final_horizon: int, leaves: int) -> Json:
+def own_grid(plant: Matrices, periods: list[float], nodes: int, leaves: int, **effort: Any) -> Json:
     """The corrected algorithm: its grid, the level of step 2 on it, what its filter has at constant periods and over
     all sequences.
 
@@ -128,18 +123,16 @@ def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, fi
     system, span = problem(plant, periods)
     grid = list(method.build_grid(system, span).periods)
     design, again = design_for_periods(system, grid), method.printed_design(system, grid)
-    h = span.nodes(nodes)
-    gains = [periodic_gain(system, design.filter, [float(t)]).value for t in h]
-    found = worst_case_gain(
-        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
-    )
+    gains = {h: periodic_gain(system, design.filter, [h]).value for h in (*grid, *span.nodes(nodes).tolist())}
+    worst = max(span.nodes(nodes).tolist(), key=gains.__getitem__)
+    found = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
     return {
         "periods": grid,
         "level": design.level,
         "level_again": again.level,
-        "at_elements": max(periodic_gain(system, design.filter, [t]).value for t in grid),
-        "largest": max(gains),
-        "largest_at": float(h[int(np.argmax(gains))]),
+        "at_elements": max(gains[h] for h in grid),
+        "largest": gains[worst],
+        "largest_at": worst,
         "lower": found.lower,
         "upper": found.upper,
         "solvers": [design.report.to_dict(), again.report.to_dict()],

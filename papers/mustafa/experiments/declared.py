@@ -8,7 +8,7 @@ import numpy as np
 
 from papers._common import MULTIPLES, PLANT
 from papers.mustafa.experiments import covering, levels
-from papers.mustafa.experiments.draws import DRAWS, draws, laws
+from papers.mustafa.experiments.draws import draws, laws
 from papers.mustafa.experiments.identities import identities
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
 from replication.audit.declare import experiment
@@ -16,8 +16,8 @@ from replication.audit.model import Experiment
 
 SEED, SEEDS, TRIALS, STEPS = 20100600, 400, 30, 500
 """Seed and number of draws of Figs. 2 and 3, random cases of the identities, samples of the figures."""
-LIMIT, CELLS, NODES, POINTS = 32, 16, 129, 121
-"""N_0 of Algorithm 1; cells of (13); nodes of the dense grid; points of the curves over h."""
+LIMIT, CELLS, POINTS = 32, 16, 121
+"""N_0 of Algorithm 1; cells of (13); points of the curves over h."""
 CENTRES, ANGLES, TRIED_LAWS = 401, 1501, 100
 """Other centres for (8); points of the circle for C_f; sequences under each law of the periods."""
 TRIED = [m for m in MULTIPLES if m <= 4]
@@ -47,7 +47,7 @@ def _of_example(e: int) -> tuple[Experiment, ...]:
         experiment(
             f"own-grid.{e}", covering.own_grid, **case, nodes=POINTS, horizon=200, final_horizon=1000, leaves=24
         ),
-        experiment(f"robust.{e}", levels.robust, **case, cells=CELLS, nodes=NODES),
+        experiment(f"robust.{e}", levels.robust, **case, cells=CELLS),
         experiment(f"curve.{e}", levels.level_curve, **subject, nodes=POINTS, level=level),
         experiment(f"bracket.{e}", levels.bracket, **subject, per_duration=False, **EFFORT[e]),
         experiment(f"bracket-duration.{e}", levels.bracket, **subject, per_duration=True, **DURATION_EFFORT[e]),
@@ -68,13 +68,12 @@ def _of_second() -> tuple[Experiment, ...]:
     case, printed = example(2), {**DATA["filter"], "h": DATA["grid-2"]}
     wave = {name: float(text) for name, text in DATA["disturbance"].items()}
     response = {**case, "printed": FILTERS[2], **wave, "steps": STEPS, "seed": SEED}
-    drawn = {**response, "seeds": SEEDS, "parts": len(DRAWS)}
     kept = {**case, "printed": FILTERS[2], "level": upper_end(GAMMA[2])}
     return (
         experiment("output-matrix", levels.output_matrix, **kept, angles=ANGLES),
         experiment("laws", laws, **response, seeds=TRIED_LAWS),
         experiment("sensitivity.2", levels.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
-        *(experiment(name, draws, **drawn, part=part) for part, name in enumerate(DRAWS)),
+        experiment("draws", draws, **response, seeds=SEEDS),
     )
 
 
@@ -85,3 +84,5 @@ EXPERIMENTS = (
     *_of_second(),
     experiment("identities", identities, trials=TRIALS, seed=SEED),
 )
+OF_SECOND = frozenset(one.name for one in (*_of_example(2), *_of_second()))
+"""Those that take A of Example 2."""

@@ -1,8 +1,7 @@
-"""Figures 2 and 3 over many draws of the sampling periods: a sweep in parts, so that a run can be resumed."""
+"""Figures 2 and 3 over many draws of the sampling periods."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,6 @@ from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
 
-DRAWS = tuple(f"draws-{part}" for part in range(4))
-"""Names of the parts."""
 HELD = 25
 """Samples for which a period is held under the last law."""
 LAWS = {
@@ -25,16 +22,12 @@ LAWS = {
 """Laws of the sampling periods in words; the text states none."""
 
 
-def draws(plant: Matrices, periods: list[float], seeds: int, seed: int, part: int, parts: int, **given: Any) -> Json:
-    """||e|| / ||w|| of the printed filter for `_disturbance` over every `parts`-th of
-    `seeds` sequences of uniform random periods, from number `part` on, and the band of their errors.
-
-    given: the printed filter, and what `_disturbance` takes. The random numbers of all sequences are drawn each time,
-    which costs little: none depends on the number of parts.
-    """
-    system, span = problem(plant, periods)
-    filter_, w, steps = _given(system, span, **given)
-    sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))[part::parts]
+def draws(seeds: int, seed: int, **given: Any) -> Json:
+    """||e|| / ||w|| of the printed filter for the disturbance of the text over `seeds` sequences of uniform random
+    periods, the band of their errors, and the first of them; given: what `_given` takes."""
+    system, span, filter_, w = _given(**given)
+    steps = len(w)
+    sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))
     errors = filter_.errors(system, sequences, w)[..., 0]
     return {
         "k": list(range(steps)),
@@ -47,38 +40,33 @@ def draws(plant: Matrices, periods: list[float], seeds: int, seed: int, part: in
     }
 
 
-def laws(plant: Matrices, periods: list[float], seeds: int, seed: int, **given: Any) -> Json:
+def laws(seeds: int, seed: int, **given: Any) -> Json:
     """||e|| / ||w|| of the printed filter for `seeds` sequences under each law, and ||z|| / ||w||, which the error has
-    with no filter; given: as in `draws`."""
-    system, span = problem(plant, periods)
-    filter_, w, steps = _given(system, span, **given)
+    with no filter; given: what `_given` takes."""
+    system, span, filter_, w = _given(**given)
     # One simulation gives both: the error of the estimate, and that of the estimate zero.
     both = SampledPlant(system.A, system.B, system.C, system.D, np.vstack([system.L, system.L]))
     beside = Filter(filter_.A, filter_.B, np.vstack([filter_.C, 0 * filter_.C]))
-    size_z = len(system.L)
     rng = np.random.default_rng(seed)
     found: Json = {}
     for law in LAWS:
-        sequences = np.array([_sequence(law, span, steps, rng) for _ in range(seeds)])
-        errors = beside.errors(both, sequences, w)
+        sequences = np.array([_sequence(law, span, len(w), rng) for _ in range(seeds)])
+        halves = np.split(beside.errors(both, sequences, w), 2, axis=-1)
         found[law] = {
-            "filter": [error_ratio(system, h, w, e[:, :size_z]) for h, e in zip(sequences, errors, strict=True)],
-            "none": [error_ratio(system, h, w, e[:, size_z:]) for h, e in zip(sequences, errors, strict=True)],
+            name: [error_ratio(system, h, w, e) for h, e in zip(sequences, errors, strict=True)]
+            for name, errors in zip(("filter", "none"), halves, strict=True)
         }
     return found
 
 
 def _given(
-    system: SampledPlant, span: PeriodRange, printed: Matrices, steps: int, **wave: float
-) -> tuple[Filter, Array, int]:
-    """The printed filter, the disturbance of the text, and its number of samples."""
-    return subject(system, span, printed), _disturbance(steps=steps, **wave), steps
-
-
-def _disturbance(size: float, decay: float, frequency: float, steps: int) -> Array:
-    """w_k = size exp(-decay k) sin(frequency pi k), as a column."""
+    plant: Matrices, periods: list[float], printed: Matrices, steps: int, size: float, decay: float, frequency: float
+) -> tuple[SampledPlant, PeriodRange, Filter, Array]:
+    """Plant, range, printed filter, and w_k = size exp(-decay k) sin(frequency pi k) as a column."""
+    system, span = problem(plant, periods)
     k = np.arange(steps)
-    return np.asarray((size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None])
+    w = np.asarray((size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None])
+    return system, span, subject(system, span, printed), w
 
 
 def _sequence(law: str, span: PeriodRange, steps: int, rng: np.random.Generator) -> Array:
@@ -87,14 +75,3 @@ def _sequence(law: str, span: PeriodRange, steps: int, rng: np.random.Generator)
     if law == "held":
         return np.repeat(rng.uniform(span.h_l, span.h_u, -(-steps // HELD)), HELD)[:steps]
     return rng.uniform(span.h_l, span.h_u, steps)
-
-
-def merged(results: Mapping[str, Json]) -> Json:
-    """All draws from the results of all parts, in order; e and periods are those of the first draw."""
-    parts = [results[name] for name in DRAWS]
-    return {
-        **parts[0],
-        "band_low": np.min([part["band_low"] for part in parts], axis=0).tolist(),
-        "band_high": np.max([part["band_high"] for part in parts], axis=0).tolist(),
-        "ratios": [ratio for part in parts for ratio in part["ratios"]],
-    }

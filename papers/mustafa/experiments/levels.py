@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
-from replication.estimation.nonuniform.robust import FilterDesign, design_for_periods, robust_design
+from replication.estimation.nonuniform.robust import design_for_periods, robust_design
 
 Json = dict[str, Any]
 Matrices = dict[str, list[list[float]]]
@@ -50,16 +50,15 @@ def nominal(plant: Matrices, periods: list[float]) -> Json:
     return {
         "formula": closed_form(system, h),
         "riccati": riccati.level,
-        "lmi": _design(system, direct, h),
-        "printed_lmi": _design(system, printed, h),
+        "lmi": {
+            "level": direct.level,
+            "norm": periodic_gain(system, direct.filter, [h]).value,
+            "status": direct.report.status,
+        },
+        "printed_lmi": printed.level,
         "Phi": system.discretise(h)[0].tolist(),
         "solvers": [direct.report.to_dict(), printed.report.to_dict()],
     }
-
-
-def _design(plant: SampledPlant, design: FilterDesign, h: float) -> Json:
-    norm = periodic_gain(plant, design.filter, [h])
-    return {"level": design.level, "norm": norm.value, "status": design.report.status}
 
 
 def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, level: float, angles: int) -> Json:
@@ -72,16 +71,11 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
     from scipy.optimize import linprog  # slow to load
 
     system, span = problem(plant, periods)
-    Phi, Gamma = system.discretise(span.middle)
-    A, B = np.array(printed["A"]), np.array(printed["B"])
-    rows, ends, one = [], [], np.eye(len(A))
-    turns = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
-    for z in np.exp(1j * np.linspace(0, np.pi, angles)):
-        x = np.linalg.solve(z * np.eye(system.order) - Phi, Gamma)
-        F = np.linalg.solve(z * one - A, B @ (system.C @ x + system.D))[:, 0]
-        rows.append(-np.outer(turns, F).real)
-        ends.append(-(turns * (system.L @ x)[0, 0]).real)
-    half_planes, offsets = np.vstack(rows), np.concatenate(ends)
+    points = np.exp(1j * np.linspace(0, np.pi, angles))
+    F, G = method.responses(system, span.middle, subject(system, span, printed), points)
+    one, turns = np.eye(F.shape[1]), np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    half_planes = -(turns[:, None] * F.mT).real.reshape(-1, len(one))
+    offsets = -(turns * G[:, 0]).real.ravel()
     free = {"bounds": (None, None), "method": "highs"}
     box = [
         sign * linprog(sign * row, A_ub=half_planes, b_ub=level + offsets, **free).fun
@@ -89,38 +83,30 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
         for row in one
     ]
     bordered = np.hstack([half_planes, -np.ones((len(offsets), 1))])
-    best = linprog([*np.zeros(len(A)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
-    return {"lower": box[: len(A)], "upper": box[len(A) :], "best": best[:-1].tolist(), "least": float(best[-1])}
+    best = linprog([*np.zeros(len(one)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
+    return {"lower": box[: len(one)], "upper": box[len(one) :], "best": best[:-1].tolist(), "least": float(best[-1])}
 
 
 def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     """alpha, the intervals (9) around the middle for alpha and its root and both readings of U3, and Algorithm 1."""
     system, span = problem(plant, periods)
     alpha = method.small_gain_alpha(system, span.middle)
-    intervals, runs = {}, {}
+    intervals = {}
     for upper in method.UpperEnd:
-        for root in (False, True):
-            found = method.covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
-            intervals[f"{upper.name.lower()}, {'root' if root else 'alpha'}"] = {
-                "lower": found.lower,
-                "upper": found.upper,
-                "covers": found.covers(span.h_l, span.h_u),
-            }
-            for step_4 in method.Step4:
-                reading = method.Reading(upper, root, step_4)
-                grid = method.build_grid(system, span, reading, limit=limit)
-                runs[reading.name] = {
-                    "end": grid.end.name,
-                    "size": len(grid.periods),
-                    "periods": list(grid.periods),
-                    "rounds": grid.rounds,
-                }
+        for name, gain in (("alpha", alpha), ("root", float(np.sqrt(alpha)))):
+            found = method.covered_interval(system, span.middle, gain, upper)
+            covers = found.lower < span.h_l and span.h_u < found.upper
+            intervals[f"{upper}, {name}"] = {**found._asdict(), "covers": covers}
+    forms = (*chain.from_iterable(method.AS_PRINTED.values()), method.CORRECT)
+    runs = {form.name: method.build_grid(system, span, form, limit=limit) for form in forms}
     return {
         "alpha": alpha,
         "mu": method.logarithmic_norm(system.A),
         "mu_minus": method.logarithmic_norm(-system.A),
         "intervals": intervals,
-        "algorithm": runs,
+        "algorithm": {
+            name: {"end": grid.end, "size": len(grid.periods), "rounds": grid.rounds} for name, grid in runs.items()
+        },
     }
 
 
@@ -138,14 +124,14 @@ def bracket(
     guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
-        **vars(method.stability(system, filter_)),
+        "plant_abscissa": float(np.max(np.linalg.eigvals(system.A).real)),
+        "filter_radius": filter_.spectral_radius(),
         "lower": found.lower,
         "upper": found.upper,
         "periods": attack.periods.tolist(),
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
         "leaves": guarantee.leaves,
-        "history": [list(pair) for pair in guarantee.history],
         "common": guarantee.history[0][1],
         "solvers": [guarantee.report.to_dict()],
     }
@@ -157,7 +143,9 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     h = span.nodes(nodes)
-    floor, where = method.floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
+    # The infeasible end of the search for gamma*(h) at a constant period bounds the level of every filter from below.
+    upper_half = PeriodRange(span.middle, span.h_u).nodes(3).tolist()
+    floor, where = max((riccati_level(system, one, tolerance=1e-8).infeasible, one) for one in upper_half)
 
     def norm(period: float) -> float:
         return periodic_gain(system, filter_, [period]).value
@@ -184,17 +172,14 @@ def crossing(norm: Callable[[float], float], outward: list[float], level: float)
     return outward[-1]
 
 
-def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Json:
-    """Robust designs: one Lyapunov function by exchange and by a dense grid, and the reconstructed LMI (13)."""
+def robust(plant: Matrices, periods: list[float], cells: int) -> Json:
+    """Robust designs: one Lyapunov function, and the reconstructed LMI (13)."""
     system, span = problem(plant, periods)
-    exchanged, dense = robust_design(system, span), method.dense_design(system, span, nodes)
-    restored = method.robust_lmi_design(system, span, cells)
-    modal = system.in_coordinates(method.modal_transform(system.A))
+    exchanged, restored = robust_design(system, span), method.robust_lmi_design(system, span, cells)
+    modal = method.modal(system)
     whole = method.delta_radius(modal.A, (span.h_u - span.h_l) / 2)
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
-        "exchange": exchanged.design.level,
-        "dense": dense.level,
         "guaranteed": common.level,
         "lmi13": restored.level,
         "lmi13_alpha": max(restored.alphas),

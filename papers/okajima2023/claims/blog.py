@@ -11,7 +11,6 @@ from papers.okajima2023.experiments.declared import (
     GAIN_SETS,
     PERIOD_TABLE,
     TIMINGS,
-    all_periods,
     case,
     pair,
     times,
@@ -55,7 +54,7 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
 )
 def not_always_better(results: Results) -> Evidence:
     """Beyond Table 1 a shorter sensing period does not always give a smaller optimal level."""
-    table = all_periods(results)
+    table = results[PERIOD_TABLE]
     largest = max(max(cell["periods"]) for cell in table)
     found = {timing: counterexamples(table, timing) for timing in ("synchronous", "best")}
     outcomes = tuple(

@@ -59,11 +59,11 @@ def optimal_level(experiment: str, results: Results) -> Evidence:
         upper=result["upper"],
         solvers=solvers(result),
         quantities={
-            "non-causal bound": result["noncausal"]["value"],
+            "non-causal bound": result["noncausal"],
             "smallest level of filters": result["filter"],
             "relative distance of the printed inequality": result["lmi"]["level"] / best - 1,
             "relative distance of the reduced inequality": result["reduced_lmi"]["level"] / best - 1,
-            "norm of the central Riccati gains": result["norm_central"]["value"],
+            "norm of the central Riccati gains": result["norm_central"],
             "white-noise performance of these gains": result["h2_central"],
             "white-noise performance of the Kalman filter": result["h2_kalman"],
             "gain of the Kalman filter": result["norm_kalman"],

@@ -37,7 +37,7 @@ G_SIM = {name: float(printed) for name, printed in DATA["simulated-ratio"].items
 
 def all_draws(results: Results) -> dict[str, Any]:
     """The distribution of g_sim over all draws, with the printed values in it."""
-    return distribution([results[name] for name in DRAWS], "proposed", G_SIM)
+    return distribution(results[DRAWS], G_SIM)
 
 
 def printed_ratio_among_draws(name: str, results: Results) -> Evidence:
@@ -88,7 +88,7 @@ for _name, _printed in DATA["simulated-ratio"].items():
 @SIMULATION.order(
     "gsim.below-level",
     place="Sec. IV-A, after eq. (34)",
-    uses=(*DRAWS, *map(case, CASES)),
+    uses=(DRAWS, *map(case, CASES)),
     reading=PREDICTORS,
     says=[
         Predicate(of=optimum(case(name)), relation="more than", to=str(printed))
@@ -114,7 +114,7 @@ def _smaller(fractions: dict[str, float]) -> dict[str, float]:
 def smallest(results: Results) -> Evidence:
     """The proposed observer has the smallest ratio (34), in print and, by each reading of (34), in most of our
     draws."""
-    found = all_draws(results)["smaller_ratio"]
+    found = {what: rows["proposed"] for what, rows in all_draws(results)["smaller_ratio"].items()}
     printed = min(G_SIM[name] for name in "ABC") - G_SIM["proposed"]
     margins = {what: min(printed, min(found[what].values()) - 0.5) for what in READING_OF}
     return positive(
@@ -135,7 +135,7 @@ def smallest(results: Results) -> Evidence:
 def lowest_error(results: Results) -> Evidence:
     """In most of our draws of noise as in Figs. 2-5 the proposed observer has less energy of the error than each other
     case."""
-    fractions = all_draws(results)["reference_smaller_than"]
+    fractions = all_draws(results)["smaller_energy"]["proposed"]
     return positive(
         min(fractions.values()) - 0.5,
         method="Energy of the estimation error under common noise: least fraction of draws below another case, above a "
@@ -147,7 +147,8 @@ def lowest_error(results: Results) -> Evidence:
 @SIMULATION.statistical("order.more-outputs", place="Sec. IV-A, on Figs. 2-5", uses=DRAWS, reading=OWN_PERIODS)
 def more_outputs_are_better(results: Results) -> Evidence:
     """Observers that use more outputs have a smaller error (Figs. 2-5)."""
-    fractions = {name: _fractions(results, name) for name in ("proposed", "C")}
+    found = all_draws(results)["smaller_energy"]
+    fractions = {name: found[name] for name in ("proposed", "C")}
     proposed, both = (min(fractions[more][one] for one in "AB") - 0.5 for more in fractions)
     return Evidence(
         method="Energy of the estimation error under common noise: least fraction of draws in which observers that use "
@@ -162,12 +163,6 @@ def more_outputs_are_better(results: Results) -> Evidence:
         "outputs, the text prints a level and a ratio (34) above those of Case B, with one, so it does not speak of it."
         "",
     )
-
-
-def _fractions(results: Results, name: str) -> dict[str, float]:
-    """In which fraction of the draws a case has less energy of the error than each other one."""
-    found: dict[str, float] = distribution([results[part] for part in DRAWS], name, G_SIM)["reference_smaller_than"]
-    return found
 
 
 @SIMULATION.feasible(

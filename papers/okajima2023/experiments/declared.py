@@ -8,7 +8,6 @@ from papers._common import INPUTS
 from papers.okajima2023.experiments import designs, identities, simulations, unstable
 from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.declare import experiment, number
-from replication.audit.model import Results
 
 Json = dict[str, Any]
 
@@ -18,22 +17,15 @@ HALF_UNIT_OF_POLES = 0.0005
 """Half a unit in the last printed place of the poles of A."""
 SEEDS, SEED = 2000, 20230302
 """Draws for the distribution of g_sim, and the seed of all simulations."""
-IDENTITY_TRIALS = 50
 DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
 """Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
 SECOND_DECIMALS = 6
 """Of the second diagonal with the stated poles, in the theorem on it."""
 ENTRY_DECIMALS = 4
 """Of an A all of whose entries may differ from the printed ones: with so many it still has the stated poles."""
-WORST_HORIZON = 300
-SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
-"""The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 
-LARGEST_PERIOD = 6
-PERIOD_TABLE = tuple(f"period-table-{first}" for first in range(1, LARGEST_PERIOD + 1))
-"""Experiments that compute the optimum for all periods up to the largest, one for each N_1."""
-DRAWS = tuple(f"g-sim-{part}" for part in range(4))
-"""Experiments that share the draws of g_sim."""
+PERIOD_TABLE, DRAWS = "period-table", "g-sim"
+"""The optimum for all periods up to the largest, and the draws of g_sim."""
 
 
 def both(periods: tuple[int, ...], second_offset: int = 0) -> Json:
@@ -82,31 +74,22 @@ _PROPOSED = {**CASES["proposed"], "gains": GAINS["33"]}
 _SIMULATED = {**CASES, "proposed": _PROPOSED}
 _TIMED = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
 _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DATA["last-summed"]}
-_DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
-_SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
-PRINTED_A = number(DATA["unstable-A"])
+_SUMMED = {"slack": 0.05, "draws": 20, "last": 59, "seed": SEED}
+"""The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 _STATED = {
-    "printed_gains": GAINS["42"],
-    "stated_poles": poles(DATA["poles"]),
-    "stated_error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
+    "A": number(DATA["unstable-A"]),
+    "C": PLANT["C"],
+    "gains": GAINS["42"],
+    "poles": poles(DATA["poles"]),
+    "error_poles": [pole[0] for pole in poles(DATA["error-poles"])],
 }
-_OF_41 = {**_STATED, "printed_A": PRINTED_A, "C": PLANT["C"]}
-_DESIGNED = {
-    "plant": {**PLANT, "A": PRINTED_A},
-    "step": DIAGONAL_STEP,
-    "diagonal_decimals": SECOND_DECIMALS,
-    "decimals": ENTRY_DECIMALS,
-}
-_SEARCHED = {
-    "printed_A": PRINTED_A,
-    "printed_inputs": {name: PLANT[name] for name in ("B_d", "D")},
-    "half_unit": HALF_UNIT_OF_GAINS,
-    "step": DIAGONAL_STEP,
-    "bound": LARGEST_ENTRY,
-    "wider_bound": WIDER,
-}
-_WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
+_DECIMALS = {"diagonal_decimals": SECOND_DECIMALS, "decimals": ENTRY_DECIMALS}
+TRIED: Json = {"stated": _STATED, "step": DIAGONAL_STEP, **_DECIMALS}
+"""What finds each A with the stated poles that is tried."""
+_INPUTS = {name: PLANT[name] for name in ("B_d", "D")}
+_SEARCHED = {"half_unit": HALF_UNIT_OF_GAINS, "step": DIAGONAL_STEP, "bound": LARGEST_ENTRY, "wider_bound": WIDER}
+_ROUNDING = {"rounding": HALF_UNIT_OF_GAINS}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
     *({**CASES[name], "claims": [f"gamma.case-{name.lower()}"]} for name in "ABC"),
@@ -115,49 +98,36 @@ _ROUNDED = [
 """The designs whose level is printed, each with the claims on it."""
 
 
-def all_periods(results: Results) -> list[Json]:
-    """The cells of all rows of the table of periods."""
-    return [cell for name in PERIOD_TABLE for cell in results[name]["cells"]]
-
-
 def times(inputs: Json) -> Json:
     """Periods and offsets of a schedule."""
     return {name: inputs[name] for name in ("periods", "offsets")}
 
 
-def _printed_gains(equation: str) -> Json:
-    return {"gains": GAINS[equation], "rounding": HALF_UNIT_OF_GAINS}
-
-
 EXPERIMENTS = (
     *(experiment(name, designs.design, plant=PLANT, **inputs) for name, inputs in DESIGNS.items()),
     *(
-        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), **_printed_gains(name))
+        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), gains=GAINS[name], **_ROUNDING)
         for name, inputs in GAIN_SETS.items()
     ),
     experiment("common", designs.on_common_plant, **INPUTS),
     experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
     *(experiment(f"schedule.{name}", designs.selections, **times(found)) for name, found in SCHEDULES.items()),
     experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
-    *(
-        experiment(name, designs.period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
-        for first, name in enumerate(PERIOD_TABLE, start=1)
-    ),
+    experiment(PERIOD_TABLE, designs.period_table, plant=PLANT, largest=6),
     experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **times(both((2, 1))), analysed=_GAINS_OF),
-    experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
+    experiment("identities", identities.identities, trials=50, seed=SEED),
     experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
     experiment("observability", identities.observability, plant=PLANT),
     experiment("product-orders", identities.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
     experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
-    *(
-        experiment(name, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, **_DRAWN, part=part)
-        for part, name in enumerate(DRAWS)
-    ),
+    experiment(DRAWS, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
-    experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, **_WORST, seed=SEED),
-    experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
-    experiment("unstable.diagonals", unstable.diagonals, **_OF_41, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY),
-    experiment("unstable.any-entries", unstable.any_entries, **_OF_41, decimals=ENTRY_DECIMALS),
-    experiment("unstable.stated-designs", unstable.stated_designs, **_STATED, **_DESIGNED),
-    experiment("unstable.recovered", unstable.recovered, **_STATED, **_SEARCHED),
+    experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, case=_PROPOSED, horizon=300, seed=SEED),
+    experiment("unstable.as-printed", unstable.as_printed, stated=_STATED),
+    experiment(
+        "unstable.diagonals", unstable.diagonals, stated=_STATED, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY
+    ),
+    experiment("unstable.any-entries", unstable.any_entries, stated=_STATED, decimals=ENTRY_DECIMALS),
+    experiment("unstable.stated-designs", unstable.stated_designs, inputs=_INPUTS, **TRIED),
+    experiment("unstable.recovered", unstable.recovered, stated=_STATED, inputs=_INPUTS, **_SEARCHED),
 )

@@ -9,7 +9,6 @@ import numpy as np
 
 from papers.okajima2023.method.lmi import (
     LmiDesign,
-    cyclic_size,
     lmi_analysis,
     lmi_design,
     reduced_lmi_design,
@@ -17,12 +16,14 @@ from papers.okajima2023.method.lmi import (
 )
 from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
-from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
+from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.latency import delivered
 from replication.estimation.multirate.optimum import Optimum, optimal_design, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 Matrix = list[list[float]]
@@ -37,18 +38,8 @@ def build(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sens
 
 def optimum_json(best: Optimum) -> Json:
     """The optimum with its bracket and the non-causal bound."""
-    return {
-        "optimum": best.value,
-        "lower": best.lower,
-        "upper": best.upper,
-        "limited_by": best.limited_by,
-        "noncausal": bracket_json(best.noncausal),
-    }
-
-
-def bracket_json(gain: GainBracket) -> Json:
-    """A gain with its bracket and the angle of the peak."""
-    return {"value": gain.value, "lower": gain.lower, "upper": gain.upper, "angle": gain.angle}
+    ends = {"lower": best.lower, "upper": best.upper}
+    return {"optimum": best.value, **ends, "limited_by": best.limited_by, "noncausal": best.noncausal.value}
 
 
 INACCURATE = ("optimal", "optimal_inaccurate")
@@ -61,30 +52,24 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     filter: the smallest one of filters, which use the newest measurement too.
     """
     problem = build(plant, periods, offsets, sensors)
-    best = optimum(problem)
-    central, reduced, printed = optimal_design(problem), reduced_lmi_design(problem), lmi_design(problem)
-    variables, rows = theorem2_size(problem)
-    cyclic_variables, cyclic_rows = cyclic_size(problem)
+    central, kalman = (problem.error_system(found(problem).gains) for found in (optimal_design, kalman_design))
+    reduced, printed, n = reduced_lmi_design(problem), lmi_design(problem), problem.plant.order
+    (variables, rows), (cyclic_variables, cyclic_rows) = (theorem2_size(problem, cyclic) for cyclic in (False, True))
+    acting = problem.schedule.period * (n * (n + 1) // 2) + n * int(problem.schedule.mask.sum()) + 1
+    size = {"cyclic_variables": cyclic_variables, "cyclic_rows": cyclic_rows}
     return {
-        **optimum_json(best),
+        **optimum_json(optimum(problem)),
         "filter": optimum(of_filters(problem)).value,
-        "gains": central.gains.tolist(),
-        "norm_central": bracket_json(l2_gain(problem.error_system(central.gains))),
+        "gains": optimal_design(problem).gains.tolist(),
+        "norm_central": l2_gain(central).value,
         "reduced_lmi": _lmi(problem, reduced),
         "lmi": _lmi(problem, printed),
         "smallest_eigenvalue_P": float(min(np.linalg.eigvalsh(P)[0] for P in printed.P)),
-        "h2_central": float(np.sqrt(white_noise_variance(problem.error_system(central.gains)))),
-        "h2_kalman": float(np.sqrt(white_noise_variance(problem.error_system(kalman_design(problem).gains)))),
-        "norm_kalman": l2_gain(problem.error_system(kalman_design(problem).gains)).value,
-        "size": {
-            "variables": variables,
-            "rows": rows,
-            "cyclic_variables": cyclic_variables,
-            "cyclic_rows": cyclic_rows,
-        },
-        "acting_variables": problem.schedule.period * (problem.plant.order * (problem.plant.order + 1) // 2)
-        + problem.plant.order * int(problem.schedule.mask.sum())
-        + 1,
+        "h2_central": float(np.sqrt(white_noise_variance(central))),
+        "h2_kalman": float(np.sqrt(white_noise_variance(kalman))),
+        "norm_kalman": l2_gain(kalman).value,
+        "size": {"variables": variables, "rows": rows, **size},
+        "acting_variables": acting,
         "solvers": [reduced.report.to_dict(), printed.report.to_dict()],
     }
 
@@ -120,12 +105,12 @@ def constant_matrix(
             one = lmi_analysis(seen, gains, one_matrix=True, accept=INACCURATE)
         except InfeasibleError:
             one = None
-        system = seen.error_system(gains)
+        radii = [np.abs(np.linalg.eigvals(stage.A)).max() for stage in seen.error_system(gains).stages]
         analyses[name] = {
             "constant": None if one is None else one.level,
             "periodic": own.level,
             # One P for all instants makes each A_ek alone stable.
-            "largest_radius": float(max(np.abs(np.linalg.eigvals(stage.A)).max() for stage in system.stages)),
+            "largest_radius": float(max(radii)),
             "solvers": [found.report.to_dict() for found in (one, own) if found is not None],
         }
     return {
@@ -133,7 +118,6 @@ def constant_matrix(
         "norm_constant": l2_gain(problem.error_system(constant.gains)).value,
         "periodic": periodic.level,
         "analyses": analyses,
-        "solvers": [constant.report.to_dict(), periodic.report.to_dict()],
     }
 
 
@@ -144,13 +128,11 @@ def norm_of_gains(
 
     rounding: half a unit in the last place of the gains; `rounding_spread` is the linearised effect of all roundings.
     """
-    problem = build(plant, periods, offsets, list(range(len(plant["C"]))))
-    L = np.array(gains)
-    system = problem.error_system(L)
+    problem, L = build(plant, periods, offsets, list(range(len(plant["C"])))), np.array(gains)
+    system, analysis = problem.error_system(L), lmi_analysis(problem, L, accept=INACCURATE)
     exact = l2_gain(system)
-    analysis = lmi_analysis(problem, L, accept=INACCURATE)
     return {
-        "norm": bracket_json(exact),
+        "norm": {"value": exact.value, "lower": exact.lower, "upper": exact.upper},
         "optimum": optimum(problem).value,
         "theorem1": analysis.level,
         "spectral_radius": system.spectral_radius(),
@@ -165,23 +147,20 @@ def selections(periods: list[int], offsets: list[int]) -> Json:
     return {"period": schedule.period, "diagonals": schedule.mask.astype(float).tolist()}
 
 
-def period_row(plant: dict[str, Matrix], first: int, largest: int) -> Json:
-    """Smallest achievable gain for N_1 = first, N_2 = 1 ... largest, sensors at instant 0 and with the best offsets."""
-    system = build(plant, [1, 1], [0, 0], [0, 1]).plant
-    cells = []
-    for second in range(1, largest + 1):
-        search = search_timing(system, (first, second))
-        best = search.optima[search.best]
-        cells.append(
-            {
-                "periods": [first, second],
-                "synchronous": optimum_json(search.synchronous),
-                "best": optimum_json(best),
-                "best_offset": search.best[1],
-                "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
-            }
-        )
-    return {"cells": cells}
+def period_table(plant: dict[str, Matrix], largest: int) -> list[Json]:
+    """Smallest achievable gain for N_1, N_2 = 1 ... largest, sensors at instant 0 and with the best offsets."""
+    system, periods = build(plant, [1, 1], [0, 0], [0, 1]).plant, range(1, largest + 1)
+    searched = {(first, second): search_timing(system, (first, second)) for first in periods for second in periods}
+    return [
+        {
+            "periods": list(pair),
+            "synchronous": optimum_json(search.synchronous),
+            "best": optimum_json(search.optima[search.best]),
+            "best_offset": search.best[1],
+            "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
+        }
+        for pair, search in searched.items()
+    ]
 
 
 def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:
@@ -200,20 +179,15 @@ def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:
     return spread(plant, compute)
 
 
-def _rounding_spread(problem: MultirateProblem, gains: np.ndarray[Any, Any], half_unit: float) -> float:
+def _rounding_spread(problem: MultirateProblem, gains: Array, half_unit: float) -> float:
     """Sum over the measured entries of |d norm / d entry| times half a unit, by central differences."""
-    step = 1e-6
-    total = 0.0
-    for k, rows in enumerate(problem.measured_rows()):
-        for i in range(problem.plant.order):
-            for j in rows:
-                shifted = []
-                for sign in (1.0, -1.0):
-                    moved = gains.copy()
-                    moved[k, i, j] += sign * step
-                    shifted.append(l2_gain(problem.error_system(moved)).value)
-                total += abs(shifted[0] - shifted[1]) / (2 * step) * half_unit
-    return float(total)
+    step, total = 1e-6, 0.0
+    for entry in np.argwhere(np.broadcast_to(problem.schedule.mask[:, None, :], gains.shape)):
+        moved = np.zeros_like(gains)
+        moved[tuple(entry)] = step
+        above, below = (l2_gain(problem.error_system(gains + sign * moved)).value for sign in (1.0, -1.0))
+        total += abs(above - below) / (2 * step) * half_unit
+    return total
 
 
 def _lmi(problem: MultirateProblem, solution: LmiDesign) -> Json:
@@ -229,37 +203,16 @@ LATE = "late, in discrete time: each measurement arrives m − 1 steps late; our
 
 def on_common_plant(plant: dict[str, Any], multiples: list[int]) -> dict[str, Any]:
     """Brackets of the least l2 gain from force and noise to the position's error, for each multiple m."""
-    sampled = _sampled(plant)
-    return {
-        "slow": [_bracket(sampled, period) for period in multiples],
-        "late": [_bracket(_delayed(sampled, m - 1), 1) for m in multiples],
-    }
-
-
-def _bracket(plant: MultiratePlant, period: int) -> list[float]:
-    best = optimum(MultirateProblem(plant, SensingSchedule((period,))))
-    return [best.lower, best.upper]
-
-
-def _sampled(plant: dict[str, Any]) -> MultiratePlant:
-    """The plant at the base period, the force held in between; the error of the position counts."""
     A, B, C = (np.array(plant[name]) for name in "ABC")
-    held = SampledPlant(A, B, C, np.zeros((1, 1)), C)
-    Phi, Gamma = held.discretise(plant["h"])
-    return MultiratePlant(A=Phi, B_d=Gamma, C=C, D=np.array([[plant["noise"]]]), W=C)
+    # The force is held over the base period; the error of the position counts.
+    Phi, Gamma = SampledPlant(A, B, C, np.zeros((1, 1)), C).discretise(plant["h"])
+    sampled = MultiratePlant(A=Phi, B_d=Gamma, C=C, D=np.array([[plant["noise"]]]), W=C)
 
+    def bracket(seen: MultiratePlant, period: int) -> list[float]:
+        best = optimum(MultirateProblem(seen, SensingSchedule((period,))))
+        return [best.lower, best.upper]
 
-def _delayed(plant: MultiratePlant, instants: int) -> MultiratePlant:
-    """`plant` with a chain of states that hands each position over to the sensor after `instants`."""
-    if instants == 0:
-        return plant
-    n = plant.order
-    A = np.zeros((n + instants, n + instants))
-    A[:n, :n] = plant.A
-    A[n : n + 1, :n] = plant.C
-    A[n + 1 :, n:-1] = np.eye(instants - 1)
-    B_d = np.vstack([plant.B_d, np.zeros((instants, 1))])
-    C = np.zeros((1, n + instants))
-    C[0, -1] = 1.0
-    W = np.hstack([plant.W, np.zeros((1, instants))])
-    return MultiratePlant(A=A, B_d=B_d, C=C, D=plant.D, W=W)
+    return {
+        "slow": [bracket(sampled, period) for period in multiples],
+        "late": [bracket(delivered(sampled, [m - 1]), 1) for m in multiples],
+    }

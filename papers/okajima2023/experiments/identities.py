@@ -6,22 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments.designs import Json, Matrix, build
+from papers.okajima2023.experiments.designs import INACCURATE, Json, Matrix, build
 from papers.okajima2023.method.lmi import lmi_analysis, theorem1_matrix, theorem2_matrix
 from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.validation import Array
 
 
 def identities(trials: int, seed: int) -> Json:
-    """Largest residuals over random problems: error system (16), dissipation (23), Schur complement of (30).
+    """Largest relative residuals over random problems.
 
     error_system: observer (15) beside plant (2), (13), against eq. (16). dissipation: the quadratic form of (20)
     against the left-hand side of (23). schur: (30) with Y = P L, reduced by its first block, against (20).
     """
     rng = np.random.default_rng(seed)
-    residuals = np.array([_one_trial(rng) for _ in range(trials)])
-    error_system, dissipation, schur = residuals.max(axis=0).tolist()
+    error_system, dissipation, schur = np.array([_one_trial(rng) for _ in range(trials)]).max(axis=0).tolist()
     return {"trials": trials, "error_system": error_system, "dissipation": dissipation, "schur": schur}
 
 
@@ -38,64 +38,35 @@ def _one_trial(rng: np.random.Generator) -> tuple[float, float, float]:
     periods = tuple(int(N) for N in rng.integers(1, 4, q))
     problem = MultirateProblem(plant, SensingSchedule(periods, tuple(int(rng.integers(N)) for N in periods)))
     N = problem.schedule.period
-    L = rng.normal(size=(N, n, q))
-    roots = rng.normal(size=(N, n, n))
-    P = roots @ roots.transpose(0, 2, 1) + np.eye(n)
-    gamma_squared = float(rng.uniform(1, 9))
-    return (
-        _error_system_residual(problem, L, rng),
-        _dissipation_residual(problem, L, P, gamma_squared, rng),
-        _schur_residual(problem, L, P, gamma_squared),
-    )
+    L, roots = rng.normal(size=(N, n, q)), rng.normal(size=(N, n, n))
+    P, gamma_squared = roots @ roots.transpose(0, 2, 1) + np.eye(n), float(rng.uniform(1, 9))
+    error_system, dissipation, schur = _error_system_residual(problem, L, rng), 0.0, 0.0
+    for k, stage in enumerate(problem.error_system(L).stages):
+        theta = np.block(theorem1_matrix(problem, L, list(P), k, gamma_squared))
+        size, xi = float(np.linalg.norm(theta)), rng.normal(size=len(theta))
+        e, noise = xi[:n], xi[n:]
+        following, z = stage.A @ e + stage.B @ noise, stage.C @ e
+        left = e @ P[k - 1] @ e - following @ P[k] @ following + gamma_squared * noise @ noise - z @ z
+        dissipation = max(dissipation, abs(float(xi @ theta @ xi - left)) / float(size * (xi @ xi)))
+        hat = np.block(theorem2_matrix(problem, list(P), list(P @ L), k, gamma_squared))
+        reduced = hat[n:, n:] - hat[n:, :n] @ np.linalg.solve(hat[:n, :n], hat[:n, n:])
+        schur = max(schur, float(np.linalg.norm(reduced - theta) / size))
+    return error_system, dissipation, schur
 
 
-def _error_system_residual(problem: MultirateProblem, L: np.ndarray[Any, Any], rng: np.random.Generator) -> float:
+def _error_system_residual(problem: MultirateProblem, L: Array, rng: np.random.Generator) -> float:
     """Plant and observer in their own loops over two periods, against the error system, relative."""
     plant, steps = problem.plant, 2 * problem.schedule.period
     d, w, u = (rng.normal(size=(steps, s)) for s in (plant.B_d.shape[1], plant.sensors, 2))
     x, observed, errors = np.zeros(plant.order), np.zeros(plant.order), []
     for k in range(steps):
         S = problem.schedule.selection(k)
-        y = S @ plant.C @ x + S @ plant.D @ w[k]
-        gain = L[k % problem.schedule.period] @ S
+        y, gain = S @ plant.C @ x + S @ plant.D @ w[k], L[k % problem.schedule.period] @ S
         errors.append(plant.W @ (x - observed))
-        x, observed = (
-            plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k],
-            (plant.A - gain @ plant.C) @ observed + plant.B_u @ u[k] + gain @ y,
-        )
+        x = plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k]
+        observed = (plant.A - gain @ plant.C) @ observed + plant.B_u @ u[k] + gain @ y
     expected = simulate(problem.error_system(L), np.hstack([d, w]))
     return float(np.abs(np.array(errors) - expected).max() / np.abs(expected).max())
-
-
-def _dissipation_residual(
-    problem: MultirateProblem,
-    L: np.ndarray[Any, Any],
-    P: np.ndarray[Any, Any],
-    gamma_squared: float,
-    rng: np.random.Generator,
-) -> float:
-    residual = 0.0
-    for k, stage in enumerate(problem.error_system(L).stages):
-        theta = np.block(theorem1_matrix(problem, L, list(P), k, gamma_squared))
-        xi = rng.normal(size=len(theta))
-        e, noise = xi[: problem.plant.order], xi[problem.plant.order :]
-        following, z = stage.A @ e + stage.B @ noise, stage.C @ e
-        left = e @ P[k - 1] @ e - following @ P[k] @ following + gamma_squared * noise @ noise - z @ z
-        residual = max(residual, abs(float(xi @ theta @ xi - left)) / float(np.linalg.norm(theta) * (xi @ xi)))
-    return residual
-
-
-def _schur_residual(
-    problem: MultirateProblem, L: np.ndarray[Any, Any], P: np.ndarray[Any, Any], gamma_squared: float
-) -> float:
-    residual = 0.0
-    n = problem.plant.order
-    for k in range(problem.schedule.period):
-        theta = np.block(theorem1_matrix(problem, L, list(P), k, gamma_squared))
-        hat = np.block(theorem2_matrix(problem, list(P), list(P @ L), k, gamma_squared))
-        reduced = hat[n:, n:] - hat[n:, :n] @ np.linalg.solve(hat[:n, :n], hat[:n, n:])
-        residual = max(residual, float(np.linalg.norm(reduced - theta) / np.linalg.norm(theta)))
-    return residual
 
 
 def summation(
@@ -110,33 +81,33 @@ def summation(
     side in (26) and (27); and the largest ratio of l2 norms beside the bound in (28).
     """
     problem, L = build(plant, **sensing), np.array(gains)
-    found = lmi_analysis(problem, L, accept=("optimal", "optimal_inaccurate"))
+    found = lmi_analysis(problem, L, accept=INACCURATE)
     level, N, P = (1 + slack) * found.level, problem.schedule.period, list(found.P)
     theta = [np.block(theorem1_matrix(problem, L, P, k, level**2)) for k in range(N)]
     epsilon = float(min(np.linalg.eigvalsh(matrix)[0] for matrix in theta))
     rng, stages, n = np.random.default_rng(seed), problem.error_system(L).stages, problem.plant.order
     rows = []
     for _ in range(draws):
-        e = np.zeros(n)
-        summed, size, energy, output = 0.0, 0.0, 0.0, 0.0
+        e, summed, size, energy, output = np.zeros(n), 0.0, 0.0, 0.0, 0.0
         for k in range(last + 1):
-            noise = rng.normal(size=(stages[k % N].B.shape[1],))
-            xi, z = np.concatenate([e, noise]), stages[k % N].C @ e
-            summed, size = summed + float(xi @ theta[k % N] @ xi), size + float(xi @ xi)
+            stage, matrix = stages[k % N], theta[k % N]
+            noise = rng.normal(size=(stage.B.shape[1],))
+            xi, z = np.concatenate([e, noise]), stage.C @ e
+            summed, size = summed + float(xi @ matrix @ xi), size + float(xi @ xi)
             energy, output = energy + float(noise @ noise), output + float(z @ z)
-            e = np.asarray(stages[k % N].A @ e + stages[k % N].B @ noise)
+            e = np.asarray(stage.A @ e + stage.B @ noise)
         stored = e @ P[last % N] @ e
         left = -stored + level**2 * energy - output
         steps = abs(left - summed), left - epsilon * size, (level**2 - epsilon) * energy - output - stored, output
         rows.append(np.array(steps) / energy)
-    table = np.array(rows)
+    residuals, excess_26, excess_27, ratios = np.array(rows).T
     return {
         "level": level,
         "epsilon": epsilon,
-        "sum_residual": float(table[:, 0].max()),
-        "excess_26": float(table[:, 1].min()),
-        "excess_27": float(table[:, 2].min()),
-        "largest_ratio": float(np.sqrt(table[:, 3].max())),
+        "sum_residual": float(residuals.max()),
+        "excess_26": float(excess_26.min()),
+        "excess_27": float(excess_27.min()),
+        "largest_ratio": float(np.sqrt(ratios.max())),
         "bound_28": float(np.sqrt(max(level**2 - epsilon, 0.0))),
         "draws": draws,
         "solvers": [found.report.to_dict()],

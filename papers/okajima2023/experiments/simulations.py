@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from papers.okajima2023.experiments.designs import Json, Matrix, build
 from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.multirate.optimum import optimal_design
+from replication.estimation.validation import Array
 
 DENOMINATORS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
 """What eq. (34) may mean: the first is the print, the second takes the sensors as noiseless, the others count w."""
@@ -31,15 +32,13 @@ def response(plant: dict[str, Matrix], cases: dict[str, Json], seed: int, **nois
     return {"errors": errors}
 
 
-def draws(
-    plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, part: int, parts: int, **noise: Any
-) -> Json:
-    """g_sim of eq. (34) over every `parts`-th of `seeds` independent draws, from number `part` on, for all observers.
+def draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, **noise: Any) -> Json:
+    """g_sim of eq. (34) over `seeds` independent draws, for all observers.
 
     Returns per case the ratios under all readings of the denominator, the error energies, and the effect of the tail
-    that the sums leave out. All draws are drawn each time, which costs little: none depends on the number of parts.
+    that the sums leave out.
     """
-    d, w = (every[part::parts] for every in _noise(np.random.default_rng(seed), seeds, plant, **noise))
+    d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
     found: Json = {}
     for name, case in cases.items():
         system = _system(plant, case)
@@ -62,67 +61,64 @@ def draws(
 def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, **noise: Any) -> Json:
     """Error energies of several observers under common noise, over `seeds` independent draws.
 
-    Returns how often each has the least energy; how often each has less than each other one; the mean energies; and the
+    Returns how often each has the least energy; how often each has less than each other one; and the
     expected size of the error in the long run, the root of its variance per unit variance of the noise.
     """
     d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
     systems = {name: _system(plant, case) for name, case in cases.items()}
-    energies = np.array(
-        [
-            _error_energy(system, np.concatenate([d, w[:, :, cases[name]["sensors"]]], axis=2))[0]
-            for name, system in systems.items()
-        ]
-    )
-    least = np.argmin(energies, axis=0)
+    energies = {
+        name: _error_energy(system, np.concatenate([d, w[:, :, cases[name]["sensors"]]], axis=2))[0]
+        for name, system in systems.items()
+    }
+    least = np.argmin(list(energies.values()), axis=0)
     return {
         "seeds": seeds,
         "least": {name: float(np.mean(least == i)) for i, name in enumerate(cases)},
-        "smaller": {
-            name: {other: float(np.mean(energies[i] < energies[j])) for j, other in enumerate(cases) if other != name}
-            for i, name in enumerate(cases)
-        },
-        "mean_energy": dict(zip(cases, energies.mean(axis=1).tolist(), strict=True)),
+        "smaller": _smaller(energies),
         "long_run": {name: float(np.sqrt(white_noise_variance(system))) for name, system in systems.items()},
     }
 
 
-def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float]) -> Json:
-    """What all parts of `draws` say together.
+def distribution(drawn: Json, printed: dict[str, float]) -> Json:
+    """What `draws` say.
 
     Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
-    one; the largest effect of the tail; how often the `reference` case has the smaller error energy, and how often, by
-    reading, the smaller ratio.
+    one; the largest effect of the tail; how often each case has a smaller error energy than each other one, and how
+    often, by reading, a smaller ratio.
     """
-    cases = {
-        name: {
-            "readings": {
-                reading: _summary(np.concatenate([part[name]["ratios"][reading] for part in parts]), printed[name])
-                for reading in DENOMINATORS
-            },
-            "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
-            "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
-            "smallest_ratio_to_level": min(part[name]["smallest_ratio_to_level"] for part in parts),
-        }
-        for name in parts[0]
-    }
-    ratios = {
-        reading: {name: np.concatenate([part[name]["ratios"][reading] for part in parts]) for name in cases}
-        for reading in DENOMINATORS
-    }
-    errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in cases}
-    smaller = {name: float(np.mean(errors[reference] < errors[name])) for name in cases if name != reference}
+    ratios = {what: {name: np.array(one["ratios"][what]) for name, one in drawn.items()} for what in DENOMINATORS}
+    errors = {name: np.array(one["errors"]) for name, one in drawn.items()}
+
+    def summary(values: Array, printed: float) -> Json:
+        percentiles = zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)
+        return {"percentiles": dict(percentiles), "probability": tail_probability(values, printed)}
+
     return {
-        "seeds": len(errors[reference]),
-        "cases": cases,
-        "reference_smaller_than": smaller,
-        "smaller_ratio": {
-            reading: {name: float(np.mean(found[reference] < found[name])) for name in cases if name != reference}
-            for reading, found in ratios.items()
+        "seeds": len(next(iter(errors.values()))),
+        "cases": {
+            name: {
+                "readings": {reading: summary(found[name], printed[name]) for reading, found in ratios.items()},
+                **{
+                    what: one[what]
+                    for what in ("largest_final_error", "largest_tail_effect", "smallest_ratio_to_level")
+                },
+            }
+            for name, one in drawn.items()
         },
+        "smaller_energy": _smaller(errors),
+        "smaller_ratio": {reading: _smaller(found) for reading, found in ratios.items()},
     }
 
 
-def tail_probability(draws: np.ndarray[Any, Any], printed: float) -> float:
+def _smaller(found: Mapping[str, Array]) -> dict[str, dict[str, float]]:
+    """In which share of the draws each case has less than each other one."""
+    return {
+        name: {other: float(np.mean(own < found[other])) for other in found if other != name}
+        for name, own in found.items()
+    }
+
+
+def tail_probability(draws: Array, printed: float) -> float:
     """Two-sided probability of a draw at least as extreme as `printed`, with the printed one counted as a draw."""
     below = (1 + int(np.sum(draws <= printed))) / (1 + len(draws))
     above = (1 + int(np.sum(draws >= printed))) / (1 + len(draws))
@@ -153,7 +149,7 @@ def _system(plant: dict[str, Matrix], case: Json) -> PeriodicSystem:
 
 def _noise(
     rng: np.random.Generator, draws: int, plant: dict[str, Matrix], sigma: float, noisy: int, last: int
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+) -> tuple[Array, Array]:
     """d (draws, instants, disturbances) and w (draws, instants, sensors), normal, zero after k = noisy."""
     d = rng.normal(0.0, sigma, (draws, last + 1, np.shape(plant["B_d"])[1]))
     w = rng.normal(0.0, sigma, (draws, last + 1, len(plant["C"])))
@@ -162,27 +158,21 @@ def _noise(
     return d, w
 
 
-def _energies(d: np.ndarray[Any, Any], w: np.ndarray[Any, Any], case: Json) -> dict[str, np.ndarray[Any, Any]]:
+def _energies(d: Array, w: Array, case: Json) -> dict[str, Array]:
     """Squared denominators of eq. (34) by reading, one per draw."""
-    process, sensor = (d**2).sum(axis=(1, 2)), (w**2).sum(axis=1)
-    when = sum(
-        (w[:, theta::N, sensor_index] ** 2).sum(axis=1)
-        for sensor_index, N, theta in zip(case["sensors"], case["periods"], case["offsets"], strict=True)
-    )
-    used = sensor[:, case["sensors"]].sum(axis=1)
-    total = sensor.sum(axis=1)
+    process, sensor, sensors = (d**2).sum(axis=(1, 2)), (w**2).sum(axis=1), case["sensors"]
+    due = zip(sensors, case["periods"], case["offsets"], strict=True)
+    when = sum((w[:, theta::N, sensor_index] ** 2).sum(axis=1) for sensor_index, N, theta in due)
     return {
         "d": process,
-        "w": total,
+        "w": sensor.sum(axis=1),
         "d, w when measured": process + when,
-        "d, w of sensors used": process + used,
-        "d, all w": process + total,
+        "d, w of sensors used": process + sensor[:, sensors].sum(axis=1),
+        "d, all w": process + sensor.sum(axis=1),
     }
 
 
-def _error_energy(
-    system: PeriodicSystem, inputs: np.ndarray[Any, Any]
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def _error_energy(system: PeriodicSystem, inputs: Array) -> tuple[Array, Array]:
     """Energy of e(0) ... e(last), and of e(last + 1), for all draws at once."""
     e = np.zeros((len(inputs), system.order))
     total = np.zeros(len(inputs))
@@ -191,10 +181,3 @@ def _error_energy(
         stage = system.stages[k % system.period]
         e = e @ stage.A.T + inputs[:, k] @ stage.B.T
     return total, (e**2).sum(axis=1)
-
-
-def _summary(values: np.ndarray[Any, Any], printed: float) -> Json:
-    return {
-        "percentiles": dict(zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)),
-        "probability": tail_probability(values, printed),
-    }

@@ -9,25 +9,23 @@ Only the ratio of B_d to D matters and the sign of B_d does not: D[0][0] = 1 is 
 from __future__ import annotations
 
 import itertools
-from typing import Any, NamedTuple
+from operator import itemgetter
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from papers.okajima2023.method.central_path import CentralPoint, central_path
-from papers.okajima2023.method.recovery import by_modulus, gains_array
-from replication.errors import InfeasibleError, InvalidInputError
+from papers.okajima2023.method.central_path import central_path
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import frequency_response
-from replication.estimation.linear.riccati import RiccatiMap, compose
+from replication.estimation.linear.riccati import RiccatiMap, compose, down, tree
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.validation import Array, as_matrix, positive_scalar
+from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 Matrix = list[list[float]]
-Flags = npt.NDArray[np.bool_]
 
 STEP = 0.5
 """Step of the entries of B_d that are tried."""
@@ -38,171 +36,97 @@ ANGLES = (0.0, 1.0, np.pi)
 FIRST_CUT = 0.01
 DOUBLINGS = 12
 """Of the period map: 4096 periods."""
-ESCAPE, SETTLED = 1e100, 1e-9
+ESCAPE, ROUNDING = 1e100, 1e-9
 PATH_FACTOR = 1.05
 PATH_END = 1e-4
 """Gap at the end of the central path, relative to the square of the optimum."""
 
 
-class _Candidate(NamedTuple):
-    """A problem of the grid with the exact optimum, the exact norm of the printed gains, and norm / optimum - 1."""
-
-    excess: float
-    optimum: float
-    norm: float
-    problem: MultirateProblem
-
-
-def recover_inputs(A: Matrix, C: Matrix, printed_gains: list[Matrix], bound: float = 3.0) -> Json:
+def recover_inputs(
+    A: Matrix, C: Matrix, printed_gains: list[Matrix], schedule: SensingSchedule, bound: float = 3.0
+) -> Json:
     """Find the (B_d, D) for which the printed gains (N, n, q) exceed the optimum least, and the centre nearest to them.
 
     Tried: B_d (n, 1) with entries in halves up to `bound`, one of each +-B_d, and diagonal D with D[0][0] = 1 and
-    RATIOS for the others. Excesses are relative (norm / optimum - 1). central_level is gamma at the centre whose gains
-    differ least from the printed ones in the largest entry;
-    second_gain_difference is that smallest difference for the runner-up. Error poles are [real, imaginary] by
-    decreasing modulus. Raises InvalidInputError if the shapes do not fit or the non-zero columns of the gains are not
-    those of periodic sensors, InfeasibleError if the gains do not stabilise A_e.
+    RATIOS for the others. Excesses are relative (norm / optimum - 1). largest_gain_difference: that of an entry of the
+    printed gains from those of the centre where it is least.
     """
-    state, output = as_matrix("A", A), as_matrix("C", C, columns=len(A))
-    gains = gains_array(printed_gains, len(state))
-    schedule = schedule_of(gains)
-    B_d, D = _grid(len(state), len(output), positive_scalar("bound", bound))
-    best, second = _least_excess(state, output, schedule, gains, B_d, D)
-    point, runner_up = _nearest_centre(best, gains), _nearest_centre(second, gains)
-    poles = np.linalg.eigvals(best.problem.error_system(point.gains).monodromy())
+    gains = np.array(printed_gains)
+    values = STEP * np.arange(-round(bound / STEP), round(bound / STEP) + 1)
+    directions = [b for b in itertools.product(values, repeat=len(A)) if b > (0.0,) * len(A)]
+    noises = [(1.0, *ratios) for ratios in itertools.product(RATIOS, repeat=len(C) - 1)]
+    B_d, D = (np.array(entries) for entries in zip(*itertools.product(directions, noises), strict=True))
+    (best, problem), (second, _) = _least_excess(np.array(A), np.array(C), schedule, gains, B_d, D)
+    points = central_path(problem, gains, gap=PATH_END * optimum(problem).value ** 2, factor=PATH_FACTOR)
     return {
         "tried": len(B_d),
-        "best_excess": best.excess,
-        "second_excess": second.excess,
-        "B_d": best.problem.plant.B_d.tolist(),
-        "D": best.problem.plant.D.tolist(),
-        "optimum": best.optimum,
-        "norm_printed_gains": best.norm,
-        "central_level": point.level,
-        "largest_gain_difference": _difference(point, gains),
-        "second_gain_difference": _difference(runner_up, gains),
-        "gains_central": point.gains.tolist(),
-        "error_poles_central": by_modulus(poles),
+        "best_excess": best,
+        "second_excess": second,
+        "B_d": problem.plant.B_d.tolist(),
+        "D": problem.plant.D.tolist(),
+        "largest_gain_difference": min(float(np.max(np.abs(point.gains - gains))) for point in points),
     }
-
-
-def schedule_of(gains: Array) -> SensingSchedule:
-    """The periodic schedule whose measured sensors are the non-zero columns of the gains (N, n, q).
-
-    Raises InvalidInputError if there is none.
-    """
-    measured = np.any(gains != 0, axis=1)
-    N = len(measured)
-    counts = measured.sum(axis=0)
-    if np.all(counts > 0) and np.all(N % counts == 0):
-        schedule = SensingSchedule(
-            tuple(int(N // count) for count in counts), tuple(int(np.argmax(column)) for column in measured.T)
-        )
-        if schedule.period == N and np.array_equal(schedule.mask, measured):
-            return schedule
-    raise InvalidInputError(
-        "the non-zero columns of printed_gains are not those of periodic sensors; instants with a gain, by sensor: "
-        f"{[np.flatnonzero(column).tolist() for column in measured.T]} of {N}"
-    )
-
-
-def _grid(n: int, q: int, bound: float) -> tuple[Array, Array]:
-    """All pairs of B_d (m, n) and diagonal of D (m, q); of +-B_d, which have the same gains, one."""
-    count = int(np.floor(bound / STEP + 1e-9))
-    values = STEP * np.arange(-count, count + 1)
-    directions = [b for b in itertools.product(values, repeat=n) if b > (0.0,) * n]
-    noises = [(1.0, *ratios) for ratios in itertools.product(RATIOS, repeat=q - 1)]
-    pairs = list(itertools.product(directions, noises))
-    if len(pairs) < 2:
-        raise InvalidInputError(f"bound must be at least {STEP} for a grid of two candidates or more, got {bound}")
-    return np.array([b for b, _ in pairs]), np.array([d for _, d in pairs])
 
 
 def _least_excess(
     A: Array, C: Array, schedule: SensingSchedule, gains: Array, B_d: Array, D: Array
-) -> tuple[_Candidate, _Candidate]:
-    """The two candidates with the smallest excess.
+) -> list[tuple[float, MultirateProblem]]:
+    """The two candidates with the smallest excess, of B_d (m, n) and diagonals of D (m, q).
 
     A candidate is dropped without its exact optimum if a level below the attained norm by more than a cut is
     achievable. The cut grows until it is above the second excess found, so no candidate below that was dropped.
     """
-    attained = _attained(A, C, schedule, gains, B_d, D)
-    cut = FIRST_CUT
+    attained, cut = _attained(A, C, schedule, gains, B_d, D), FIRST_CUT
     while True:
-        kept = np.flatnonzero(~_achievable(A, C, schedule, B_d, D, attained / (1 + cut)))
         found = []
-        for i in kept:
+        for i in np.flatnonzero(~_achievable(A, C, schedule, B_d, D, attained / (1 + cut))):
             plant = MultiratePlant(A=A, B_d=B_d[i][:, None], C=C, D=np.diag(D[i]))
             problem = MultirateProblem(plant, schedule)
-            norm, smallest = l2_gain(problem.error_system(gains)).value, optimum(problem).value
-            found.append(_Candidate(norm / smallest - 1, smallest, norm, problem))
-        found.sort(key=lambda candidate: candidate.excess)
-        if len(found) > 1 and found[1].excess <= cut:
-            return found[0], found[1]
+            found.append((l2_gain(problem.error_system(gains)).value / optimum(problem).value - 1, problem))
+        found.sort(key=itemgetter(0))
+        if len(found) > 1 and found[1][0] <= cut:
+            return found[:2]
         cut *= 4
 
 
 def _attained(A: Array, C: Array, schedule: SensingSchedule, gains: Array, B_d: Array, D: Array) -> Array:
-    """Lower bounds (m,) of the norms of the printed gains: largest singular values at ANGLES, for B_d (m, n), D (m, q).
+    """Lower bounds (m,) of the norms of the printed gains: largest singular values at ANGLES.
 
-    The error system is that of unit disturbances of every state and sensor, its inputs combined for each candidate.
+    The error system is that of unit disturbances of every state and sensor, its inputs weighted for each candidate.
     """
-    n, N = len(A), schedule.period
-    unit = MultirateProblem(MultiratePlant(A=A, B_d=np.eye(n), C=C, D=np.eye(len(C))), schedule)
-    system = unit.error_system(gains)
-    radius = system.spectral_radius()
-    if radius >= 1:
-        raise InfeasibleError(
-            f"printed_gains do not stabilise A_e of this A and C (multiplier of modulus {radius:.6g}); check both"
-        )
-    blocks = []
-    for rows, stage in zip(unit.measured_rows(), system.stages, strict=True):
-        # Inputs of a stage: one per state, then one per sensor; without measurement, no sensor noise.
-        block = np.zeros((len(B_d), stage.B.shape[1], 1 + len(rows)))
-        block[:, :n, 0] = B_d
-        for place, sensor in enumerate(rows, start=1):
-            block[:, n + sensor, place] = D[:, sensor]
-        blocks.append(block)
-    lifted = system.lift()
-    first = np.cumsum([0, *(block.shape[1] for block in blocks)])
-    level = np.zeros(len(B_d))
+    n, q = C.T.shape
+    system = MultirateProblem(MultiratePlant(A=A, B_d=np.eye(n), C=C, D=np.eye(q)), schedule).error_system(gains)
+    weights = np.zeros((len(B_d), n + q, n + q))
+    weights[:, :n, :n] = B_d[:, :, None] * B_d[:, None, :]
+    weights[:, range(n, n + q), range(n, n + q)] = D**2
+    # Inputs of a stage: one per state, then one per sensor; without measurement, no sensor noise.
+    widths, level = [stage.B.shape[1] for stage in system.stages], np.zeros(len(B_d))
     for angle in ANGLES:
-        response = frequency_response(lifted, angle)
-        parts = [response[:, first[k] : first[k + 1]] @ blocks[k] for k in range(N)]
-        level = np.maximum(level, np.linalg.norm(np.concatenate(parts, axis=2), ord=2, axis=(1, 2)))
+        parts = np.split(frequency_response(system.lift(), angle), np.cumsum(widths)[:-1], axis=1)
+        squares = sum(
+            part @ weights[:, :width, :width] @ part.conj().T for part, width in zip(parts, widths, strict=True)
+        )
+        level = np.maximum(level, np.sqrt(np.linalg.eigvalsh(squares)[:, -1]))
     return level
 
 
-def _achievable(A: Array, C: Array, schedule: SensingSchedule, B_d: Array, D: Array, level: Array) -> Flags:
+def _achievable(
+    A: Array, C: Array, schedule: SensingSchedule, B_d: Array, D: Array, level: Array
+) -> npt.NDArray[np.bool_]:
     """Whether a stabilising X_k >= 0 with X_k < level^2 I was found (W = I), per candidate; False may be in doubt."""
-    H = B_d[:, :, None] * B_d[:, None, :]
-    identity = np.eye(len(A))
-    maps = []
-    for measured in schedule.mask:
-        information = np.einsum("qi,mq,qj->mij", C, measured / D**2, C)
-        maps.append(RiccatiMap(np.broadcast_to(A, H.shape), information - identity / level[:, None, None] ** 2, H))
+    information = np.einsum("kq,qi,mq,qj->kmij", schedule.mask, C, D**-2.0, C)
+    G = information - np.eye(len(A)) / level[:, None, None] ** 2
+    H = np.broadcast_to(B_d[:, :, None] * B_d[:, None, :], G.shape)
     good = np.ones(len(B_d), dtype=bool)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        total = maps[0]
-        for step in [*maps[1:], *([None] * DOUBLINGS)]:
-            parts = compose(total, step or total)
+        levels = tree(RiccatiMap(np.broadcast_to(A, G.shape), G, H))
+        total = RiccatiMap(*(part[0] for part in levels[-1]))
+        for _ in range(DOUBLINGS):
+            total = compose(total, total)
             # Where the recursion escapes it is replaced by the zero map, and the level counts as not achieved.
-            good &= np.all([np.abs(part).max(axis=(1, 2)) < ESCAPE for part in parts], axis=0)
-            total = RiccatiMap(*(np.where(good[:, None, None], part, 0.0) for part in parts))
-        good &= np.abs(total.A).max(axis=(1, 2)) < SETTLED
-        X = total.H
-        for step in maps:
-            spectrum = np.linalg.eigvalsh(X)
-            good &= (spectrum[:, 0] > -SETTLED * spectrum[:, -1]) & (spectrum[:, -1] < level**2)
-            X = step.A @ np.linalg.solve(identity + X @ step.G, X) @ A.T + H
-    return np.asarray(good & (np.abs(X - total.H).max(axis=(1, 2)) < SETTLED * level**2))
-
-
-def _nearest_centre(candidate: _Candidate, gains: Array) -> CentralPoint:
-    """The point of the central path whose gains are nearest to the printed ones in the largest entry."""
-    points = central_path(candidate.problem, gains, gap=PATH_END * candidate.optimum**2, factor=PATH_FACTOR)
-    return min(points, key=lambda point: _difference(point, gains))
-
-
-def _difference(point: CentralPoint, gains: Array) -> float:
-    return float(np.max(np.abs(point.gains - gains)))
+            good &= np.all([np.abs(part).max(axis=(1, 2)) < ESCAPE for part in total], axis=0)
+            total = RiccatiMap(*(np.where(good[:, None, None], part, 0.0) for part in total))
+        spectrum = np.linalg.eigvalsh(down(levels, total.H))
+    least, largest = spectrum[..., 0], spectrum[..., -1]
+    good &= np.all((least > -ROUNDING * largest) & (largest < level**2), axis=0)
+    return np.asarray(good & (np.abs(total.A).max(axis=(1, 2)) < ROUNDING))

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from replication.errors import InfeasibleError
 from replication.estimation.conic.program import (
@@ -16,9 +15,7 @@ from replication.estimation.conic.program import (
     minimise_modelled,
     program_under,
     solve_clarabel,
-    symmetric_basis,
 )
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal
 from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array
@@ -45,98 +42,60 @@ def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = S
     """
     require_problem(problem)
     layout = Layout(problem)
-    cost = np.zeros(layout.variables)
-    cost[layout.level] = 1.0
+    cost = np.eye(layout.level + 1)[layout.level]
     solution = solve_clarabel(program_under(cost, *inequalities(layout)), accept=accept)
-    return layout.design(solution.multipliers, solution.report)
+    return LmiDesign(*layout.design(solution.multipliers), solution.report)
 
 
 class Layout:
     """Where the variables stand: the triangles of P_k, then Y_k on measured columns, then gamma^2.
 
-    scales: triangular T_k with e(k) = T_k e_scaled(k), Cholesky factors of the Kalman error covariances, one per phase.
+    P, Y: the positions of their entries, by phase; level: that of gamma^2, the last. scales: triangular T_k with
+    e(k) = T_k e_scaled(k), Cholesky factors of the Kalman error covariances, one per phase.
     """
 
     def __init__(self, problem: MultirateProblem) -> None:
-        n = problem.plant.order
-        self.plant, self.scales = problem.plant, list(state_scales(problem))
-        self.n: int = n
-        self.period = problem.schedule.period
-        self.rows = problem.measured_rows()
-        self.noise = problem.plant.D.shape[1]
-        self.disturbances = problem.plant.B_d.shape[1]
-        self.sensors = problem.plant.sensors
-        self.triangle = n * (n + 1) // 2
-        counts = np.array([n * len(rows) for rows in self.rows])
-        self.first_Y = self.period * self.triangle + np.concatenate([[0], np.cumsum(counts)])
-        self.level = int(self.first_Y[-1])
-        self.variables = self.level + 1
-        upper = np.triu_indices(n)
-        self._index = np.zeros((n, n), dtype=np.int64)
-        self._index[upper] = np.arange(self.triangle)
-        self._index.T[upper] = np.arange(self.triangle)
+        self.plant, self.rows, self.scales = problem.plant, problem.measured_rows(), state_scales(problem)
+        n, N = self.plant.order, len(self.rows)
+        upper, index = np.triu_indices(n), np.zeros((n, n), dtype=np.int64)
+        index[upper] = index.T[upper] = np.arange(len(upper[0]))
+        self.P = index + len(upper[0]) * np.arange(N)[:, None, None]
+        counts = [n * len(rows) for rows in self.rows]
+        columns = np.split(N * len(upper[0]) + np.arange(sum(counts)), np.cumsum(counts)[:-1])
+        self.Y = [entries.reshape(n, len(rows)) for entries, rows in zip(columns, self.rows, strict=True)]
+        self.level = N * len(upper[0]) + sum(counts)
 
-    def P(self, k: int) -> npt.NDArray[np.int64]:
-        """Variable numbers of the entries of P_k, shape (n, n); k = -1 is P_{N-1}."""
-        return self._index + (k % self.period) * self.triangle
-
-    def Y(self, k: int) -> npt.NDArray[np.int64]:
-        """Variable numbers of the entries of the measured columns of Y_k, shape (n, rows)."""
-        count = len(self.rows[k])
-        return np.arange(self.n * count, dtype=np.int64).reshape(self.n, count) + int(self.first_Y[k])
-
-    def block_size(self, k: int) -> int:
-        """Rows of the matrix inequality at phase k: without measurement, without w."""
-        return int(2 * self.n + self.disturbances + (self.noise if self.rows[k] else 0))
-
-    def design(self, x: Array, report: SolverReport) -> LmiDesign:
-        """Read the solution back, undo the scaling, and recover L_k = P_k^-1 Y_k (eq. (31))."""
-        P = np.zeros((self.period, self.n, self.n))
-        gains = np.zeros((self.period, self.n, self.sensors))
+    def design(self, x: Array) -> tuple[float, Array, Array]:
+        """The level, the gains L_k = P_k^-1 Y_k of eq. (31), and P, of a solution, in the states of the plant."""
+        P, gains = np.zeros(self.P.shape), np.zeros((len(self.rows), self.plant.order, self.plant.sensors))
         for k, rows in enumerate(self.rows):
-            T = self.scales[(k + 1) % self.period]
-            scaled = x[self.P(k)]
-            gains[k][:, rows] = T @ np.linalg.solve(scaled, x[self.Y(k)])
-            half = np.linalg.solve(T.T, scaled)
-            P[k] = np.linalg.solve(T.T, half.T)
-        return LmiDesign(float(np.sqrt(max(x[self.level], 0.0))), gains, P, report)
+            T, scaled = self.scales[(k + 1) % len(self.rows)], x[self.P[k]]
+            gains[k][:, rows] = T @ np.linalg.solve(scaled, x[self.Y[k]])
+            P[k] = np.linalg.solve(T.T, np.linalg.solve(T.T, scaled).T)
+        return float(np.sqrt(max(x[self.level], 0.0))), gains, P
 
 
 def inequalities(layout: Layout) -> list[Inequalities]:
     """The matrix of eq. (30) at each phase, reduced and in scaled states, with the few variables that stand in it."""
-    return [_phase(layout, k) for k in range(layout.period)]
+    return [_phase(layout, k) for k in range(len(layout.rows))]
 
 
 def _phase(layout: Layout, k: int) -> Inequalities:
-    plant, n, rows, size = layout.plant, layout.n, layout.rows[k], layout.block_size(k)
-    T, T_next = layout.scales[k], layout.scales[(k + 1) % layout.period]
-    basis, triangle = symmetric_basis(n), np.triu_indices(n)
-    ahead, now = np.zeros((2, len(basis), size, size))
-    ahead[:, :n, :n] = basis
-    _beside(ahead, n, basis @ np.linalg.solve(T_next, plant.A @ T))
-    _beside(ahead, 2 * n, basis @ np.linalg.solve(T_next, plant.B_d))
-    now[:, n : 2 * n, n : 2 * n] = basis
-    level = np.diag(np.arange(size) >= 2 * n).astype(float)
-    parts = [(ahead, layout.P(k)[triangle]), (now, layout.P(k - 1)[triangle]), (level[None], np.array([layout.level]))]
-    if layout.period == 1:
-        parts[:2] = [(ahead + now, layout.P(k)[triangle])]
-    if rows:
-        units = np.eye(n * len(rows)).reshape(-1, n, len(rows))
-        columns = np.zeros((len(units), size, size))
-        _beside(columns, n, units @ (-plant.C[rows] @ T))
-        _beside(columns, 2 * n + layout.disturbances, units @ -plant.D[rows])
-        parts.append((columns, layout.Y(k).ravel()))
-    constant = np.zeros((1, size, size))
-    constant[0, n : 2 * n, n : 2 * n] = -T.T @ plant.W.T @ plant.W @ T
-    coefficients, variables = (np.concatenate(part)[None] for part in zip(*parts, strict=True))
-    return Inequalities(constant, coefficients, variables)
+    """The matrix is affine: what each variable alone adds to it is its coefficient."""
+    plant, rows, P, before, Y = layout.plant, layout.rows[k], layout.P[k], layout.P[k - 1], layout.Y[k]
+    T, T_next = layout.scales[k], layout.scales[(k + 1) % len(layout.rows)]
+    A, B = np.linalg.solve(T_next, plant.A @ T), np.linalg.solve(T_next, plant.B_d)
+    # Without measurement, without w.
+    C, D = plant.C[rows] @ T, plant.D[rows] if rows else np.zeros((0, 0))
 
+    def matrix(x: Array, W: Array) -> Array:
+        rows_of_blocks = matrix_30((A, B, C, D, W), x[P], x[before], x[Y], x[layout.level])
+        return np.concatenate([np.concatenate(row, axis=1) for row in rows_of_blocks])
 
-def _beside(matrices: Array, start: int, blocks: Array) -> None:
-    """Write blocks into the first rows from the column `start` on, and their transposes below."""
-    rows, stop = blocks.shape[1], start + blocks.shape[2]
-    matrices[:, :rows, start:stop] = blocks
-    matrices[:, start:stop, :rows] = np.swapaxes(blocks, 1, 2)
+    variables = np.unique([*P.ravel(), *before.ravel(), *Y.ravel(), layout.level])
+    weight, x = plant.W @ T, np.eye(layout.level + 1)
+    coefficients = np.array([matrix(x[variable], 0 * weight) for variable in variables])
+    return Inequalities(matrix(0 * x[0], weight)[None], coefficients[None], variables[None])
 
 
 # Theorems 1 and 2 as printed, through cvxpy: the matrix inequalities (20) and (30), all columns, phase by phase
@@ -162,10 +121,10 @@ def theorem1_matrix(problem: MultirateProblem, gains: Array, P: Any, k: int, gam
 def theorem2_matrix(problem: MultirateProblem, P: Any, Y: Any, k: int, gamma_squared: Any) -> list[list[Any]]:
     """Blocks of Theta-hat_k, eq. (30); P and Y are lists of N matrices or cvxpy variables."""
     plant, S = problem.plant, problem.schedule.selection(k)
-    return _matrix_30((plant.A, plant.B_d, S @ plant.C, S @ plant.D, plant.W), P[k], P[k - 1], Y[k], gamma_squared)
+    return matrix_30((plant.A, plant.B_d, S @ plant.C, S @ plant.D, plant.W), P[k], P[k - 1], Y[k], gamma_squared)
 
 
-def _matrix_30(plant: tuple[Array, ...], P: Any, before: Any, Y: Any, gamma_squared: Any) -> list[list[Any]]:
+def matrix_30(plant: tuple[Array, ...], P: Any, before: Any, Y: Any, gamma_squared: Any) -> list[list[Any]]:
     """The blocks for A, B_d, C, D, W, the P after the step and the one before it."""
     A, B, C, D, W = plant
     n, m, q = len(A), B.shape[1], D.shape[1]
@@ -178,18 +137,15 @@ def _matrix_30(plant: tuple[Array, ...], P: Any, before: Any, Y: Any, gamma_squa
     ]
 
 
-def theorem2_size(problem: MultirateProblem) -> tuple[int, int]:
-    """Decision variables of Theorem 2 in all (P_k, Y_k, gamma), and rows of the inequality of each phase."""
-    plant, n = problem.plant, problem.plant.order
-    per_phase = n * (n + 1) // 2 + n * plant.sensors
-    return problem.schedule.period * per_phase + 1, 2 * n + plant.B_d.shape[1] + plant.D.shape[1]
+def theorem2_size(problem: MultirateProblem, cyclic: bool = False) -> tuple[int, int]:
+    """Decision variables of Theorem 2 in all (P_k, Y_k, gamma), and rows of the inequality of each phase.
 
-
-def cyclic_size(problem: MultirateProblem) -> tuple[int, int]:
-    """The same for the single inequality of the cyclic reformulation: one P of order N n, one Y of N n by N q."""
+    cyclic: of the single inequality of the cyclic reformulation, one phase with a copy of all signals for each.
+    """
     plant, N = problem.plant, problem.schedule.period
-    n = N * plant.order
-    return n * (n + 1) // 2 + n * N * plant.sensors + 1, 2 * n + N * (plant.B_d.shape[1] + plant.D.shape[1])
+    phases, copies = (1, N) if cyclic else (N, 1)
+    n, q, m, w = (copies * size for size in (plant.order, plant.sensors, plant.B_d.shape[1], plant.D.shape[1]))
+    return phases * (n * (n + 1) // 2 + n * q) + 1, 2 * n + m + w
 
 
 def lmi_analysis(
@@ -212,8 +168,8 @@ def lmi_analysis(
     P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
     gamma_squared = cvxpy.Variable()
     blocks = [theorem1_matrix(problem, np.asarray(gains, dtype=float), P, k, gamma_squared) for k in range(N)]
-    report = _minimise(gamma_squared, [*blocks, *([[P_k]] for P_k in P)], accept)
-    return LmiDesign(_root(gamma_squared), np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
+    report = minimise(gamma_squared, [*blocks, *([[P_k]] for P_k in P)], accept)
+    return LmiDesign(root(gamma_squared), np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
 
 
 def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
@@ -231,63 +187,23 @@ def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: t
     Y = [cvxpy.Variable((n, q)) for _ in range(N)]
     gamma_squared = cvxpy.Variable()
     blocks = [theorem2_matrix(problem, P, Y, k, gamma_squared) for k in range(N)]
-    report = _minimise(gamma_squared, blocks, accept)
+    report = minimise(gamma_squared, blocks, accept)
     gains = np.array([np.linalg.solve(_value(P_k), _value(Y_k)) for P_k, Y_k in zip(P, Y, strict=True)])
     # Y_k on sensors that are not measured is arbitrary in the theorem and without effect in the observer.
     gains *= problem.schedule.mask[:, None, :]
-    return LmiDesign(_root(gamma_squared), gains, np.array([_value(P_k) for P_k in P]), report)
-
-
-def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
-    """The single inequality of the cyclic reformulation: eq. (30) at N = 1 for the cyclic plant, one P and one Y.
-
-    P (N n, N n) and Y (N n, N q) are full. Turning the phases by the N-th roots of unity leaves the inequality as it
-    is, so the mean over these turns solves it too: of P its diagonal blocks, of Y those from phase k to phase k + 1.
-    Same optimum as Theorem 2, far more unknowns (`cyclic_size`). Raises as `lmi_design`.
-    """
-    import cvxpy
-
-    require_problem(problem)
-    plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
-    selected = [problem.schedule.selection(k) for k in range(N)]
-    plant_stages = [Stage(plant.A, plant.B_d, S @ plant.C, np.zeros((q, plant.B_d.shape[1]))) for S in selected]
-    A, B, C, _ = cyclic(PeriodicSystem(tuple(plant_stages)))
-    D, W = block_diagonal([S @ plant.D for S in selected]), block_diagonal([plant.W] * N)
-    P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
-    gamma_squared = cvxpy.Variable()
-    report = _minimise(gamma_squared, [_matrix_30((A, B, C, D, W), P, P, Y, gamma_squared)], accept)
-    # The blocks of phase k act on the state at phase k + 1.
-    ahead = [(k + 1) % N for k in range(N)]
-    P_k = np.array([_value(P)[n * j : n * (j + 1), n * j : n * (j + 1)] for j in ahead])
-    Y_k = np.array([_value(Y)[n * j : n * (j + 1), q * k : q * (k + 1)] for k, j in enumerate(ahead)])
-    gains = np.linalg.solve(P_k, Y_k) * problem.schedule.mask[:, None, :]
-    return LmiDesign(_root(gamma_squared), gains, P_k, report)
-
-
-def cyclic(system: PeriodicSystem) -> Stage:
-    """The cyclic reformulation: one state copy per phase, block-cyclic A and B; same induced norm as lifted."""
-    total = sum(len(stage.A) for stage in system.stages)
-    A = np.zeros((total, total))
-    B = np.zeros((total, sum(stage.B.shape[1] for stage in system.stages)))
-    column = 0
-    for k, stage in enumerate(system.stages):
-        following = (k + 1) % system.period
-        rows = slice(following * system.order, (following + 1) * system.order)
-        A[rows, k * system.order : (k + 1) * system.order] = stage.A
-        B[rows, column : column + stage.B.shape[1]] = stage.B
-        column += stage.B.shape[1]
-    return Stage(A, B, block_diagonal([s.C for s in system.stages]), block_diagonal([s.D for s in system.stages]))
+    return LmiDesign(root(gamma_squared), gains, np.array([_value(P_k) for P_k in P]), report)
 
 
 def _value(variable: Any) -> Array:
     return np.asarray(variable.value, dtype=float)
 
 
-def _root(gamma_squared: Any) -> float:
+def root(gamma_squared: Any) -> float:
+    """The level that a solved variable stands for."""
     return float(np.sqrt(max(float(gamma_squared.value), 0.0)))
 
 
-def _minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> SolverReport:
+def minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> SolverReport:
     """Minimise gamma^2 with every block matrix positive semidefinite; raises unless the status is accepted."""
     import cvxpy
 

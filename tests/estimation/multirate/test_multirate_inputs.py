@@ -17,7 +17,6 @@ import pytest
 from multirate_examples import CART, PAPER, PUBLISHED, problem
 
 from papers.okajima2023.method import lmi
-from papers.okajima2023.method.central_path import central_path
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import l2_gain, worst_case_response
@@ -252,8 +251,6 @@ def test_what_is_not_a_problem_is_named(given: Any) -> None:
         "achievable": lambda it: optimum.achievable(it, 1.0),
         "noncausal": optimum.noncausal_bound,
         "analysis": lambda it: lmi.lmi_analysis(it, np.zeros((6, 3, 2))),
-        "cyclic": lmi.cyclic_lmi_design,
-        "path": lambda it: central_path(it, np.zeros((6, 3, 2)), gap=1e-3),
     }
     for design in {**DESIGNS, **others}.values():
         with pytest.raises(InvalidInputError, match=r"problem must be a MultirateProblem, got .*; build it by"):

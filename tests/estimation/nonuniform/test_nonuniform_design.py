@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
-from papers.mustafa.method import dense_design, floor_for_any_filter
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
@@ -121,10 +120,10 @@ def test_riccati_filter_meets_its_level_and_the_lmi_agrees(plant):
 
 def test_exchange_matches_the_dense_grid_and_holds_between_its_nodes():
     for plant, periods in ((OSCILLATOR, OSCILLATOR_RANGE), (MOTOR, MOTOR_RANGE)):
-        dense = dense_design(plant, periods, 129)
+        normalised = normalise(plant, periods.middle)
+        dense = design_for_periods(plant, periods.nodes(129).tolist(), at=normalised, solver=Solver.SDPA)
         everywhere = robust_design(plant, periods)
         assert everywhere.design.level == pytest.approx(dense.level, rel=1e-6)
-        normalised = normalise(plant, periods.middle)
         transitions = normalised.plant.transitions(periods.nodes(501))
         left = largest_eigenvalues(normalised.plant, everywhere.design.variables, transitions)
         assert left.max() <= VIOLATION
@@ -156,8 +155,7 @@ def test_measurements_that_reveal_the_disturbance_are_refused_or_right():
 
 def test_floor_is_a_level_that_the_search_found_infeasible():
     h = OSCILLATOR_RANGE.middle
-    floor, where = floor_for_any_filter(OSCILLATOR, PeriodRange(h, h), 1)
-    assert where == h
+    floor = riccati_level(OSCILLATOR, h, tolerance=1e-8).infeasible
     assert riccati_filter(OSCILLATOR, h, floor) is None
     assert floor == pytest.approx(closed_form(OSCILLATOR, h), rel=ROUTES * 10)
     assert floor <= closed_form(OSCILLATOR, h)

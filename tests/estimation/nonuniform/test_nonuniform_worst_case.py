@@ -19,7 +19,6 @@ from sampled_cases import (
     some_filter,
 )
 
-from papers.mustafa.method import dense_design, floor_for_any_filter
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.bounds import guarantee
 from replication.estimation.nonuniform.bounds import worst_case as sequences
@@ -109,8 +108,7 @@ DIRECT = control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), [[0], [1]])
         (lambda: Filter(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))), "empty"),
         (lambda: Filter([[0.5]], np.zeros((1, 0)), [[1.0]]), "B_f must not be empty"),
         (lambda: robust_design(MOTOR, MOTOR_RANGE, max_rounds=0), "max_rounds"),
-        (lambda: dense_design(MOTOR, MOTOR_RANGE, 0), "number of periods"),
-        (lambda: floor_for_any_filter(MOTOR, MOTOR_RANGE, 0), "nodes"),
+        (lambda: MOTOR_RANGE.nodes(0), "number of periods"),
         (lambda: design_for_periods(MOTOR, []), "periods"),
         (lambda: design_for_periods(MOTOR, 0.05), "periods"),
         (lambda: design_for_periods(MOTOR, [1.0, -0.5]), "positive"),
