@@ -18,9 +18,8 @@ from replication.estimation.delay.general.mean_square import OF, Designs
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.observer import DelayGains, spectral_abscissa
+from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
-from replication.estimation.delay.sos.running import HistoryObserver
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array, frozen
 
