@@ -11,7 +11,6 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 from flint import fmpq, fmpq_mat
-from scipy.optimize import minimize_scalar
 
 from replication.certify.delay.forms import Dynamics
 from replication.certify.delay.gram import SOLVED, centred, exact_grams
@@ -29,6 +28,9 @@ from replication.certify.rounding import (
 )
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
+from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.units import natural_units
 from replication.estimation.validation import Array
@@ -43,8 +45,6 @@ where the kernels have few powers."""
 LEVEL_BITS, FREQUENCY_BITS, ROOT_BITS = 40, 20, 20
 BELOW = 1e-8
 """Relative distance of a lower bound from the gain that floating point finds."""
-FREQUENCIES = 4001
-"""Grid of the search for the frequency of a lower bound."""
 
 
 def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
@@ -173,38 +173,21 @@ def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": {"lower": gamma}, "witness": witness}
 
 
-def hidden_gain(
-    plant: Mapping[str, Any], lag: Callable[[complex], complex] = lambda s: np.exp(-s)
-) -> tuple[str, dict[str, Any]]:
+def hidden_gain(plant: Mapping[str, Any], order: int | None = None) -> tuple[str, dict[str, Any]]:
     """The largest gain of a disturbance that leaves y at zero, and the frequency and the state that show it.
 
-    lag: the transfer function of a delay tau as a function of s tau; another one than exp(-s) for an approximation.
-    For plants with one unmeasured state, so that C_2x = 0 leaves one direction; raises InvalidInputError for others.
+    order: that of Padé's approximants of the delays; true delays if None. For plants with one unmeasured state, so that
+    C_2x = 0 leaves one direction; raises InvalidInputError for others.
     """
     sensor = exact(plant["C2"])
     q, n = sensor.nrows(), sensor.ncols()
     if n - q != 1:
         raise InvalidInputError(f"exactly one state may be unmeasured, got {n - q}")
-    back = change_of(plant).inv()
-    state = [[str(back[i, 0])] for i in range(n)]
-    system, x = floating(plant), as_floats(state)
-
-    def gain(frequency: float) -> float:
-        s = 1j * frequency
-        turns = [lag(s * delay) for delay in system.delays]
-        output = system.c10 + sum(turn * c for turn, c in zip(turns, system.c1, strict=True))
-        rate = s * np.eye(n) - system.a0 - sum(turn * a for turn, a in zip(turns, system.a, strict=True))
-        return float(np.linalg.norm(output @ x) / np.linalg.norm(np.linalg.solve(system.b, rate @ x)))
-
-    reach = 2.0 * float(np.linalg.norm(system.a0, 2) + sum(np.linalg.norm(a, 2) for a in system.a))
-    grid = np.linspace(0.0, reach, FREQUENCIES)
-    best = int(np.argmax([gain(float(frequency)) for frequency in grid]))
-    ends = grid[max(0, best - 1)], grid[min(FREQUENCIES - 1, best + 1)]
-    found = minimize_scalar(lambda frequency: -gain(frequency), bounds=ends, method="bounded", options={"xatol": 1e-8})
-    candidates = [rounded(float(frequency), FREQUENCY_BITS) for frequency in (0.0, found.x)]
-    frequency = max(candidates, key=lambda text: gain(float(Fraction(text))))
-    lower = gain(float(Fraction(frequency))) * (1.0 - BELOW)
-    return rounded_down(lower, LEVEL_BITS), {"frequency": frequency, "state": state}
+    back, system = change_of(plant).inv(), floating(plant)
+    terms = plant_terms(system) if order is None else moment_plant(line_form(system), order).terms
+    frequency = rounded(smoother_bound(terms).frequency, FREQUENCY_BITS)
+    lower = float(smoother_gains(terms, np.array([float(Fraction(frequency))]))[0]) * (1.0 - BELOW)
+    return rounded_down(lower, LEVEL_BITS), {"frequency": frequency, "state": [[str(back[i, 0])] for i in range(n)]}
 
 
 def near_optimal(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -288,15 +271,8 @@ def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], fl
 
 def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bound and witness of the gain that no observer of the approximation can go below."""
-    gamma, witness = hidden_gain(theorem["plant"], lambda s: _lag(theorem["parameters"]["order"], s))
+    gamma, witness = hidden_gain(theorem["plant"], theorem["parameters"]["order"])
     return {"bound": {"lower": gamma}, "witness": witness}
-
-
-def _lag(order: int, argument: complex) -> complex:
-    value = 0.0 + 0.0j
-    for k in range(order, 0, -1):
-        value = 1.0 / ((2 * k - 1) * 2.0 / argument + value) if argument != 0.0 else 0.0j
-    return (1.0 - value) / (1.0 + value)
 
 
 def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:

@@ -42,6 +42,13 @@ class FilterModel:
     cy: Array  # (q, N) Measurements
     dy: Array  # (q, r) Measurements
 
+    @property
+    def terms(self) -> PlantTerms:
+        """The same as a plant without delays."""
+        n, p, q, r = len(self.a), len(self.cz), len(self.cy), self.b.shape[1]
+        whole = np.block([[self.a, self.b], [self.cz, self.dz], [self.cy, self.dy]])
+        return PlantTerms((n, p, q, r), Terms(whole), Terms(np.zeros((n + p + q, 0))))
+
     def error(self, L: Array, Lz: Array | None = None) -> Stage:
         """From w to the error of x^' = a x^ + L (y - cy x^), z^ = cz x^ + Lz (y - cy x^); Lz is zero unless given."""
         z = (self.cz, self.dz) if Lz is None else (self.cz - Lz @ self.cy, self.dz - Lz @ self.dy)

@@ -18,7 +18,7 @@ from replication.estimation.delay.exact.central import (
     whitened,
 )
 from replication.estimation.delay.exact.loop import decided, plant_terms
-from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
 from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.synthesis import scaling_of
 from replication.estimation.delay.plant import DelayPlant
@@ -191,17 +191,7 @@ def _smoother(model: FilterModel, least: float) -> float:
 
 def _gains(model: FilterModel, omega: Array) -> Array:
     """The norm of G_z on the kernel of G_y at each frequency (M,)."""
-    n, r, q = len(model.a), model.b.shape[1], len(model.cy)
-    if r <= q:
-        return np.zeros(len(omega))
-    # From the kernel of [a - j omega, b; cy, dy], rows of unit length: no pole on the axis is divided by.
-    pencil = np.tile(np.block([[model.a, model.b], [model.cy, model.dy]]).astype(complex), (len(omega), 1, 1))
-    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
-    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
-    kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
-    _, sizes, right = np.linalg.svd(kernel[:, n:], full_matrices=False)
-    output = (np.hstack([model.cz, model.dz]) @ kernel) @ right.conj().swapaxes(1, 2)
-    return np.asarray(np.linalg.norm(output / np.maximum(sizes, NEXT_TO_NONE)[:, None, :], 2, axis=(1, 2)))
+    return np.minimum(smoother_gains(model.terms, omega), 1.0 / NEXT_TO_NONE)
 
 
 ORDERS = (2, 3, 4, 7, 8, 11, 14, 19, 26, 35, 48)
