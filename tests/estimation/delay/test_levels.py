@@ -261,11 +261,6 @@ def test_models_approach_the_exact_response(build: Any) -> None:
             assert np.abs(response(model, omega) - frequency_response(system, omega)[0]).max() < 1e-9
 
 
-def test_only_the_row_space_is_delayed() -> None:
-    assert pade_model(two_delays(), 5).a.shape[0] == 2 + 2 * 5 * 2
-    assert pade_model(scalar([-1.0, 0.0], [0.5, 1.0]), 5).a.shape[0] == 1 + 5
-
-
 def test_grids_differentiate_and_integrate() -> None:
     net = grid(12)
     assert net.points[0] == 0.0 and net.points[-1] == -1.0

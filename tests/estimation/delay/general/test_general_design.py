@@ -73,22 +73,15 @@ def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def
     assert right_roots(wrong.error)[1] or exact_gain(wrong, 1e-3).lower > bracket.upper
 
 
-@pytest.mark.parametrize("seed", SAMPLE)
-def test_random_plants(seed: int) -> None:
-    plant = random_plant(np.random.default_rng(seed))
-    exact, least = limit(plant), least_level(plant, 6)
+@pytest.mark.parametrize(
+    ("plant", "degree"), [*((random_plant(np.random.default_rng(seed)), 6) for seed in SAMPLE), (averaged(), 10)]
+)
+def test_the_least_level_is_near_that_of_any_observer(plant: DelayPlant, degree: int) -> None:
+    exact, least = limit(plant), least_level(plant, degree)
     assert least.slack > 0.0
-    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.01
-    proof, observer = observer_at(plant, least.level * 1.05, 6, least.scaling)
+    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.002
+    proof, observer = observer_at(plant, least.level * 1.05, degree, least.scaling)
     assert exact.level * (1 - 1e-3) <= exact_gain(observer, 1e-3).lower <= proof.level
-
-
-def test_a_late_sensor_costs_what_no_smoother_pays() -> None:
-    plant = late_sensor(1.0)
-    exact, least = limit(plant), least_level(plant, 10)
-    assert exact.smoother == pytest.approx(1.0, abs=1e-9)
-    assert least.level == pytest.approx(exact.level, rel=2e-3)
-    assert least.level > 1.3 * exact.smoother
 
 
 QUANTITIES: dict[str, Any] = {
@@ -142,18 +135,6 @@ def test_units_and_coordinates_do_not_matter(make: Any, quantity: str, change: A
     # A mean square is one over the unit of time; levels are not.
     time = (other.delays[0] / plant.delays[0]) ** (-0.5 if "rms" in quantity else 0.0)
     assert QUANTITIES[quantity](other) == pytest.approx(factor * own(make, quantity) * time, rel=1e-5)
-
-
-def test_known_inputs_are_copied_and_cost_nothing() -> None:
-    plant = averaged()
-    bare = replace(plant, b_u=np.zeros((2, 0)), b_u_delayed=())
-    assert least_level(bare, 3).level == least_level(plant, 3).level
-    result = design(plant, degree=3)
-    observer, pushed = result.observer(0.01), result.observer(0.01)
-    for _ in range(50):
-        at_rest, moved = observer.step([0.0], [0.0]), pushed.step([1.0], [0.0])
-    assert np.abs(moved - at_rest).max() > 1e-2
-    assert result.signals.inputs == ("u[0]",)
 
 
 def test_where_a_degree_proves_nothing_the_level_is_open() -> None:
