@@ -72,11 +72,7 @@ class GramPoint:
 
 
 def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: str = "each") -> GramPoint:
-    """The point of Theorem 3 at the level gamma whose Gram matrices have the largest least eigenvalue.
-
-    `system` in coordinates with C_2 = [0 c]; the traces add up to `trace` at most. Raises InfeasibleError if there is
-    no room for rounding, and what the solver raises.
-    """
+    """The point of Theorem 3 at the level gamma whose Gram matrices, of this trace at most, have the largest margin."""
     base = synthesis.program(synthesis.assemble(system, degree, SOLVED[rule]), 0.0, gamma)
     eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
     rows = base.a.shape[0]
@@ -281,11 +277,7 @@ def _task(dual: Dual, cost: Array, constant: Array, free: Array, changes: Sequen
 
 
 def inner_weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
-    """Rational y in the interior: the largest value first, then the largest margin a little below it.
-
-    Where the optimum is nearly singular the coordinates are scaled by its diagonal, and it is sought again.
-    Raises SolverError if there is no room for rounding.
-    """
+    """Rational y in the interior: the largest value first, then the largest margin a little below it."""
     known = as_floats(written(costs)), as_floats(written(constant)), floats(free)
     tasks = [_task(dual, *known, dual.changes)]
     changes, best = dual.changes, -np.inf

@@ -140,10 +140,7 @@ def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[st
 
 
 def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:
-    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or close to the least.
-
-    Raises InfeasibleError if no level that is tried leaves room for rounding.
-    """
+    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or near the least."""
     plant, degree = theorem["plant"], theorem["parameters"]["degree"]
     if level is not None:
         gamma = str(Fraction(level))
@@ -251,10 +248,7 @@ def section(order: int) -> Section:
 
 
 def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], float]) -> dict[str, Any]:
-    """Bound and witness of a level close to the `least` of the plant with Padé sections of an order.
-
-    Raises InfeasibleError if none that is tried leaves room.
-    """
+    """Bound and witness of a level close to the `least` of the plant with Padé sections of an order."""
     plant, order = theorem["plant"], theorem["parameters"]["order"]
     change = change_of(plant)
     system, part = floating(plant, change), section(order)
@@ -276,10 +270,7 @@ def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
-    """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2.
-
-    Raises SolverError if there is none, InfeasibleError if the margin is below PADE_ROOM.
-    """
+    """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2."""
     n, q = system.states, system.measurements
     A, B, C = _model(system, part)
     size, r, p = A.shape[0], B.shape[1], C.shape[0]

@@ -155,11 +155,7 @@ def whitened(model: FilterModel) -> FilterModel:
 
 
 def normal_states(model: FilterModel) -> tuple[FilterModel, Array]:
-    """A whitened model in states x' = scale x whose Kalman filter has errors of unit variance, and scale (N,).
-
-    Neither units nor slow modes make anything faint then. Where there is no Kalman filter, rates, disturbances and
-    measurements are balanced.
-    """
+    """A whitened model in states x' = scale x whose Kalman filter has errors of unit variance, and scale (N,)."""
     scale = _balance(model)
     for _ in range(2):
         try:

@@ -52,10 +52,7 @@ class FilterLevel:
 
 
 def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
-    """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look.
-
-    Raises InfeasibleError if there is none.
-    """
+    """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look."""
     model = regular(model)
     if not len(model.a):
         level = _direct(model)
@@ -111,10 +108,7 @@ def _bracket(model: FilterModel, least: float, start: float, size: float) -> tup
 
 
 def regular(model: FilterModel) -> FilterModel:
-    """The model without noise-free outputs: what they show is known, and their derivatives are measured instead.
-
-    The infimum of the level is the same. It ends when D_y has full row rank; there may then be no states left.
-    """
+    """The model without noise-free outputs: what they show is known, and their derivatives are measured instead."""
     while len(model.cy):
         left, values, _ = np.linalg.svd(model.dy / _row_sizes(model))
         rank = int(np.sum(values > RANK))
@@ -294,11 +288,7 @@ def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
 def climbed(
     plant: PlantTerms, value: Callable[[FilterModel, float], float], floor: float, tolerance: float
 ) -> tuple[tuple[tuple[int, float], ...], float]:
-    """The value of models of rising order until it moves by less than `tolerance`, relative, over two rungs.
-
-    value: called with a model and a value near it. floor: no value is below it. Returns (order, value) of each rung,
-    and how much the value still moves.
-    """
+    """(order, value) of models of rising order until the value, `floor` at least, settles; and what it still moves."""
     rungs: list[tuple[int, float]] = []
     changes = (np.inf, np.inf)
     for order in ORDERS:

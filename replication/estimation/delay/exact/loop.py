@@ -82,10 +82,7 @@ def error_response(plant: PlantTerms, injection: Terms | None = None) -> Respons
 def mismatched_response(
     assumed: PlantTerms, injection: Terms, true: Sequence[float], ranges: Sequence[tuple[float, float]]
 ) -> Response:
-    """From w to the error of z of an observer that takes the delays of `assumed` for granted; signals x, x^, eps, z, w.
-
-    The plant has the delays `true`, or any others of their `ranges`.
-    """
+    """From w to the error of z where the delays are not those that are `assumed`; signals x, x^, eps, z, w."""
     n, p, q, r = assumed.sizes
     rows, x, guess, eps, z, w = _places(n, n, q, p, r)
     plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])

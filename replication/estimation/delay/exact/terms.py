@@ -204,10 +204,7 @@ class PlantTerms:
         return slice(0, n), slice(n, n + p), slice(n + p, n + p + q)
 
     def pencil(self, omega: Array, values: Complex) -> Complex:
-        """[A - j omega, B; C_2, D_21] at each frequency (M,), `values` being M there; rows of unit length.
-
-        So no rank and no null space of it hangs on the units.
-        """
+        """[A - j omega, B; C_2, D_21] at each frequency (M,), where M is `values`; rows of unit length."""
         n = self.sizes[0]
         states, _, measured = self.rows
         pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)

@@ -94,10 +94,7 @@ def _line(plant: DelayPlant, i: int) -> Line:
 
 
 def carried(matrices: Array) -> Array:
-    """E (m, n + r) with orthonormal rows that span the rows of all `matrices` (k, rows, n + r).
-
-    Single states and disturbances where these will do: they keep the zeros, and with them the program sparse.
-    """
+    """E (m, n + r) with orthonormal rows that span those of all `matrices`; single signals where these do: sparse."""
     stacked = matrices.reshape(-1, matrices.shape[-1])
     used = np.flatnonzero(np.any(stacked, axis=0))
     norms = np.linalg.norm(stacked[:, used], axis=0)
@@ -155,10 +152,7 @@ class Rates:
 
     @cached_property
     def innovation(self) -> tuple[Array, Array]:
-        """(N, N) change and (q, q) unit: zeta = change (u, eps / unit, rest), eps / unit of orthonormal rows.
-
-        Raises InvalidInputError if a combination of measurements is free of noise.
-        """
+        """(N, N) change and (q, q) unit: zeta = change (u, eps / unit, rest), eps / unit of orthonormal rows."""
         order = len(self.u)
         noise = self.y[:, order:]
         rows, size = noise.shape
@@ -189,10 +183,7 @@ class Rates:
 
 
 def rates(form: LineForm, degree: int) -> Rates:
-    """The error dynamics on `degree` moments a line.
-
-    Raises InvalidInputError if the averages need more moments.
-    """
+    """The error dynamics on `degree` moments a line; raises InvalidInputError if the averages need more moments."""
     if degree < form.moments:
         raise InvalidInputError(
             f"degree must be at least {form.moments} for the averages of this plant, got {degree}; raise it, or give "
@@ -322,10 +313,7 @@ NEGLIGIBLE = 1e-11
 
 
 def multiplier(rates: Rates, storage: Storage) -> tuple[Array, Array]:
-    """Z (k, q) and L_z (p, q), which make N positive where both inequalities hold.
-
-    They leave (u, v) and eps independent given the rest: the completion of largest determinant.
-    """
+    """Z (k, q) and L_z (p, q), which make N positive: the completion of largest determinant."""
     change, unit = rates.innovation
     k, q, p = len(rates.u), len(unit), len(rates.z)
     whole = dissipation(rates, change, outputs=p).at(storage.plus, scalars_of(storage))

@@ -95,12 +95,7 @@ def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
 
 
 def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | None = None) -> tuple[Evidence, ...]:
-    """What is known of the least level of any observer: the exact one, and that of a smoother.
-
-    least: the exact one, where it is at hand.
-
-    It is open where models of rising order do not agree, or where it would exceed a level that is `attained`.
-    """
+    """What is known of the least level of any observer: that at hand, or the exact one, and that of a smoother."""
     what, below = "least level of any observer", "no estimator below"
     try:
         least = limit(plant) if least is None else least
@@ -223,10 +218,7 @@ TOLERANCE, NOTICED = 1e-8, 1e-3
 
 
 def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, **shown: Any) -> DelayResult:
-    """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share.
-
-    Raises as `design`: InvalidInputError, InfeasibleError and SolverError.
-    """
+    """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share."""
     designs = Designs(plant, degree)
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
     aim, without = np.inf, _alone(plant_terms(plant))

@@ -84,10 +84,7 @@ POINTS, DECADES = 400, 4
 
 
 def require_noise(plant: DelayPlant) -> None:
-    """Raise InvalidInputError where a combination of measurements is free of noise, at some frequency or at high ones.
-
-    [j omega - A(j omega), B(j omega); C_2(j omega), D_21(j omega)] must have full row rank.
-    """
+    """Raise InvalidInputError where a combination of measurements is free of noise, at one frequency or high ones."""
     fast = _direct_noise(plant)
     if fast <= NONE:
         raise InvalidInputError(
@@ -180,11 +177,7 @@ def degree_of(plant: DelayPlant) -> int:
 
 
 def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
-    """The least level that `degree` moments of each line prove, with the storage function that proves it.
-
-    The level of a smoother, below which no observer comes, gives w and z their units. Raises InvalidInputError if a
-    combination of measurements has no noise or the averages need a higher degree, SolverError if no point is found.
-    """
+    """The least level that `degree` moments of each line prove, with the storage function that proves it."""
     degree = positive_integer("degree", degree)
     bound = smoother_bound(plant_terms(plant)).level
     unit = bound if 0.0 < bound < np.inf else 1.0
@@ -207,11 +200,7 @@ def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
 
 
 def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) -> tuple[GeneralLevel, DelayObserver]:
-    """An observer that keeps `level`: its storage function is far inside all inequalities, which keeps gains moderate.
-
-    scaling: as `least_level` gives it. Raises InfeasibleError unless the level is above the least of this degree,
-    SolverError if no point is found.
-    """
+    """An observer that keeps `level`: with a storage far inside all inequalities, which keeps gains moderate."""
     target = positive_scalar("level", level) / scaling.gain
     program = _program(plant, scaling, degree)
     last = len(program.blocks[0].others) - 1

@@ -117,9 +117,7 @@ def minimum_gain(
 
 
 def solved(task: Program, options: SdpaOptions) -> Solution:
-    """The first point within the options as these are made `looser`, then with the first start. InfeasibleError is a
-    proof and ends it; SolverError is that of the last try.
-    """
+    """The first point within the options as these are made `looser`, then with the first start."""
     start = options.scale
     for _ in range(STOPS):
         try:

@@ -130,10 +130,7 @@ class Trajectory:
 
 
 def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array, Array, float]:
-    """The instants (M,), the disturbance (M, inputs) and the step of a simulation; raises InvalidInputError.
-
-    It is raised for other shapes, unequal steps, what is not finite, and a disturbance that is zero.
-    """
+    """The instants (M,), the disturbance (M, inputs) and the step of a simulation; raises InvalidInputError."""
     w = as_matrix("disturbance", disturbance, columns=inputs)
     instants = as_array("times", times, (len(w),))
     steps = np.diff(instants)
@@ -154,11 +151,7 @@ def over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
 
 
 def simulate(error: Stage, times: Array, disturbance: Array, states: int) -> Trajectory:
-    """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
-
-    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps, what is not finite, or a disturbance
-    that is zero.
-    """
+    """Answer of the error system, from rest, to a disturbance (M, r) that is linear between `times`; exact."""
     instants, w, h = equidistant(times, disturbance, error.B.shape[1])
     step, hold, ramp = over_step(error.A, error.B, h)
     state = np.zeros((len(instants), len(step)))

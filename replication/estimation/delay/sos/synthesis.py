@@ -107,10 +107,7 @@ def degree_for(system: DelayPlant, rule: DegreeRule) -> int:
 
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
-    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level.
-
-    Raises InvalidInputError for ε < 0.
-    """
+    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level; ε is not negative."""
     if epsilon != 0.0:
         positive_scalar("epsilon", epsilon)
     system, count, drive = assembly.system, assembly.count, assembly.drive
