@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import wraps
+from itertools import repeat
 from typing import ParamSpec, TypeVar
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from replication.errors import SolverError
 from replication.estimation.delay.exact.response import Response
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, projected, stacked
-from replication.estimation.delay.plant import DelayPlant, averages, late, present
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.validation import Array
 
 # A delay plant as matrix functions of s; field by field, apart from the synthesis
@@ -30,19 +31,21 @@ def plant_terms(plant: DelayPlant) -> PlantTerms:
     def driven(b_u: Array) -> Array:
         return np.vstack([b_u, np.zeros((p + q, m))])
 
-    each = range(plant.delay_count)
-    kernels = tuple(_average(averages(plant, i)) for i in each)
-    terms = Terms(present(plant), plant.delays, tuple(late(plant, i) for i in each), kernels)
-    known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(each))
-    return PlantTerms((n, p, q, r), terms, known)
+    present = np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
+    states = zip(plant.a, plant.b_delayed, plant.c1, plant.c2_delayed, plant.d21_delayed, strict=True)
+    late = tuple(np.block([[a, b], [c1, np.zeros((p, r))], [c2, d2]]) for a, b, c1, c2, d2 in states)
+    kernels = tuple(map(_average, zip(plant.a_spread, plant.c1_spread, plant.c2_spread, strict=True), repeat(r)))
+    known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(late))
+    return PlantTerms((n, p, q, r), Terms(present, plant.delays, late, kernels), known)
 
 
-def _average(powers: Array) -> Kernel | None:
-    """The kernel with these coefficients (k, rows, columns) of the powers of the lag; None for zero."""
+def _average(parts: tuple[Array, ...], inputs: int) -> Kernel | None:
+    """The kernel of a mean from what multiplies powers of the lag in x', z and y, each (k, rows, n); None for zero."""
+    count = max(map(len, parts))
+    powers = np.concatenate([np.pad(part, ((0, count - len(part)), (0, 0), (0, inputs))) for part in parts], axis=1)
     if not np.any(powers):
         return None
-    exponents = np.arange(len(powers))
-    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** exponents, powers, axes=1), len(powers) - 1))
+    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** np.arange(count), powers, axes=1), count - 1))
 
 
 P = ParamSpec("P")

@@ -28,7 +28,7 @@ from replication.estimation.delay.general.synthesis import (
     scaling_of,
 )
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.result import DelayResult, made
+from replication.estimation.delay.result import AGREES, DelayResult, kept, made
 from replication.estimation.delay.spectrum import require_seen, rightmost_roots
 from replication.estimation.validation import Array, frozen
 
@@ -39,8 +39,6 @@ DECADES, FREQUENCIES = 3, 600
 """Where that stays open: frequencies around the rate of the longest delay."""
 UNSETTLED = 1e-3
 """Relative change of the least level over models of rising order from which it is open."""
-AGREES = 1e-4
-"""Relative excess of the exact gain over the proved level that is left to rounding."""
 
 
 def design_general(
@@ -139,7 +137,9 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     if count:
         facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
     else:
-        facts.append(Evidence(gain, gain_bracket(still, WIDTH).upper, "upper bound over all frequencies"))
+        found = gain_bracket(still, WIDTH)
+        facts.append(Evidence(gain, found.upper, "upper bound over all frequencies"))
+        facts.append(Evidence(f"{gain}, lower end", found.lower, f"attained at {found.frequency:.4g} rad/s"))
         mean = "infinite" if np.any(plant.d11) else _rms(error_covariance(terms)[0])
         facts.append(Evidence(rms, mean, WHITE))
     return *facts, *known_levels(plant)
@@ -150,12 +150,8 @@ def _result(
 ) -> DelayResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
-    if lower > proof.level * (1.0 + AGREES):
-        raise SolverError(
-            f"the gains prove the level {proof.level:.6g}, and have the gain {lower:.6g}: rounding spoils the "
-            "kernels; raise `margin`"
-        )
-    plant = observer.plant
+    fault = f"and have the gain {lower:.6g}: rounding spoils the kernels; raise `margin`"
+    bracket, plant = kept(lower, proof.level, fault, BOTH_ENDS), observer.plant
     evidence = (
         *facts,
         *closed,
@@ -163,9 +159,8 @@ def _result(
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
-        *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
+        *worth(plant_terms(plant), bracket),
     )
-    bracket = Bracket(min(lower, proof.level), proof.level, BOTH_ENDS)
     return made(observer, bracket, evidence, proof=proof, **shown)
 
 
@@ -231,6 +226,7 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), observer.terms)
+    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
     evidence = (
         *asked,
         *_mean_facts(plant, covariance, reach, without),
@@ -238,9 +234,8 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
         *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
-        *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
+        *worth(plant_terms(plant), bracket),
     )
-    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
     return made(observer, bracket, evidence, covariance=held, **shown)
 
 

@@ -12,7 +12,7 @@ from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.delay.exact.central import ladder_model, normal_states, whitened
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import highest, smoother_bound
-from replication.estimation.delay.exact.terms import axis
+from replication.estimation.delay.exact.terms import Terms, axis
 from replication.estimation.delay.general.cone import (
     Line,
     LineForm,
@@ -23,7 +23,6 @@ from replication.estimation.delay.general.cone import (
     line_form,
     positivity,
     rates,
-    storage_of,
 )
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.plant import DelayPlant
@@ -108,11 +107,10 @@ def _direct_noise(plant: DelayPlant) -> float:
     if plant.measurements > plant.inputs or np.any(sizes == 0.0):
         return 0.0
 
+    direct = Terms(plant.d21, plant.delays, plant.d21_delayed, (None,) * plant.delay_count)
+
     def values(omega: Array) -> Array:
-        total = np.tile(plant.d21.astype(complex), (len(omega), 1, 1))
-        for delay, matrix in zip(plant.delays, plant.d21_delayed, strict=True):
-            total += np.exp(-1j * omega * delay)[:, None, None] * matrix
-        return np.asarray(-np.linalg.svd(total / sizes[:, None], compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(direct.at(axis(omega)) / sizes[:, None], compute_uv=False)[:, -1])
 
     return -highest(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[0]
 
@@ -164,8 +162,7 @@ class _Program:
         if not slack > 0.0:
             raise SolverError(f"the point found proves nothing (least eigenvalue {slack:.1e}); ask for a higher level")
         rounding = max(float(len(values) * np.finfo(float).eps * values[-1]) for values in spectra)
-        storage = storage_of(self.rates, point.w, scalars)
-        level = storage.level * self.scaling.gain
+        storage, level = Storage(point.w, scalars), float(scalars[-1]) * self.scaling.gain
         return GeneralLevel(degree, level, self.scaling, storage, point.steps, slack, rounding)
 
 
