@@ -131,7 +131,7 @@ def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_sos.Fo
         gram = symmetric(rng, basis.size)
         for a, b, k, m in product(range(order + 1), range(order + 1), range(functions), range(functions)):
             if k // n != m // n:
-                gram[basis.local(a, k), basis.local(b, m)] = fmpq(0)
+                gram[n + a * functions + k, n + b * functions + m] = fmpq(0)
         g, _, powers = delay_sos.bases(degree, "each")[weight]
         forms.append(delay_sos.square(gram, g, n, functions, order, powers))
         exact.append(oracle.form_of(basis, gram))

@@ -44,15 +44,6 @@ class Basis:
         """Number of entries."""
         return self.points + self.functions * (self.degree + 1 + len(self.kernels))
 
-    def local(self, power: int, function: int) -> int:
-        """Position of t^power f(t)."""
-        return self.points + power * self.functions + function
-
-    def distributed(self, power: int, inner: int, function: int) -> int:
-        """Position of t^power int s^inner f(s) ds."""
-        place = self.degree + 1 + self.kernels.index((power, inner))
-        return self.points + place * self.functions + function
-
     def members(self) -> list[tuple[int, int | None, int | None]]:
         """For each entry: the power of t, the functional it is a multiple of, and the function it is a multiple of."""
         powers = range(self.degree + 1)

@@ -144,8 +144,12 @@ def exact_grams(
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)
     )
-    reached = {key for basis in h_bases for _, key, _ in basis.terms()}
-    _meet_storage(dynamics, v_bases, storage, reached)
+    # The entry (weight, i, j) of N that corrects each coefficient, and the factor with which it enters.
+    pivots: dict[Key, tuple[int, Entry, fmpq]] = {}
+    for weight, basis in enumerate(h_bases):
+        for entry, key, factor in basis.terms():
+            pivots.setdefault(key, (weight, entry, factor))
+    _meet_storage(dynamics, v_bases, storage, set(pivots))
     value_function = total(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
     target = total([derivative(dynamics, value_function), supply(dynamics, gamma)])
     # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
@@ -154,9 +158,9 @@ def exact_grams(
         for key, value in now.items():
             if value == 0 or cancellable(dynamics, key):
                 continue
-            weight, (i, j), factor = _pivot(h_bases, key)
+            weight, entry, factor = pivots[key]
             if (weight == 1) == last:
-                _change(dissipation[weight], (i, j), -value / factor)
+                _change(dissipation[weight], entry, -value / factor)
     return {"storage": storage, "dissipation": dissipation}
 
 
@@ -182,28 +186,6 @@ def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_m
     for i, column in enumerate(pivots):
         weight, entry = columns[column]
         _change(grams[weight], entry, -reduced[i, last])
-
-
-def _pivot(bases: Sequence[Basis], key: Key) -> tuple[int, Entry, fmpq]:
-    """The entry (weight, i, j) of N that corrects one coefficient, and the factor with which it enters."""
-    basis, lower = bases
-    points, width, d = basis.points, basis.functions, basis.degree
-    if key[0] == "local":
-        _, c, k, m = key
-        low = c // 2
-        entry = basis.local(low, k), basis.local(c - low, m)
-        return 0, entry, fmpq(1 if entry[0] == entry[1] else 2)
-    _, i, j = key
-    if j < points:
-        return 0, (i, j), fmpq(1 if i == j else 2)
-    high, g = divmod(j - points, width)
-    if i < points:
-        return (0, (i, basis.local(high, g)), fmpq(2)) if high <= d else (1, (i, lower.local(d - 1, g)), fmpq(-2))
-    low, f = divmod(i - points, width)
-    over = max(high - d, 0)
-    if (over, low) in basis.kernels:
-        return 0, (basis.local(high - over, g), basis.distributed(over, low, f)), fmpq(2)
-    return 1, (lower.local(d - 1, g), lower.distributed(0, low, f)), fmpq(-2)
 
 
 def _change(gram: fmpq_mat, entry: Entry, amount: fmpq) -> None:
