@@ -14,19 +14,8 @@ from typing import Any
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.certify.delay.forms import (
-    Basis,
-    Dynamics,
-    Entry,
-    Key,
-    add,
-    bases,
-    cancellable,
-    contribution,
-    echelon,
-    powers_of,
-    supply,
-)
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Key
 from replication.certify.delay.gram import Dual, Row, inner_weights, to_legendre
 from replication.certify.delay.levels import change_of, dynamics_of
 from replication.certify.rounding import rounded_down
@@ -53,9 +42,9 @@ def dual_of(dynamics: Dynamics, squares: Squares) -> Dual:
             for entry, key, factor in basis.terms():
                 row = rows.setdefault(entry, {})
                 half = factor / (1 if entry[0] == entry[1] else 2)
-                fed = {} if cancellable(dynamics, key) else {key: fmpq(1)}
-                for target, amount in (contribution(dynamics, key) if moving else fed).items():
-                    add(row, position.setdefault(target, len(position)), half * amount)
+                fed = {} if forms.cancellable(dynamics, key) else {key: fmpq(1)}
+                for target, amount in (forms.contribution(dynamics, key) if moving else fed).items():
+                    forms.add(row, position.setdefault(target, len(position)), half * amount)
             matrices.append(rows)
             hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
             changes.append(to_legendre(basis)[np.ix_(hidden[-1], hidden[-1])])
@@ -72,13 +61,13 @@ def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
 def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem."""
     degree = theorem["parameters"]["degree"]
-    return _lower(theorem, lambda points, functions: bases(points, functions, degree, "each"), 2 * degree + 1)
+    return _lower(theorem, lambda points, functions: forms.bases(points, functions, degree, "each"), 2 * degree + 1)
 
 
 def narrow_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """The same with kernels in the variable that the theorem names; both weights with the same degree."""
     degree, rule = theorem["parameters"]["degree"], theorem["parameters"]["rule"]
-    kernels = powers_of(degree, rule)
+    kernels = forms.powers_of(degree, rule)
 
     def squares(points: int, functions: int) -> tuple[Basis, Basis]:
         return Basis(points, functions, degree, 0, kernels), Basis(points, functions, degree, 1, kernels)
@@ -92,7 +81,7 @@ def _lower(theorem: Mapping[str, Any], squares: Squares, powers: int) -> dict[st
     dynamics = dynamics_of(plant, change)
     dual = dual_of(dynamics, squares)
     # The coefficients of 2 v'z at the keys of the dual.
-    plain = supply(dynamics, fmpq(0))
+    plain = forms.supply(dynamics, fmpq(0))
     costs = [plain.get(key, fmpq(0)) for key in dual.keys]
     weights = inner_weights(dual, costs, *_equalities(dynamics, dual, costs))
     value = sum((weight * cost for weight, cost in zip(weights, costs, strict=True)), fmpq(0))
@@ -111,9 +100,9 @@ def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list
         kept = set(hidden)
         rows += [row for (i, j), row in matrix.items() if row and not (i in kept and j in kept)]
     unique = {tuple(sorted((k, str(v)) for k, v in row.items())): row for row in rows}
-    level = supply(dynamics, fmpq(-1))
+    level = forms.supply(dynamics, fmpq(-1))
     scale = {k: level.get(key, fmpq(0)) - cost for k, (key, cost) in enumerate(zip(dual.keys, costs, strict=True))}
-    reduced, pivots = echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
+    reduced, pivots = forms.echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
     if count in pivots:
         raise SolverError("the equations of the dual have no solution; the degree is too low")
     others = [k for k in range(count) if k not in set(pivots)]

@@ -17,22 +17,8 @@ from flint import fmpq, fmpq_mat
 from numpy.polynomial import legendre as classical
 from scipy.sparse.linalg import lsqr
 
-from replication.certify.delay.forms import (
-    Basis,
-    Dynamics,
-    Entry,
-    Form,
-    Key,
-    add,
-    bases,
-    cancellable,
-    contribution,
-    derivative,
-    echelon,
-    form_of,
-    supply,
-    total,
-)
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Form, Key
 from replication.certify.rounding import as_floats, exact, floats, modelled, rational, rounded, rounded_array
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program
@@ -96,7 +82,7 @@ def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: s
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
     n, functions = system.states, system.states * system.delay_count
     every = n + functions + system.b.shape[1] + system.c10.shape[0]
-    both = *bases(n, functions, degree, rule), *bases(every, functions, degree, rule)
+    both = *forms.bases(n, functions, degree, rule), *forms.bases(every, functions, degree, rule)
     grams = [change.T @ block @ change for block, change in zip(blocks, map(to_legendre, both), strict=True)]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
@@ -138,8 +124,8 @@ def exact_grams(
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
-    v_bases = bases(n, width, degree, rule)
-    h_bases = bases(dynamics.points, width, degree, rule)
+    v_bases = forms.bases(n, width, degree, rule)
+    h_bases = forms.bases(dynamics.points, width, degree, rule)
     storage, dissipation = (
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)
@@ -150,13 +136,15 @@ def exact_grams(
         for entry, key, factor in basis.terms():
             pivots.setdefault(key, (weight, entry, factor))
     _meet_storage(dynamics, v_bases, storage, set(pivots))
-    value_function = total(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
-    target = total([derivative(dynamics, value_function), supply(dynamics, gamma)])
+    value_function = forms.total(map(forms.form_of, v_bases, storage))
+    target = forms.total([forms.derivative(dynamics, value_function), forms.supply(dynamics, gamma)])
     # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
     for last in (True, False):
-        now = total([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
+        now = forms.total(
+            [target, *(forms.form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))]
+        )
         for key, value in now.items():
-            if value == 0 or cancellable(dynamics, key):
+            if value == 0 or forms.cancellable(dynamics, key):
                 continue
             weight, entry, factor = pivots[key]
             if (weight == 1) == last:
@@ -172,17 +160,17 @@ def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_m
     for weight, basis in enumerate(bases):
         for entry, key, value in basis.terms():
             if key not in unmet:
-                fed = contribution(dynamics, key)
+                fed = forms.contribution(dynamics, key)
                 unmet[key] = {target: amount for target, amount in fed.items() if target not in reached}
             for target, per_unit in unmet[key].items():
                 column = position.setdefault((weight, entry), len(position))
-                add(rows.setdefault(target, {}), column, value * per_unit)
+                forms.add(rows.setdefault(target, {}), column, value * per_unit)
     if not rows:
         return
     columns, last = list(position), len(position)
     now = [grams[weight][entry] for weight, entry in columns]
     missed = [{**row, last: sum((amount * now[k] for k, amount in row.items()), fmpq(0))} for row in rows.values()]
-    reduced, pivots = echelon(missed, last + 1)
+    reduced, pivots = forms.echelon(missed, last + 1)
     for i, column in enumerate(pivots):
         weight, entry = columns[column]
         _change(grams[weight], entry, -reduced[i, last])

@@ -17,16 +17,10 @@ from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import alone, beside, smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.general import synthesis
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
-from replication.estimation.delay.general.synthesis import (
-    GeneralLevel,
-    degree_of,
-    least_level,
-    observer_at,
-    require_noise,
-    scaling_of,
-)
+from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.result import AGREES, DelayResult, kept, made
 from replication.estimation.delay.spectrum import require_seen, rightmost_roots
@@ -45,10 +39,10 @@ def design_general(
     plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, **shown: Any
 ) -> DelayResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
-    require_noise(plant)
-    scaling = scaling_of(plant)
+    synthesis.require_noise(plant)
+    scaling = synthesis.scaling_of(plant)
     require_seen(scaling.plant(plant), scaling.time)
-    degree = degree_of(plant) if degree is None else degree
+    degree = synthesis.degree_of(plant) if degree is None else degree
     if level is None:
         if smoother_bound(plant_terms(plant)).level <= 0.0 and limit(plant).level <= 0.0:
             raise InfeasibleError(
@@ -56,12 +50,12 @@ def design_general(
                 f"{plant.inputs} disturbances, or z is not disturbed; let more disturbances act, or ask for a `level`"
             )
         least = _least(plant, degree)
-        proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
+        proof, observer = synthesis.observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
         facts = (Evidence("least level", least.level, how), *known_levels(plant, least.level))
         return _result(proof, observer, facts, shown)
     try:
-        proof, observer = observer_at(plant, level, degree, scaling_of(plant).at(level))
+        proof, observer = synthesis.observer_at(plant, level, degree, synthesis.scaling_of(plant).at(level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
     return _result(proof, observer, known_levels(plant, level), shown)
@@ -70,7 +64,7 @@ def design_general(
 def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
     """`least_level`, with what is known where it finds none."""
     try:
-        return least_level(plant, degree)
+        return synthesis.least_level(plant, degree)
     except SolverError as error:
         known = "; ".join(f"{fact.what}: {fact.value}" for fact in known_levels(plant))
         raise SolverError(
@@ -272,7 +266,7 @@ def _mean_facts(
 
 def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
     """The least rms error, or "open" where models do not agree, or give more than `own`; and how it is known."""
-    scaling = scaling_of(plant)
+    scaling = synthesis.scaling_of(plant)
 
     def of_model(model: FilterModel, _: float) -> float:
         """The rms error of its Kalman filter."""

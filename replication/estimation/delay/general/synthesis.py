@@ -13,17 +13,8 @@ from replication.estimation.delay.exact.central import ladder_model, normal_stat
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import highest, smoother_bound
 from replication.estimation.delay.exact.terms import Terms, axis
-from replication.estimation.delay.general.cone import (
-    Line,
-    LineForm,
-    Rates,
-    Storage,
-    dissipation,
-    injection,
-    line_form,
-    positivity,
-    rates,
-)
+from replication.estimation.delay.general import cone
+from replication.estimation.delay.general.cone import LineForm, Rates, Storage
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.units import Scaling, natural_units
@@ -44,7 +35,7 @@ def back_in(scaling: Scaling, form: LineForm) -> LineForm:
     rows = np.concatenate([1.0 / (scaling.time * scaling.states), np.full(p, root), 1.0 / scaling.sensors])[:, None]
     columns = np.concatenate([scaling.states, np.full(form.inputs, root)])
     lines = (
-        Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
+        cone.Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
         for line in form.lines
     )
     return replace(form, now=rows * form.now * columns, lines=tuple(lines))
@@ -168,7 +159,7 @@ class _Program:
 
 def degree_of(plant: DelayPlant) -> int:
     """The degree that a design takes unless one is asked for, see DEGREES."""
-    form = line_form(plant)
+    form = cone.line_form(plant)
     fitting = (degree for degree in DEGREES if form.states + degree * form.width <= ORDER)
     return max(next(fitting, DEGREES[-1]), form.moments)
 
@@ -186,12 +177,12 @@ def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
 
 
 def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
-    form = line_form(scaling.plant(plant))
-    over = rates(form, degree)
+    form = cone.line_form(scaling.plant(plant))
+    over = cone.rates(form, degree)
     blocks = (
-        *positivity(over),
-        dissipation(over, over.without_innovation(), outputs=form.outputs),
-        dissipation(over, over.without_state(), outputs=0),
+        *cone.positivity(over),
+        cone.dissipation(over, over.without_innovation(), outputs=form.outputs),
+        cone.dissipation(over, over.without_state(), outputs=0),
     )
     return _Program(scaling, form, over, blocks)
 
@@ -216,7 +207,7 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
         raise SolverError(
             f"whether {level:.6g} is reached is lost in rounding (slack {proof.slack:.1e}); ask for a higher level"
         )
-    l0, lz, kernels = injection(program.form, program.rates, proof.storage)
+    l0, lz, kernels = cone.injection(program.form, program.rates, proof.storage)
     return proof, in_units_of(plant, scaling, program.form, l0, lz, kernels)
 
 
