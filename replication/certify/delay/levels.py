@@ -11,6 +11,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 from flint import fmpq, fmpq_mat
+from scipy.linalg import block_diag
 
 from replication.certify.delay.forms import Dynamics
 from replication.certify.delay.gram import SOLVED, centred, exact_grams
@@ -303,24 +304,16 @@ def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
 
 def _model(system: DelayPlant, part: Section) -> tuple[Array, Array, Array]:
     """The approximation, one section for each delayed state that has an effect."""
-    n = system.states
-    a, b, c = (floats(matrix) for matrix in (part.a, part.b, part.c))
-    d = float(Fraction(str(part.d)))
-    order = a.shape[0]
-    A, C = system.a0.copy(), system.c10.copy()
-    sections = [
-        (delay, i, late[:, [i]], output[:, [i]])
-        for delay, late, output in zip(system.delays, system.a, system.c1, strict=True)
-        for i in range(n)
-        if np.any(late[:, i]) or np.any(output[:, i])
-    ]
-    size = n + order * len(sections)
-    wide, seen = np.zeros((size, size)), np.zeros((C.shape[0], size))
-    for k, (delay, i, late, output) in enumerate(sections):
-        own = slice(n + k * order, n + (k + 1) * order)
-        A[:, [i]] += d * late
-        C[:, [i]] += d * output
-        wide[:n, own], seen[:, own] = late @ c, output @ c
-        wide[own, own], wide[own, [i]] = a / delay, b / delay
-    wide[:n, :n], seen[:, :n] = A, C
-    return wide, np.vstack([system.b, np.zeros((size - n, system.inputs))]), seen
+    (a, b, c), d = (floats(matrix) for matrix in (part.a, part.b, part.c)), float(Fraction(str(part.d)))
+    n, unit = system.states, np.eye(system.states)
+    now, through, entries, sections = np.vstack([system.a0, system.c10]), [], [], []
+    for delay, late, output in zip(system.delays, system.a, system.c1, strict=True):
+        effect = np.vstack([late, output])
+        for i in np.flatnonzero(np.any(effect, axis=0)):
+            now = now + d * np.outer(effect[:, i], unit[i])
+            through.append(effect[:, [i]] @ c)
+            entries.append(b @ unit[[i]] / delay)
+            sections.append(a / delay)
+    top = np.hstack([now, *through])
+    A = np.vstack([top[:n], np.hstack([np.vstack([np.zeros((0, n)), *entries]), block_diag(*sections)])])
+    return A, np.vstack([system.b, np.zeros((len(A) - n, system.inputs))]), top[n:]
