@@ -128,26 +128,18 @@ def injection_operator(certificate: Certificate) -> Operator:
     n, q, k = system.states, system.measurements, system.delay_count
     space = lie.derivative_space(system, count)
     _, e, late = lie.point_offsets(system)
-    whole = self_adjoint(*space.split(certificate.residual), space.points, k, n)
-    measured = (np.arange(n) >= n - q).astype(float)
-    weight = measured * (1.0 - measured[:, None] / 2.0)  # the share of a symmetric coefficient that a column takes
-    now = slice(e, e + n)
-    point = np.zeros((n, k + 1, n))
-    point[:, 0] = whole.point[now, now] * weight
-    point[:, 1:] = whole.point[now, late:].reshape(n, k, n)
-    row = whole.row[now] * weight[:, None, :, None]
-    column = np.zeros((k, n, count, k + 1, n))
-    column[..., 0, :] = whole.column[..., now] * weight[None, :, None, :]
-    column[..., 1:, :] = whole.column[..., late:].reshape(k, n, count, k, n)
-    multiplier = whole.multiplier * weight[None, :, :, None]
-    kernel = whole.kernel * weight[None, :, None, None, :, None]
-    sensor = np.linalg.inv(system.c2[:, n - q :])
+    whole, now = self_adjoint(*space.split(certificate.residual), space.points, k, n), slice(e, e + n)
+    # Where both sides are measured, each has half of a symmetric coefficient; of end values only one side is.
+    share, sensor = np.where(np.arange(n) < n - q, 1.0, 0.5), np.linalg.inv(system.c2[:, n - q :])
+    point = [share[:, None, None] * whole.point[now, None, now], whole.point[now, late:].reshape(n, k, n)]
+    ends = whole.column[..., late:].reshape(k, n, count, k, n)
+    column = np.concatenate([share[:, None, None, None] * whole.column[..., None, now], ends], axis=3)
     return Operator(
-        np.einsum("nkm,mq->nkq", point[..., n - q :], sensor).reshape(n, (k + 1) * q),
-        np.einsum("nkmc,mq->nkqc", row[:, :, n - q :], sensor),
-        np.einsum("kiclm,mq->kiclq", column[..., n - q :], sensor).reshape(k, n, count, (k + 1) * q),
-        np.einsum("kimc,mq->kiqc", multiplier[:, :, n - q :], sensor),
-        np.einsum("kiclmd,mq->kiclqd", kernel[..., n - q :, :], sensor),
+        (np.concatenate(point, axis=1)[..., n - q :] @ sensor).reshape(n, (k + 1) * q),
+        np.einsum("n,nkmc,mq->nkqc", share, whole.row[now, :, n - q :], sensor),
+        (column[..., n - q :] @ sensor).reshape(k, n, count, (k + 1) * q),
+        np.einsum("i,kimc,mq->kiqc", share, whole.multiplier[:, :, n - q :], sensor),
+        np.einsum("i,kiclmd,mq->kiclqd", share, whole.kernel[..., n - q :, :], sensor),
     )
 
 
