@@ -203,7 +203,7 @@ def test_gains_solve_p_l_equals_z(drawn: tuple[int, int, int] | None, moderate: 
         shapes = (n, ends), (n, k, q, c), (k, n, c, ends), (k, n, q, c), (k, n, c, k, q, c)
         injection = Operator(*(rng.standard_normal(shape) for shape in shapes))
         change = rng.standard_normal((n, n))
-        gains = ObserverGains(coercive(seed, n, k, count), injection, change, 1.0, 0.3)
+        gains = ObserverGains(coercive(seed, n, k, count), injection, change, 0.3)
     storage, injection = whole(gains.storage), whole(gains.injection)
     k = gains.storage.row.shape[1]
     measure = np.diag([1.0] * n + [*np.tile(np.repeat(WEIGHTS, n), k)])

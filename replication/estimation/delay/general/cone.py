@@ -167,16 +167,6 @@ class Rates:
         change[order:, order + rows :] = right[rows:].T
         return change, unit
 
-    def without_innovation(self) -> Array:
-        """zeta as a function of (u, rest), where eps = 0."""
-        change, unit = self.innovation
-        k, q = len(self.u), len(unit)
-        return np.hstack([change[:, :k], change[:, k + q :]])
-
-    def without_state(self) -> Array:
-        """zeta as a function of (eps, rest), where u = 0."""
-        return np.asarray(self.innovation[0][:, len(self.u) :])
-
 
 def rates(form: LineForm, degree: int) -> Rates:
     """The error dynamics on `degree` moments a line; raises InvalidInputError if the averages need more moments."""

@@ -179,10 +179,12 @@ def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
 def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
     form = cone.line_form(scaling.plant(plant))
     over = cone.rates(form, degree)
+    (change, unit), k = over.innovation, len(over.u)
+    still, unmoved = np.delete(change, np.s_[k : k + len(unit)], axis=1), change[:, k:]  # eps = 0, and u = 0
     blocks = (
         *cone.positivity(over),
-        cone.dissipation(over, over.without_innovation(), outputs=form.outputs),
-        cone.dissipation(over, over.without_state(), outputs=0),
+        cone.dissipation(over, still, outputs=form.outputs),
+        cone.dissipation(over, unmoved, outputs=0),
     )
     return _Program(scaling, form, over, blocks)
 

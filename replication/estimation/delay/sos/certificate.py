@@ -195,13 +195,7 @@ def certificate_at(
 
 
 def _again(
-    task: Program,
-    options: SdpaOptions,
-    error: Exception,
-    plant: DelayPlant,
-    level: float,
-    degree: int,
-    rule: DegreeRule,
+    task: Program, stops: SdpaOptions, error: Exception, plant: DelayPlant, level: float, degree: int, rule: DegreeRule
 ) -> Solution:
     """A point from a larger start, after `error`, if the level is not proved out of reach; or what is known of it."""
     try:
@@ -214,7 +208,7 @@ def _again(
             f"{least.lower:.6g}; relax the level or raise the degree"
         ) from error
     try:
-        return solved(task, options)
+        return solved(task, stops)
     except (InfeasibleError, SolverError) as last:
         can = "it is known that it can be reached" if level > least.gamma else "it is open whether it can be reached"
         raise SolverError(

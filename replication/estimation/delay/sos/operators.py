@@ -105,14 +105,13 @@ class ObserverGains:
     storage: Operator  # 𝒫
     injection: Operator  # 𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5)
     change: Array  # (n, n) Coordinates of the program in those of the plant
-    gamma: float  # The level that they prove
     time: float = 1.0  # Unit of time of the program, s
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
     """The operators 𝒫 and 𝒵 of a certificate."""
     storage, injection = storage_operator(certificate), injection_operator(certificate)
-    return ObserverGains(storage, injection, certificate.change, certificate.gamma, certificate.time)
+    return ObserverGains(storage, injection, certificate.change, certificate.time)
 
 
 def storage_operator(certificate: Certificate) -> Operator:

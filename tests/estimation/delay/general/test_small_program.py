@@ -114,7 +114,7 @@ def test_measurements_without_noise_are_refused() -> None:
         for line in form.lines
     )
     with pytest.raises(InvalidInputError, match=r"free of noise.*add noise to row 0 of d21"):
-        rates(LineForm(form.states, form.outputs, now, lines), 2).without_innovation()
+        _ = rates(LineForm(form.states, form.outputs, now, lines), 2).innovation
     with pytest.raises(InvalidInputError, match="degree must be at least 2"):
         rates(line_form(averaged()), 1)
 
