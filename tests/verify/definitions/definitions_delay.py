@@ -349,20 +349,6 @@ def both_sides(drawn: Drawn, misprint: str) -> tuple[float, float]:
     late = [e[i](-t, 0) for i, t in enumerate(o.delays)]
     drift = A_0 @ e_0 + sum(A[i] @ late[i] for i in (0, 1))
     z = C_10 @ e_0 + sum(C_1[i] @ late[i] for i in (0, 1))
-    each = [[(s, weight) for s, weight in zip(o.s[i], o.w[i], strict=True)] for i in (0, 1)]
-
-    def Q(i: int, s: float, slope: int = 0) -> Matrix:
-        return o.H[i] @ o.Z(s, slope=slope)
-
-    def R(i: int, j: int, s: float, t: float, slopes: tuple[int, int] = (0, 0)) -> Matrix:
-        return o.Z(s, slope=slopes[0]).T @ o.G[i, j] @ o.Z(t, slope=slopes[1])
-
-    def integral(i: int, f: Callable[[float], Any]) -> Any:
-        return sum(weight * f(s) for s, weight in each[i])
-
-    def Z_7(i: int, j: int, s: float, t: float) -> Matrix:
-        return o.Z(s).T @ o.W_7[i, j] @ o.Z(t, q)
-
     inside, slopes = (np.concatenate([e[i](s, k) for i in (0, 1) for s in o.s[i]]) for k in (0, 1))
     measured = np.concatenate(
         [C_2 @ e_0, *(C_2 @ one for one in late), np.kron(np.eye(len(inside) // n), C_2) @ inside]
@@ -373,35 +359,27 @@ def both_sides(drawn: Drawn, misprint: str) -> tuple[float, float]:
     left = 2 * np.concatenate([tau * e_0, at.w * inside]) @ image
     left += -level * w @ w + (z @ z / level if misprint == "theorem-1-sign" else 2 * v @ z - level * v @ v)
 
-    T_00 = o.P @ A_0 + o.Z_0 @ C_2 + sum(Q(i, 0) + o.S(i, 0) / 2 for i in (0, 1))
+    Q, slope, C = at.H @ at.Z.T, at.H @ at.slope.T, np.kron(np.eye(len(at.w) // n), C_2)
+
+    def printed(blocks: Matrix) -> Matrix:
+        """Of E_i, n x n at each point."""
+        return blocks.reshape(n, -1, n).T.reshape(n, -1) if misprint == "e-transposes" else blocks
+
+    T_00 = o.P @ A_0 + o.Z_0 @ C_2 + sum(o.H[i] @ o.Z(0) + o.S(i, 0) / 2 for i in (0, 1))
     right = -level * (w @ w + v @ v) + 2 * v @ z + tau * (2 * e_0 @ T_00 @ e_0 - 2 * e_0 @ o.P @ B @ w)
+    start = np.vstack([o.Z(0)] * 2)
+    E = e_0 @ (printed(A_0.T @ Q + start.T @ at.G @ at.Z.T / tau - slope) + (at.Z @ at.W_4 @ C_2).T + at.Z_3 @ C)
+    E = E - w @ B.T @ Q
     for i, delay in enumerate(o.delays):
-        right += 2 * tau * e_0 @ (o.P @ A[i] - Q(i, -delay) + o.Z_2[i] @ C_2) @ late[i]
+        right += 2 * tau * e_0 @ (o.P @ A[i] - o.H[i] @ o.Z(-delay) + o.Z_2[i] @ C_2) @ late[i]
         right -= (-1 if misprint == "d-sign" else 1) * tau * late[i] @ o.S(i, -delay) @ late[i]
-
-        def E(s: float, i: int = i) -> Matrix:
-            """The row (w, e_0, late) E_i(s)."""
-            Z_4, Z_6 = o.Z(s).T @ o.W_4[i] @ C_2, o.Z_3(i, s) @ C_2
-            block = A_0.T @ Q(i, s) + sum(R(i, k, s, 0).T for k in (0, 1)) / tau - Q(i, s, 1)
-            whole = (block + Z_4 + Z_6.T).T if misprint == "e-transposes" else block + Z_4.T + Z_6
-            total = e_0 @ whole - w @ B.T @ Q(i, s)
-            for j, end in enumerate(o.delays):
-                block = A[j].T @ Q(i, s) - R(i, j, s, -end).T / tau
-                Z_5 = o.Z(s).T @ o.W_5[i, j] @ C_2
-                total = total + late[j] @ ((block + Z_5).T if misprint == "e-transposes" else block + Z_5.T)
-            return np.asarray(total)
-
-        def F(s: float, i: int = i) -> Matrix:
-            Z_6 = o.Z(s).T @ o.W_6[i] @ C_2
-            return np.asarray((1 if misprint == "f-sign" else -1) * FACTORS["Theorem 3"] * o.S_1[i] + Z_6 + Z_6.T)
-
-        def G(j: int, s: float, t: float, i: int = i) -> Matrix:
-            injected = Z_7(i, j, s, t) @ C_2 + (Z_7(j, i, t, s) @ C_2).T
-            return np.asarray(tau * injected - R(i, j, s, t, (1, 0)) - R(i, j, s, t, (0, 1)))
-
-        right += tau * integral(i, lambda s, i=i, E=E, F=F: 2 * E(s) @ e[i](s, 0) + e[i](s, 0) @ F(s) @ e[i](s, 0))
-        for j in (0, 1):
-            right += integral(i, lambda s, i=i, j=j, G=G: e[i](s, 0) @ integral(j, lambda t: G(j, s, t) @ e[j](t, 0)))
+        end, Z_5 = np.kron(np.eye(2)[:, [i]], o.Z(-delay)), at.Z @ at.W_5[:, i * q : (i + 1) * q] @ C_2
+        E = E + late[i] @ (printed(A[i].T @ Q - end.T @ at.G @ at.Z.T / tau) + Z_5.T)
+    steep = scipy.linalg.block_diag(*(np.kron(np.eye(len(o.s[i])), o.S_1[i]) for i in (0, 1)))
+    F, G = at.Z_6 @ C, tau * at.Z @ at.W_7 @ C - at.slope @ at.G @ at.Z.T
+    F = F + F.T + (1 if misprint == "f-sign" else -1) * FACTORS["Theorem 3"] * steep
+    values = at.w * inside
+    right += tau * (2 * E @ values + inside @ F @ values) + values @ (G + G.T) @ values
     return float(left), float(right)
 
 
@@ -422,9 +400,9 @@ class AtPoints:
 
         each = [(i, s) for i in (0, 1) for s in o.s[i]]
         self.n, self.tau, self.P, self.Z_0 = o.n, o.tau, o.P, o.Z_0
-        self.Z, Y = (
-            scipy.linalg.block_diag(*(np.vstack([o.Z(s, size).T for s in o.s[i]]) for i in (0, 1)))
-            for size in (o.n, o.q)
+        self.Z, self.slope, Y = (
+            scipy.linalg.block_diag(*(np.vstack([o.Z(s, size, slope).T for s in o.s[i]]) for i in (0, 1)))
+            for size, slope in ((o.n, 0), (o.n, 1), (o.q, 0))
         )
         self.w, self.v = (np.repeat(np.concatenate(o.w), size) for size in (o.n, o.q))
         self.S = scipy.linalg.block_diag(*(o.S(i, s) for i, s in each))

@@ -20,7 +20,7 @@ from replication.estimation.delay.general.cone import (
 from replication.estimation.delay.general.synthesis import back_in, scaling_of
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.units import Scaling
-from tests.estimation.delay.plants import averaged, delayed_output, two_late
+from tests.estimation.delay.plants import averaged, delayed_output, tanks
 from tests.tolerances import ROUNDING
 
 
@@ -106,15 +106,8 @@ def test_a_measurement_comes_out_again(name: str) -> None:
 
 
 def test_measurements_without_noise_are_refused() -> None:
-    form = line_form(two_late())
-    now = form.now.copy()
-    now[-1, form.states :] = 0.0
-    lines = tuple(
-        type(line)(line.delay, line.carry, np.vstack([line.end[:-1], 0.0 * line.end[-1:]]), line.moments)
-        for line in form.lines
-    )
     with pytest.raises(InvalidInputError, match=r"free of noise.*add noise to row 0 of d21"):
-        _ = rates(LineForm(form.states, form.outputs, now, lines), 2).innovation
+        _ = rates(line_form(tanks()), 2).innovation
     with pytest.raises(InvalidInputError, match="degree must be at least 2"):
         rates(line_form(averaged()), 1)
 
