@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
-from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
-from replication.estimation.delay.sos.legendre import ends
+from replication.estimation.delay.sos.legendre import ends, evaluate, gauss
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
@@ -132,10 +131,9 @@ def shift(order: int) -> tuple[Array, Array, Array, float]:
 
 def _moments(kernel: Kernel, order: int, start: float, stop: float) -> Array:
     """(N, rows, columns): coefficients of the kernel between two lags with regard to q_0 ... q_{N-1} over them."""
-    nodes, weights = legendre.leggauss(order + len(kernel.series))
-    values = kernel((stop + start) / 2.0 + (stop - start) / 2.0 * nodes)
-    basis = legendre.legvander(-nodes, order - 1) * np.sqrt(2.0 * np.arange(order) + 1.0)
-    return np.asarray(np.einsum("t,tk,tab->kab", (stop - start) / 2.0 * weights, basis, values))
+    nodes, weights = gauss(order + len(kernel.series))
+    values = kernel(start - (stop - start) * nodes)
+    return np.asarray(np.einsum("t,tk,tab->kab", (stop - start) * weights, evaluate(order, nodes), values))
 
 
 NEGATIVE = 1e-9

@@ -91,10 +91,7 @@ def line_form(plant: DelayPlant) -> LineForm:
 
 
 def _line(delay: float, end: Array, kernel: Kernel | None) -> Line:
-    """Its moments are with regard to orthonormal polynomials of s = -lag."""
-    series = np.zeros((0, *end.shape)) if kernel is None else kernel.series
-    order = np.arange(len(series))[:, None, None]
-    moments = (-1.0) ** order / np.sqrt(2.0 * order + 1.0) * series
+    moments = np.zeros((0, *end.shape)) if kernel is None else kernel.series
     carry = carried(np.concatenate([end[None], moments]))
     return Line(delay, carry, end @ carry.T, moments @ carry.T)
 
