@@ -1,9 +1,7 @@
 """A rational functional that bounds the level of Theorem 3 at one degree from below: the dual of its program.
 
-The functional y gives a weight to each coefficient of the identity that Z cannot cancel. Its matrices on the squares of
-N and of dV/dt must be positive semidefinite. On measured coordinates the program has directions that cost nothing
-(int y^2 in V, |l|^2 in N, ..), where these matrices must vanish: linear equations, solved exactly. On the other
-coordinates there is room for rounding.
+The functional y weighs each coefficient of the identity that Z cannot cancel. Its matrices on the squares of N and of
+dV/dt must be positive semidefinite, and vanish on measured coordinates: linear equations, solved exactly.
 """
 
 from __future__ import annotations
@@ -119,26 +117,22 @@ def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list
 
 def _as_matrices(dynamics: Dynamics, powers: int, weights: Mapping[Key, fmpq]) -> dict[str, Any]:
     """The weights as those of the coefficients of P, Q, S and R, each entry of a symmetric pair on its own."""
-    points, width, zero = dynamics.points, dynamics.functions, fmpq(0)
+    points, functions, each = range(dynamics.points), range(dynamics.functions), range(powers)
 
-    def of(i: int, j: int) -> fmpq:
-        return weights.get(("pair", min(i, j), max(i, j)), zero)
+    def of(*key: Any, factor: int = 1) -> str:
+        *kind, i, j = key
+        return str(factor * weights.get((*kind, min(i, j), max(i, j)), fmpq(0)))
 
-    def moment(power: int, function: int) -> int:
-        return points + power * width + function
+    def history(power: int) -> range:
+        return range(first := dynamics.points + power * dynamics.functions, first + dynamics.functions)
 
-    def table(rows: int, entry: Any, columns: int) -> list[list[str]]:
-        return [[str(entry(i, j)) for j in range(columns)] for i in range(rows)]
+    def local(*kind: str) -> list[list[list[str]]]:
+        return [[[of(*kind, power, k, m) for m in functions] for k in functions] for power in each]
 
-    def local(kind: str, power: int) -> list[list[str]]:
-        prefix = ("coupling", "local") if kind == "coupling" else ("local",)
-        return table(width, lambda k, m: weights.get((*prefix, power, min(k, m), max(k, m)), zero), width)
-
-    each = range(powers)
     return {
-        "P": table(points, of, points),
-        "Q": [table(points, lambda p, k, c=c: 2 * of(p, moment(c, k)), width) for c in each],
-        "S": [local("local", c) for c in each],
-        "R": [[table(width, lambda k, m, a=a, b=b: of(moment(a, k), moment(b, m)), width) for b in each] for a in each],
-        "coupling": [local("coupling", c) for c in each],
+        "P": [[of("pair", i, j) for j in points] for i in points],
+        "Q": [[[of("pair", i, j, factor=2) for j in history(c)] for i in points] for c in each],
+        "S": local("local"),
+        "R": [[[[of("pair", i, j) for j in history(b)] for i in history(a)] for b in each] for a in each],
+        "coupling": local("coupling", "local"),
     }

@@ -1,7 +1,6 @@
 """Rational Gram matrices of Theorem 3: a strictly feasible point in floating point, rounded and corrected exactly.
 
-Nothing of the solver is trusted: the matrices are rounded to multiples of a power of two and then changed in a few
-entries so that every equality holds exactly; whether they are positive definite is for the verifier to say.
+Nothing of the solver is trusted: matrices are rounded, then changed in a few entries so that every equality holds.
 """
 
 from __future__ import annotations

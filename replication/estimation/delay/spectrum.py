@@ -1,7 +1,6 @@
 """Grids of a history, and the characteristic roots of a system with delays: all of the rightmost, seen by y or not.
 
-M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, with averages over the delays; the roots are those of det M. Nothing is approximated
-except the start of Newton's iteration.
+Of M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, averages with it, nothing is approximated but the start of Newton's iteration.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The closed loop of a delay plant and an observer of it, with true exponentials: its stability and its exact gain.
 
 With the innovation eps, the errors follow [e'; z; eps] = M(s) [e; w] - I(s) eps, where M is the plant and I what the
-innovation adds to the observer. If the observer takes other delays for granted than the plant has, the states of both
-stay in the equations, and the plant has to be stable.
+innovation adds to the observer. With other delays than it takes for granted the states of both stay.
 """
 
 from __future__ import annotations
