@@ -197,11 +197,6 @@ def test_poor_sensors_are_told_of() -> None:
     assert kalman == pytest.approx(without, rel=1e-3)
 
 
-def test_a_model_with_more_moments_changes_nothing() -> None:
-    levels = [kalman_level(ladder_model(plant_terms(noisy(0.3)), order)) for order in (6, 12)]
-    assert levels[0] == pytest.approx(levels[1], rel=1e-8)
-
-
 def test_without_delays_it_is_the_filter_of_control() -> None:
     model = ladder_model(plant_terms(noisy(0.3)), 3)
     direct = replace(model, dz=0.2 * np.ones_like(model.dz))

@@ -264,13 +264,6 @@ def test_a_proof_within_rounding_is_none() -> None:
         design(plant, level=level)
 
 
-def test_gains_in_another_unit_of_time() -> None:
-    own, other = of_degree_3(), design(converted_by(np.eye(2), 1 / HOUR, 1.0, 1.0)(two_late()), degree=3)
-    assert other.value == pytest.approx(own.value, rel=1e-4)
-    assert other.bracket.lower == pytest.approx(own.bracket.lower, rel=1e-2)
-    assert other.gains["L0"] * HOUR == pytest.approx(own.gains["L0"], rel=0.2)
-
-
 LATE: dict[str, Any] = {
     "delays": [0.5], "b": [[1.0, 0.0]], "c10": [[1.0]], "c2": [[0.0]], "c2_delayed": [[[1.0]]], "d21": [[0.0, 1.0]]
 }  # fmt: skip
