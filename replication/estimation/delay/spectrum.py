@@ -112,7 +112,10 @@ ORDER, FEW = 40, 16
 def characteristic(plant: PlantTerms, s: Complex) -> Complex:
     """M(s) at each s (M,), shape (M, n, n)."""
     n = plant.sizes[0]
-    return np.asarray(s[:, None, None] * np.eye(n) - plant.terms.at(s)[:, :n, :n])
+    matrix = s[:, None, None] * np.eye(n) - plant.terms.constant[:n, :n]
+    for line in plant.terms.lines_at(s):
+        matrix = matrix - line[:, :n, :n]
+    return np.asarray(matrix, dtype=complex)
 
 
 def rightmost_roots(system: DelayPlant, count: int = 5) -> Complex:
