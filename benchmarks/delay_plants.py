@@ -22,9 +22,8 @@ from replication.estimation.delay.general.cone import line_form
 from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
 from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule
-from replication.estimation.delay.sos.observer import error_system
+from replication.estimation.delay.sos.observer import error_system, injection
 from replication.estimation.delay.sos.operators import evaluate, observer_gains
-from replication.estimation.delay.sos.running import injection
 from replication.estimation.delay.spectrum import grid
 from replication.ownplant.reading import read_plant
 

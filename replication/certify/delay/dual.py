@@ -1,9 +1,7 @@
 """A rational functional that bounds the level of Theorem 3 at one degree from below: the dual of its program.
 
-The functional y gives a weight to each coefficient of the identity that Z cannot cancel. Its matrices on the squares of
-N and of dV/dt must be positive semidefinite. On measured coordinates the program has directions that cost nothing
-(int y^2 in V, |l|^2 in N, ..), where these matrices must vanish: linear equations, solved exactly. On the other
-coordinates there is room for rounding.
+The functional y weighs each coefficient of the identity that Z cannot cancel. Its matrices on the squares of N and of
+dV/dt must be positive semidefinite, and vanish on measured coordinates: linear equations, solved exactly.
 """
 
 from __future__ import annotations
@@ -14,19 +12,8 @@ from typing import Any
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.certify.delay.forms import (
-    Basis,
-    Dynamics,
-    Entry,
-    Key,
-    add,
-    bases,
-    cancellable,
-    contribution,
-    echelon,
-    powers_of,
-    supply,
-)
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Key
 from replication.certify.delay.gram import Dual, Row, inner_weights, to_legendre
 from replication.certify.delay.levels import change_of, dynamics_of
 from replication.certify.rounding import rounded_down
@@ -53,9 +40,9 @@ def dual_of(dynamics: Dynamics, squares: Squares) -> Dual:
             for entry, key, factor in basis.terms():
                 row = rows.setdefault(entry, {})
                 half = factor / (1 if entry[0] == entry[1] else 2)
-                fed = {} if cancellable(dynamics, key) else {key: fmpq(1)}
-                for target, amount in (contribution(dynamics, key) if moving else fed).items():
-                    add(row, position.setdefault(target, len(position)), half * amount)
+                fed = {} if forms.cancellable(dynamics, key) else {key: fmpq(1)}
+                for target, amount in (forms.contribution(dynamics, key) if moving else fed).items():
+                    forms.add(row, position.setdefault(target, len(position)), half * amount)
             matrices.append(rows)
             hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
             changes.append(to_legendre(basis)[np.ix_(hidden[-1], hidden[-1])])
@@ -72,13 +59,13 @@ def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
 def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem."""
     degree = theorem["parameters"]["degree"]
-    return _lower(theorem, lambda points, functions: bases(points, functions, degree, "each"), 2 * degree + 1)
+    return _lower(theorem, lambda points, functions: forms.bases(points, functions, degree, "each"), 2 * degree + 1)
 
 
 def narrow_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """The same with kernels in the variable that the theorem names; both weights with the same degree."""
     degree, rule = theorem["parameters"]["degree"], theorem["parameters"]["rule"]
-    kernels = powers_of(degree, rule)
+    kernels = forms.powers_of(degree, rule)
 
     def squares(points: int, functions: int) -> tuple[Basis, Basis]:
         return Basis(points, functions, degree, 0, kernels), Basis(points, functions, degree, 1, kernels)
@@ -92,7 +79,7 @@ def _lower(theorem: Mapping[str, Any], squares: Squares, powers: int) -> dict[st
     dynamics = dynamics_of(plant, change)
     dual = dual_of(dynamics, squares)
     # The coefficients of 2 v'z at the keys of the dual.
-    plain = supply(dynamics, fmpq(0))
+    plain = forms.supply(dynamics, fmpq(0))
     costs = [plain.get(key, fmpq(0)) for key in dual.keys]
     weights = inner_weights(dual, costs, *_equalities(dynamics, dual, costs))
     value = sum((weight * cost for weight, cost in zip(weights, costs, strict=True)), fmpq(0))
@@ -111,9 +98,9 @@ def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list
         kept = set(hidden)
         rows += [row for (i, j), row in matrix.items() if row and not (i in kept and j in kept)]
     unique = {tuple(sorted((k, str(v)) for k, v in row.items())): row for row in rows}
-    level = supply(dynamics, fmpq(-1))
+    level = forms.supply(dynamics, fmpq(-1))
     scale = {k: level.get(key, fmpq(0)) - cost for k, (key, cost) in enumerate(zip(dual.keys, costs, strict=True))}
-    reduced, pivots = echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
+    reduced, pivots = forms.echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
     if count in pivots:
         raise SolverError("the equations of the dual have no solution; the degree is too low")
     others = [k for k in range(count) if k not in set(pivots)]
@@ -130,26 +117,22 @@ def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list
 
 def _as_matrices(dynamics: Dynamics, powers: int, weights: Mapping[Key, fmpq]) -> dict[str, Any]:
     """The weights as those of the coefficients of P, Q, S and R, each entry of a symmetric pair on its own."""
-    points, width, zero = dynamics.points, dynamics.functions, fmpq(0)
+    points, functions, each = range(dynamics.points), range(dynamics.functions), range(powers)
 
-    def of(i: int, j: int) -> fmpq:
-        return weights.get(("pair", min(i, j), max(i, j)), zero)
+    def of(*key: Any, factor: int = 1) -> str:
+        *kind, i, j = key
+        return str(factor * weights.get((*kind, min(i, j), max(i, j)), fmpq(0)))
 
-    def moment(power: int, function: int) -> int:
-        return points + power * width + function
+    def history(power: int) -> range:
+        return range(first := dynamics.points + power * dynamics.functions, first + dynamics.functions)
 
-    def table(rows: int, entry: Any, columns: int) -> list[list[str]]:
-        return [[str(entry(i, j)) for j in range(columns)] for i in range(rows)]
+    def local(*kind: str) -> list[list[list[str]]]:
+        return [[[of(*kind, power, k, m) for m in functions] for k in functions] for power in each]
 
-    def local(kind: str, power: int) -> list[list[str]]:
-        prefix = ("coupling", "local") if kind == "coupling" else ("local",)
-        return table(width, lambda k, m: weights.get((*prefix, power, min(k, m), max(k, m)), zero), width)
-
-    each = range(powers)
     return {
-        "P": table(points, of, points),
-        "Q": [table(points, lambda p, k, c=c: 2 * of(p, moment(c, k)), width) for c in each],
-        "S": [local("local", c) for c in each],
-        "R": [[table(width, lambda k, m, a=a, b=b: of(moment(a, k), moment(b, m)), width) for b in each] for a in each],
-        "coupling": [local("coupling", c) for c in each],
+        "P": [[of("pair", i, j) for j in points] for i in points],
+        "Q": [[[of("pair", i, j, factor=2) for j in history(c)] for i in points] for c in each],
+        "S": local("local"),
+        "R": [[[[of("pair", i, j) for j in history(b)] for i in history(a)] for b in each] for a in each],
+        "coupling": local("coupling", "local"),
     }

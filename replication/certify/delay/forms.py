@@ -44,15 +44,6 @@ class Basis:
         """Number of entries."""
         return self.points + self.functions * (self.degree + 1 + len(self.kernels))
 
-    def local(self, power: int, function: int) -> int:
-        """Position of t^power f(t)."""
-        return self.points + power * self.functions + function
-
-    def distributed(self, power: int, inner: int, function: int) -> int:
-        """Position of t^power int s^inner f(s) ds."""
-        place = self.degree + 1 + self.kernels.index((power, inner))
-        return self.points + place * self.functions + function
-
     def members(self) -> list[tuple[int, int | None, int | None]]:
         """For each entry: the power of t, the functional it is a multiple of, and the function it is a multiple of."""
         powers = range(self.degree + 1)
@@ -242,24 +233,12 @@ def supply(system: Dynamics, gamma: fmpq) -> Form:
 
 def cancellable(system: Dynamics, key: Key) -> bool:
     """Whether the free operator Z of Theorem 3 can cancel this coefficient of the derivative."""
-    n, hidden = system.states, system.states - system.measured
-    late = system.first + n
-
-    def kind(i: int) -> tuple[str, bool]:
-        if i < system.first:
-            return "input", False
-        if i < late:
-            return "state", i - system.first >= hidden
-        if i < system.points:
-            return "end", (i - late) % n >= hidden
-        return "history", (i - system.points) % n >= hidden
-
+    n, hidden, late = system.states, system.states - system.measured, system.first + system.states
+    *_, i, j = key
     if key[0] == "local":
-        _, _, k, m = key
-        return bool(k // n == m // n and (k % n >= hidden or m % n >= hidden))
-    (first, seen), (second, seen_too) = kind(key[1]), kind(key[2])
-    if "input" in (first, second) or first == second == "end":
+        return bool(i // n == j // n and (i % n >= hidden or j % n >= hidden))
+    # Of an end value Z takes the measured ones only; of two, and of w and v, none.
+    ends = [k for k in (i, j) if late <= k < system.points]
+    if min(i, j) < system.first or len(ends) == 2:
         return False
-    if "end" in (first, second):
-        return seen if first == "end" else seen_too
-    return seen or seen_too
+    return any((k - system.first) % n >= hidden for k in ends or (i, j))

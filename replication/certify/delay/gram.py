@@ -1,7 +1,6 @@
 """Rational Gram matrices of Theorem 3: a strictly feasible point in floating point, rounded and corrected exactly.
 
-Nothing of the solver is trusted: the matrices are rounded to multiples of a power of two and then changed in a few
-entries so that every equality holds exactly; whether they are positive definite is for the verifier to say.
+Nothing of the solver is trusted: matrices are rounded, then changed in a few entries so that every equality holds.
 """
 
 from __future__ import annotations
@@ -17,22 +16,8 @@ from flint import fmpq, fmpq_mat
 from numpy.polynomial import legendre as classical
 from scipy.sparse.linalg import lsqr
 
-from replication.certify.delay.forms import (
-    Basis,
-    Dynamics,
-    Entry,
-    Form,
-    Key,
-    add,
-    bases,
-    cancellable,
-    contribution,
-    derivative,
-    echelon,
-    form_of,
-    supply,
-    total,
-)
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Form, Key
 from replication.certify.rounding import as_floats, exact, floats, modelled, rational, rounded, rounded_array
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program
@@ -72,11 +57,7 @@ class GramPoint:
 
 
 def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: str = "each") -> GramPoint:
-    """The point of Theorem 3 at the level gamma whose Gram matrices have the largest least eigenvalue.
-
-    `system` in coordinates with C_2 = [0 c]; the traces add up to `trace` at most. Raises InfeasibleError if there is
-    no room for rounding, and what the solver raises.
-    """
+    """The point of Theorem 3 at the level gamma whose Gram matrices, of this trace at most, have the largest margin."""
     base = synthesis.program(synthesis.assemble(system, degree, SOLVED[rule]), 0.0, gamma)
     eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
     rows = base.a.shape[0]
@@ -100,7 +81,7 @@ def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: s
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
     n, functions = system.states, system.states * system.delay_count
     every = n + functions + system.b.shape[1] + system.c10.shape[0]
-    both = *bases(n, functions, degree, rule), *bases(every, functions, degree, rule)
+    both = *forms.bases(n, functions, degree, rule), *forms.bases(every, functions, degree, rule)
     grams = [change.T @ block @ change for block, change in zip(blocks, map(to_legendre, both), strict=True)]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
@@ -142,25 +123,31 @@ def exact_grams(
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
-    v_bases = bases(n, width, degree, rule)
-    h_bases = bases(dynamics.points, width, degree, rule)
+    v_bases = forms.bases(n, width, degree, rule)
+    h_bases = forms.bases(dynamics.points, width, degree, rule)
     storage, dissipation = (
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)
     )
-    reached = {key for basis in h_bases for _, key, _ in basis.terms()}
-    _meet_storage(dynamics, v_bases, storage, reached)
-    value_function = total(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
-    target = total([derivative(dynamics, value_function), supply(dynamics, gamma)])
+    # The entry (weight, i, j) of N that corrects each coefficient, and the factor with which it enters.
+    pivots: dict[Key, tuple[int, Entry, fmpq]] = {}
+    for weight, basis in enumerate(h_bases):
+        for entry, key, factor in basis.terms():
+            pivots.setdefault(key, (weight, entry, factor))
+    _meet_storage(dynamics, v_bases, storage, set(pivots))
+    value_function = forms.total(map(forms.form_of, v_bases, storage))
+    target = forms.total([forms.derivative(dynamics, value_function), forms.supply(dynamics, gamma)])
     # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
     for last in (True, False):
-        now = total([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
+        now = forms.total(
+            [target, *(forms.form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))]
+        )
         for key, value in now.items():
-            if value == 0 or cancellable(dynamics, key):
+            if value == 0 or forms.cancellable(dynamics, key):
                 continue
-            weight, (i, j), factor = _pivot(h_bases, key)
+            weight, entry, factor = pivots[key]
             if (weight == 1) == last:
-                _change(dissipation[weight], (i, j), -value / factor)
+                _change(dissipation[weight], entry, -value / factor)
     return {"storage": storage, "dissipation": dissipation}
 
 
@@ -172,42 +159,20 @@ def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_m
     for weight, basis in enumerate(bases):
         for entry, key, value in basis.terms():
             if key not in unmet:
-                fed = contribution(dynamics, key)
+                fed = forms.contribution(dynamics, key)
                 unmet[key] = {target: amount for target, amount in fed.items() if target not in reached}
             for target, per_unit in unmet[key].items():
                 column = position.setdefault((weight, entry), len(position))
-                add(rows.setdefault(target, {}), column, value * per_unit)
+                forms.add(rows.setdefault(target, {}), column, value * per_unit)
     if not rows:
         return
     columns, last = list(position), len(position)
     now = [grams[weight][entry] for weight, entry in columns]
     missed = [{**row, last: sum((amount * now[k] for k, amount in row.items()), fmpq(0))} for row in rows.values()]
-    reduced, pivots = echelon(missed, last + 1)
+    reduced, pivots = forms.echelon(missed, last + 1)
     for i, column in enumerate(pivots):
         weight, entry = columns[column]
         _change(grams[weight], entry, -reduced[i, last])
-
-
-def _pivot(bases: Sequence[Basis], key: Key) -> tuple[int, Entry, fmpq]:
-    """The entry (weight, i, j) of N that corrects one coefficient, and the factor with which it enters."""
-    basis, lower = bases
-    points, width, d = basis.points, basis.functions, basis.degree
-    if key[0] == "local":
-        _, c, k, m = key
-        low = c // 2
-        entry = basis.local(low, k), basis.local(c - low, m)
-        return 0, entry, fmpq(1 if entry[0] == entry[1] else 2)
-    _, i, j = key
-    if j < points:
-        return 0, (i, j), fmpq(1 if i == j else 2)
-    high, g = divmod(j - points, width)
-    if i < points:
-        return (0, (i, basis.local(high, g)), fmpq(2)) if high <= d else (1, (i, lower.local(d - 1, g)), fmpq(-2))
-    low, f = divmod(i - points, width)
-    over = max(high - d, 0)
-    if (over, low) in basis.kernels:
-        return 0, (basis.local(high - over, g), basis.distributed(over, low, f)), fmpq(2)
-    return 1, (lower.local(d - 1, g), lower.distributed(0, low, f)), fmpq(-2)
 
 
 def _change(gram: fmpq_mat, entry: Entry, amount: fmpq) -> None:
@@ -281,11 +246,7 @@ def _task(dual: Dual, cost: Array, constant: Array, free: Array, changes: Sequen
 
 
 def inner_weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
-    """Rational y in the interior: the largest value first, then the largest margin a little below it.
-
-    Where the optimum is nearly singular the coordinates are scaled by its diagonal, and it is sought again.
-    Raises SolverError if there is no room for rounding.
-    """
+    """Rational y in the interior: the largest value first, then the largest margin a little below it."""
     known = as_floats(written(costs)), as_floats(written(constant)), floats(free)
     tasks = [_task(dual, *known, dual.changes)]
     changes, best = dual.changes, -np.inf

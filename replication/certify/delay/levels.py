@@ -11,7 +11,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 from flint import fmpq, fmpq_mat
-from scipy.optimize import minimize_scalar
+from scipy.linalg import block_diag
 
 from replication.certify.delay.forms import Dynamics
 from replication.certify.delay.gram import SOLVED, centred, exact_grams
@@ -29,6 +29,9 @@ from replication.certify.rounding import (
 )
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
+from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.units import natural_units
 from replication.estimation.validation import Array
@@ -43,8 +46,6 @@ where the kernels have few powers."""
 LEVEL_BITS, FREQUENCY_BITS, ROOT_BITS = 40, 20, 20
 BELOW = 1e-8
 """Relative distance of a lower bound from the gain that floating point finds."""
-FREQUENCIES = 4001
-"""Grid of the search for the frequency of a lower bound."""
 
 
 def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
@@ -140,10 +141,7 @@ def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[st
 
 
 def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:
-    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or close to the least.
-
-    Raises InfeasibleError if no level that is tried leaves room for rounding.
-    """
+    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or near the least."""
     plant, degree = theorem["plant"], theorem["parameters"]["degree"]
     if level is not None:
         gamma = str(Fraction(level))
@@ -173,38 +171,21 @@ def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": {"lower": gamma}, "witness": witness}
 
 
-def hidden_gain(
-    plant: Mapping[str, Any], lag: Callable[[complex], complex] = lambda s: np.exp(-s)
-) -> tuple[str, dict[str, Any]]:
+def hidden_gain(plant: Mapping[str, Any], order: int | None = None) -> tuple[str, dict[str, Any]]:
     """The largest gain of a disturbance that leaves y at zero, and the frequency and the state that show it.
 
-    lag: the transfer function of a delay tau as a function of s tau; another one than exp(-s) for an approximation.
-    For plants with one unmeasured state, so that C_2x = 0 leaves one direction; raises InvalidInputError for others.
+    order: that of Padé's approximants of the delays; true delays if None. For plants with one unmeasured state, so that
+    C_2x = 0 leaves one direction; raises InvalidInputError for others.
     """
     sensor = exact(plant["C2"])
     q, n = sensor.nrows(), sensor.ncols()
     if n - q != 1:
         raise InvalidInputError(f"exactly one state may be unmeasured, got {n - q}")
-    back = change_of(plant).inv()
-    state = [[str(back[i, 0])] for i in range(n)]
-    system, x = floating(plant), as_floats(state)
-
-    def gain(frequency: float) -> float:
-        s = 1j * frequency
-        turns = [lag(s * delay) for delay in system.delays]
-        output = system.c10 + sum(turn * c for turn, c in zip(turns, system.c1, strict=True))
-        rate = s * np.eye(n) - system.a0 - sum(turn * a for turn, a in zip(turns, system.a, strict=True))
-        return float(np.linalg.norm(output @ x) / np.linalg.norm(np.linalg.solve(system.b, rate @ x)))
-
-    reach = 2.0 * float(np.linalg.norm(system.a0, 2) + sum(np.linalg.norm(a, 2) for a in system.a))
-    grid = np.linspace(0.0, reach, FREQUENCIES)
-    best = int(np.argmax([gain(float(frequency)) for frequency in grid]))
-    ends = grid[max(0, best - 1)], grid[min(FREQUENCIES - 1, best + 1)]
-    found = minimize_scalar(lambda frequency: -gain(frequency), bounds=ends, method="bounded", options={"xatol": 1e-8})
-    candidates = [rounded(float(frequency), FREQUENCY_BITS) for frequency in (0.0, found.x)]
-    frequency = max(candidates, key=lambda text: gain(float(Fraction(text))))
-    lower = gain(float(Fraction(frequency))) * (1.0 - BELOW)
-    return rounded_down(lower, LEVEL_BITS), {"frequency": frequency, "state": state}
+    back, system = change_of(plant).inv(), floating(plant)
+    terms = plant_terms(system) if order is None else moment_plant(line_form(system), order).terms
+    frequency = rounded(smoother_bound(terms).frequency, FREQUENCY_BITS)
+    lower = float(smoother_gains(terms, np.array([float(Fraction(frequency))]))[0]) * (1.0 - BELOW)
+    return rounded_down(lower, LEVEL_BITS), {"frequency": frequency, "state": [[str(back[i, 0])] for i in range(n)]}
 
 
 def near_optimal(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -268,10 +249,7 @@ def section(order: int) -> Section:
 
 
 def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], float]) -> dict[str, Any]:
-    """Bound and witness of a level close to the `least` of the plant with Padé sections of an order.
-
-    Raises InfeasibleError if none that is tried leaves room.
-    """
+    """Bound and witness of a level close to the `least` of the plant with Padé sections of an order."""
     plant, order = theorem["plant"], theorem["parameters"]["order"]
     change = change_of(plant)
     system, part = floating(plant, change), section(order)
@@ -288,22 +266,12 @@ def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], fl
 
 def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bound and witness of the gain that no observer of the approximation can go below."""
-    gamma, witness = hidden_gain(theorem["plant"], lambda s: _lag(theorem["parameters"]["order"], s))
+    gamma, witness = hidden_gain(theorem["plant"], theorem["parameters"]["order"])
     return {"bound": {"lower": gamma}, "witness": witness}
 
 
-def _lag(order: int, argument: complex) -> complex:
-    value = 0.0 + 0.0j
-    for k in range(order, 0, -1):
-        value = 1.0 / ((2 * k - 1) * 2.0 / argument + value) if argument != 0.0 else 0.0j
-    return (1.0 - value) / (1.0 + value)
-
-
 def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
-    """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2.
-
-    Raises SolverError if there is none, InfeasibleError if the margin is below PADE_ROOM.
-    """
+    """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2."""
     n, q = system.states, system.measurements
     A, B, C = _model(system, part)
     size, r, p = A.shape[0], B.shape[1], C.shape[0]
@@ -336,24 +304,16 @@ def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
 
 def _model(system: DelayPlant, part: Section) -> tuple[Array, Array, Array]:
     """The approximation, one section for each delayed state that has an effect."""
-    n = system.states
-    a, b, c = (floats(matrix) for matrix in (part.a, part.b, part.c))
-    d = float(Fraction(str(part.d)))
-    order = a.shape[0]
-    A, C = system.a0.copy(), system.c10.copy()
-    sections = [
-        (delay, i, late[:, [i]], output[:, [i]])
-        for delay, late, output in zip(system.delays, system.a, system.c1, strict=True)
-        for i in range(n)
-        if np.any(late[:, i]) or np.any(output[:, i])
-    ]
-    size = n + order * len(sections)
-    wide, seen = np.zeros((size, size)), np.zeros((C.shape[0], size))
-    for k, (delay, i, late, output) in enumerate(sections):
-        own = slice(n + k * order, n + (k + 1) * order)
-        A[:, [i]] += d * late
-        C[:, [i]] += d * output
-        wide[:n, own], seen[:, own] = late @ c, output @ c
-        wide[own, own], wide[own, [i]] = a / delay, b / delay
-    wide[:n, :n], seen[:, :n] = A, C
-    return wide, np.vstack([system.b, np.zeros((size - n, system.inputs))]), seen
+    (a, b, c), d = (floats(matrix) for matrix in (part.a, part.b, part.c)), float(Fraction(str(part.d)))
+    n, unit = system.states, np.eye(system.states)
+    now, through, entries, sections = np.vstack([system.a0, system.c10]), [], [], []
+    for delay, late, output in zip(system.delays, system.a, system.c1, strict=True):
+        effect = np.vstack([late, output])
+        for i in np.flatnonzero(np.any(effect, axis=0)):
+            now = now + d * np.outer(effect[:, i], unit[i])
+            through.append(effect[:, [i]] @ c)
+            entries.append(b @ unit[[i]] / delay)
+            sections.append(a / delay)
+    top = np.hstack([now, *through])
+    A = np.vstack([top[:n], np.hstack([np.vstack([np.zeros((0, n)), *entries]), block_diag(*sections)])])
+    return A, np.vstack([system.b, np.zeros((len(A) - n, system.inputs))]), top[n:]

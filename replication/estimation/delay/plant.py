@@ -207,25 +207,6 @@ class DelayPlant:
         return not any(np.any(part) for part in (*more, *spread))
 
 
-def present(plant: DelayPlant) -> Array:
-    """[[A_0, B], [C_10, D_11], [C_2, D_21]]."""
-    return np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
-
-
-def late(plant: DelayPlant, i: int) -> Array:
-    """The same of delay i, from zero."""
-    state, output = [plant.a[i], plant.b_delayed[i]], [plant.c1[i], np.zeros((plant.outputs, plant.inputs))]
-    return np.block([state, output, [plant.c2_delayed[i], plant.d21_delayed[i]]])
-
-
-def averages(plant: DelayPlant, i: int) -> Array:
-    """The same of the mean over delay i, (k, n + p + q, n + r): coefficients of the powers of age / delay."""
-    parts = [getattr(plant, name)[i] for name in SPREAD]
-    count = max(len(part) for part in parts)
-    padded = [np.pad(part, ((0, count - len(part)), (0, 0), (0, plant.inputs))) for part in parts]
-    return np.concatenate(padded, axis=1)
-
-
 def delay_system(
     a0: Any, a: Sequence[Any], delays: Sequence[float], b: Any, c10: Any, c2: Any, c1: Sequence[Any] | None = None
 ) -> DelayPlant:

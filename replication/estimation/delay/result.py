@@ -18,9 +18,8 @@ from replication.estimation.delay.general.mean_square import OF, Designs
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.observer import DelayGains, spectral_abscissa
+from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
-from replication.estimation.delay.sos.running import HistoryObserver
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array, frozen
 
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
 AGREES = 1e-4
-"""Relative excess of the gain of the discretised closed loop over the proved level that is left to discretisation."""
+"""Relative excess of the gain of the closed loop over the proved level that is left to rounding and discretisation."""
 DECADES, FREQUENCIES = 2, 200
 """The plots: decades on both sides of the rate of the longest delay, and points."""
 
@@ -91,6 +90,13 @@ class DelayResult(GainResult, Traded):
         return central.least(), central.measures
 
 
+def kept(lower: float, level: float, fault: str, how: str) -> Bracket:
+    """The bracket of gains that attain `lower` and prove `level`; raises SolverError if they do not keep it."""
+    if lower > level * (1 + AGREES):
+        raise SolverError(f"the gains prove the level {level:.6g}, {fault}")
+    return Bracket(min(lower, level), level, how)
+
+
 def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **own: Any) -> DelayResult:
     """The result with the gains as arrays."""
     arrays, axes = gains_of.arrays(own["order"])
@@ -140,11 +146,8 @@ def result_of(
     observer = HistoryObserver(system, observer_gains(certificate))
     error, coarse = observer.error_model(order), max(2 * order // 3, 1)
     norm, on_coarse = continuous_norm(*error), continuous_norm(*observer.error_model(coarse)).lower
-    if norm.lower > certificate.gamma * (1 + AGREES):
-        raise SolverError(
-            f"the gains prove the level {certificate.gamma:.6g}, but on {order + 1} points they have {norm.lower:.6g}; "
-            "raise `order` or `margin`"
-        )
+    fault = f"but on {order + 1} points they have {norm.lower:.6g}; raise `order` or `margin`"
+    bracket = kept(norm.lower, certificate.gamma, fault, BOTH_ENDS)
     galerkin, report = check(certificate), certificate.solution.report
     evidence = (
         *facts,
@@ -159,5 +162,4 @@ def result_of(
         Evidence("error decays at", -spectral_abscissa(error), "rightmost eigenvalue of the closed loop", "1/s"),
         *worth(plant_terms(system), certificate.gamma),
     )
-    bracket = Bracket(min(norm.lower, certificate.gamma), certificate.gamma, BOTH_ENDS)
     return made(observer, bracket, evidence, proof=certificate, order=order, **shown)

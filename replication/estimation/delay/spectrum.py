@@ -1,7 +1,6 @@
 """Grids of a history, and the characteristic roots of a system with delays: all of the rightmost, seen by y or not.
 
-M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, with averages over the delays; the roots are those of det M. Nothing is approximated
-except the start of Newton's iteration.
+Of M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, averages with it, nothing is approximated but the start of Newton's iteration.
 """
 
 from __future__ import annotations
@@ -120,11 +119,7 @@ def characteristic(plant: PlantTerms, s: Complex) -> Complex:
 
 
 def rightmost_roots(system: DelayPlant, count: int = 5) -> Complex:
-    """The `count` characteristic roots of largest real part (1/s), refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
-
-    Eigenvalues of the generator on ORDER + 1 Chebyshev points start Newton's method. Raises SolverError where a start
-    does not converge.
-    """
+    """The `count` characteristic roots of largest real part (1/s), to σ_min(M)/‖M‖ below ROOT_TOLERANCE."""
     positive_integer("count", count)
     units = natural_units(system)
     scaled = units.plant(system)
@@ -162,10 +157,7 @@ def _refined(plant: PlantTerms, start: complex) -> complex:
 
 
 def require_seen(system: DelayPlant, time: float) -> None:
-    """Raise InvalidInputError if y does not see a root with Re s >= 0 (Hautus): then no error of an observer dies out.
-
-    system: in units in which its matrices are of moderate size; time: its unit of time, s.
-    """
+    """Refuse a plant, in units of moderate size, of `time` s, whose y does not see a root with Re s >= 0 (Hautus)."""
     plant, n = plant_terms(system), system.states
     rate = float(np.abs(np.linalg.eigvals(plant.terms.bound()[:n, :n])).max())
     # e^{sη} is resolved for all |s| up to the bound of the unstable roots, as far as ORDER goes.

@@ -44,10 +44,7 @@ def transformed(system: DelayPlant, change: Any) -> DelayPlant:
 
 @dataclass(frozen=True)
 class Scaling:
-    """x' = states * x, y' = sensors * y, t' = t / time; w' = sqrt(gain) w and z' = z / sqrt(gain).
-
-    So levels are divided by gain.
-    """
+    """x' = states x, y' = sensors y, t' = t / time; w' = √gain w and z' = z / √gain: levels are divided by gain."""
 
     states: Array
     sensors: Array

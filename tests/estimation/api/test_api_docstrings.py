@@ -21,7 +21,7 @@ from replication.estimation.api.design import Design
 from replication.estimation.api.results import Bracket, GainResult
 from replication.estimation.api.running import PeriodicObserver, RunningObserver
 from replication.estimation.api.shown import Shown, Simulation
-from replication.estimation.delay.sos.running import RunningDelayObserver
+from replication.estimation.delay.sos.observer import RunningDelayObserver
 from replication.estimation.nonuniform.result import RunningFilter
 from tests.estimation.api.api_plants import METHODS
 

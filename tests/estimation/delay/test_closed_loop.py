@@ -15,9 +15,8 @@ from replication.estimation.delay import DegreeRule, DelayPlant, design, exact_g
 from replication.estimation.delay.exact import limit as limits
 from replication.estimation.delay.general import design as designs
 from replication.estimation.delay.sos.certificate import certificate_at
-from replication.estimation.delay.sos.observer import assembled, error_system, simulate
-from replication.estimation.delay.sos.operators import GainValues, check, observer_gains
-from replication.estimation.delay.spectrum import Scheme, grid, rightmost_roots
+from replication.estimation.delay.sos.observer import error_system, simulate
+from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.delay.units import natural_units
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.linear.periodic import Stage
@@ -50,28 +49,6 @@ def test_closed_loop_keeps_the_level(
     norms = [continuous_norm(*error_system(system, observer_gains(certificate), order)).upper for order in orders]
     assert best * (1 - 1e-6) <= norms[1] <= certificate.gamma * (1 + 1e-4)  # nothing beats the optimum
     assert norms[0] == pytest.approx(norms[1], rel=1e-3)
-
-
-def test_without_gains_the_error_is_the_plant() -> None:
-    system, net = two_delays(), grid(18)
-    m, k, n, q = net.points.size, 2, 2, 1
-    shapes = ((), (k,), (m, k), (m, k), (m, k, k), (m, k), (m, k, m, k))
-    silent = GainValues(*(np.zeros((*shape, n, q)) for shape in shapes))
-    values = np.linalg.eigvals(assembled(system, silent, net).A)
-    assert values.real.max() == pytest.approx(rightmost_roots(system, 1)[0].real, abs=1e-8)
-
-
-def test_lumped_scheme_approaches_the_collocation() -> None:
-    gains = observer_gains(certificate_at(two_delays(), 2.2, 2, epsilon=1e-2))
-    exact = continuous_norm(*error_system(two_delays(), gains, 24)).upper
-    errors = [
-        abs(continuous_norm(*error_system(two_delays(), gains, order, Scheme.LUMPED)).upper / exact - 1)
-        for order in (10, 40)
-    ]
-    assert errors[1] < errors[0] / 2
-    assert errors[1] < 0.1
-    with pytest.raises(InvalidInputError, match="order"):
-        error_system(two_delays(), gains, 0)
 
 
 LAG = Stage(*(np.array([[entry]]) for entry in (-2.0, 1.0, 3.0, 0.0)))
@@ -141,31 +118,9 @@ def test_bad_simulations(times: Any, disturbance: Any, message: str) -> None:
 LEAST = "least level of any observer"
 
 
-def cart(friction: float, delay: float, noise: float) -> DelayPlant:
-    """A double integrator whose position comes late."""
-    more: dict[str, Any] = {"c2_delayed": [[[1, 0]]], "d21": [[0, noise]]}
-    return DelayPlant([[0, 1], [0, -friction]], [delay], [[0, 0], [1, 0]], [[1, 0]], [[0, 0]], **more)
-
-
 def lag(rate: float, **sensor: Any) -> DelayPlant:
     """One slow state, and a sensor with noise."""
     return DelayPlant([[rate]], [2.0], [[1, 0]], [[1]], [[0]], d21=[[0, 1]], **sensor)
-
-
-@pytest.mark.parametrize(("friction", "delay", "noise"), [(0.0, 0.05, 0.01), (1e-3, 1.0, 1.0), (0.3, 0.05, 1.0)])
-def test_a_cart_seen_late(friction: float, delay: float, noise: float) -> None:
-    A, one = np.array([[0.0, 1.0], [0.0, -friction]]), np.array([[1.0, 0.0]])
-    case = delay_designs.Case("cart", A * delay, np.array([[0.0], [delay]]), one, one, np.array([noise]), (1.0,))
-    plant = cart(friction, delay, noise)
-    level = delay_designs.closed_level(case)
-    assert limit(plant).level == pytest.approx(level, rel=1e-7)
-    result = design(plant, goal="h2")
-    rms = delay_designs.closed_rms(case) * delay**-0.5
-    assert result.fact("rms error of z").value == pytest.approx(rms, rel=1e-7)
-    assert result.fact("least rms error of any observer").value == pytest.approx(rms, rel=1e-7)
-    assert result.fact(LEAST).value == pytest.approx(level, rel=1e-7)
-    # Another sensor is another level.
-    assert abs(limit(cart(friction, delay, 1.01 * noise)).level / level - 1.0) > 1e-3
 
 
 @pytest.mark.parametrize("sensor", [{"c2_delayed": [[[1.0]]]}, {"c2_spread": [[[1.0]]]}])

@@ -6,7 +6,6 @@ import ctypes
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -299,11 +298,8 @@ def test_steps_that_do_not_fit_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="finite"):
         observer.step([0.0], [math.inf])
     assert observer.instant == 0
-
-
-def test_no_more_samples_are_kept_than_allowed() -> None:
-    made = made_up(averaged(), 0.2)
-    longest = max(plant_terms(made.plant).terms.delays)
+    # No more samples are kept than allowed.
+    longest = max(made.plant.delays)
     with patch.object(module, "LONGEST", 10):
         made.running(longest / 10 * (1 + 1e-9))
         with pytest.raises(InvalidInputError, match="keeps the samples of its longest delay"):
@@ -325,48 +321,30 @@ def test_simulated_errors_reach_the_gain_and_no_more(name: str) -> None:
     assert 0.98 * found.lower < trajectory.gain < found.upper * (1 + 1e-3)
     with pytest.raises(InvalidInputError, match="equidistant"):
         made.trajectory(times**2, w)
-    with pytest.raises(InvalidInputError, match="vanish"):
-        made.trajectory(times, 0.0 * w)
-
-
-def output_of(compiled: Compiled, size: int) -> np.ndarray[Any, Any]:
-    """The estimate of z in C."""
-    output = (ctypes.c_double * size)(*[math.nan] * size)
-    compiled.library.own_output(compiled.state, output)
-    return np.array(output)
 
 
 @pytest.mark.parametrize("name", RUNNING)
-def test_c_is_equal_over_many_steps(name: str, tmp_path: Path) -> None:
-    observer, rng = RUNNING[name]().running(0.03), np.random.default_rng(9)
+def test_c_is_equal_over_many_steps_and_refuses_what_python_refuses(name: str, tmp_path: Path) -> None:
+    made, rng = RUNNING[name](), np.random.default_rng(9)
+    observer, other = made.running(0.03), replace(made, l0=1.01 * made.l0).running(0.03)
     compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
-    observer.reset(start)
-    compiled.reset(start)
+    for each in (observer, other, compiled):
+        each.reset(start)
+    output = (ctypes.c_double * len(observer.output))()
+    kept = bytes(compiled.state)
+    assert compiled.step(np.zeros(observer.inputs), [math.inf])[0] == 1
+    assert not observer.inputs or compiled.step([math.nan], [1.0])[0] == 1
+    assert bytes(compiled.state) == kept
     for _ in range(STEPS):
         u, y = rng.standard_normal(observer.inputs), rng.standard_normal(observer.measurements)
         y = np.where(rng.random(len(y)) < 0.2, np.nan, y)
         answer, estimate = compiled.step(u, y)
-        wanted = observer.step(u if observer.inputs else None, y)
+        wanted, apart = (each.step(u if observer.inputs else None, y) for each in (observer, other))
+        compiled.library.own_output(compiled.state, output)
         assert answer == 0
         assert np.allclose(estimate, wanted, rtol=EXACT, atol=EXACT)
-        assert np.allclose(output_of(compiled, len(observer.output)), observer.output, rtol=EXACT, atol=EXACT)
-    assert observer.missed > STEPS / 10
-
-
-def test_c_notices_other_gains_and_refuses_what_python_refuses(tmp_path: Path) -> None:
-    observer, other = made_up(averaged(), 0.2).running(0.03), made_up(averaged(), 0.201).running(0.03)
-    compiled = Compiled(observer, tmp_path)
-    compiled.reset(np.ones(2))
-    kept = bytes(compiled.state)
-    assert compiled.step([0.5], [math.inf])[0] == 1
-    assert compiled.step([math.nan], [1.0])[0] == 1
-    assert bytes(compiled.state) == kept
-    observer.reset(np.ones(2))
-    other.reset(np.ones(2))
-    for _ in range(3):
-        found = compiled.step([0.5], [1.0])[1]
-        assert np.allclose(found, observer.step(0.5, 1.0), atol=EXACT)
-        apart = other.step(0.5, 1.0)
-    assert not np.allclose(found, apart, atol=1e-9)
+        assert np.allclose(output, observer.output, rtol=EXACT, atol=EXACT)
+        assert np.allclose(observer.innovation[np.isnan(y)], 0.0, atol=EXACT)
+    assert observer.missed > STEPS / 10 and not np.allclose(apart, wanted, atol=1e-9)
     with pytest.raises(InvalidInputError, match="C identifier"):
         observer.to_c("int")

@@ -201,6 +201,7 @@ FEW = SdpaOptions(iterations=2)
 """They settle nothing; the bracket of the least level still tells on which side the level lies."""
 
 
+UNSEEN = without_noise(np.diag([1.0, -1.0]), np.eye(2), np.eye(2), np.array([[0.0, 1.0]]))
 REFUSED: list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], type[ReplicationError], str]] = [
     *((certificate_at, (tanks(), level, 1), {}, InvalidInputError, "gamma") for level in (0.0, -1.0, np.nan, np.inf)),
     *((minimum_gain, (one_delay(), degree), {}, InvalidInputError, "degree") for degree in (0, -1, 1.5, True)),
@@ -215,6 +216,9 @@ REFUSED: list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], type[Re
     (certificate_at, (unstable_pair(), 0.2, 2), {}, InfeasibleError, "proves none below"),
     (certificate_at, (unstable_pair(), 0.2, 2, BESSEL), {"options": FEW}, InfeasibleError, "proves none below"),
     (certificate_at, (unstable_pair(), 0.3, 2, BESSEL), {"options": FEW}, SolverError, "it is known that it can be"),
+    *((solve, (UNSEEN,), {}, InvalidInputError, "not detectable") for solve in (lmi_gain, riccati_gain)),
+    *((pade_model, (tanks(), order), {}, InvalidInputError, "order") for order in (0, -2, 1.5)),
+    *((chebyshev_model, (tanks(), order), {}, InvalidInputError, "order") for order in (0, -2, 1.5)),
     # No level is found with two moments; with three there is one.
     (minimum_gain, (random_system(29, 4, 2), 2, BESSEL), {}, SolverError, "is open"),
 ]  # fmt: skip
@@ -261,11 +265,6 @@ def test_models_approach_the_exact_response(build: Any) -> None:
             assert np.abs(response(model, omega) - frequency_response(system, omega)[0]).max() < 1e-9
 
 
-def test_only_the_row_space_is_delayed() -> None:
-    assert pade_model(two_delays(), 5).a.shape[0] == 2 + 2 * 5 * 2
-    assert pade_model(scalar([-1.0, 0.0], [0.5, 1.0]), 5).a.shape[0] == 1 + 5
-
-
 def test_grids_differentiate_and_integrate() -> None:
     net = grid(12)
     assert net.points[0] == 0.0 and net.points[-1] == -1.0
@@ -274,13 +273,6 @@ def test_grids_differentiate_and_integrate() -> None:
     lumped = grid(200, Scheme.LUMPED)
     assert lumped.weights @ np.exp(lumped.points) == pytest.approx(1 - np.exp(-1), abs=5e-3)
     assert (lumped.slope @ np.exp(lumped.points))[1:] == pytest.approx(np.exp(lumped.points[1:]), abs=5e-3)
-
-
-@pytest.mark.parametrize("order", [0, -2, 1.5])
-@pytest.mark.parametrize("build", [pade_model, chebyshev_model])
-def test_bad_orders(build: Any, order: float) -> None:
-    with pytest.raises(InvalidInputError, match="order"):
-        build(scalar([-1.0], [1.0]), order)
 
 
 # LMI (3) and the Riccati equation agree with the exact anchors
@@ -300,13 +292,6 @@ def test_anchors(system: DelayPlant, exact: float) -> None:
     assert lmi_gain(pade).gamma == pytest.approx(exact, rel=SEVEN_DIGITS)
     assert riccati_gain(pade) == pytest.approx(exact, rel=SEVEN_DIGITS)
     assert riccati_gain(chebyshev) == pytest.approx(exact, rel=SEVEN_DIGITS)
-
-
-def test_undetectable_model() -> None:
-    model = without_noise(np.diag([1.0, -1.0]), np.eye(2), np.eye(2), np.array([[0.0, 1.0]]))
-    for solve in (lmi_gain, riccati_gain):
-        with pytest.raises(InvalidInputError, match="not detectable"):
-            solve(model)
 
 
 def test_optimum_of_zero() -> None:

@@ -98,25 +98,6 @@ def test_the_spectrum_agrees_with_a_model_that_knows_many_moments(plant) -> None
     assert np.trace(C @ P @ C.T) == pytest.approx(rms(result) ** 2, rel=1e-4)
 
 
-def test_noise_through_the_running_observer_has_this_mean_square() -> None:
-    """By the law of large numbers: white noise held over short steps, the error from rest."""
-    result = design(late(-0.5, 0.3, 0.4), goal="h2")
-    dt, count = 0.02, 60_000
-    noise = np.random.default_rng(7).standard_normal((count, 2)) / np.sqrt(dt)
-    run, decay = result.observer(dt), float(np.exp(-0.5 * dt))
-    x, past, squares = 0.0, np.zeros(20), []
-    for drive, sensor in noise:
-        run.step(None, [past[-1] + 0.3 * sensor])
-        squares.append((x - run.estimate[0]) ** 2)
-        past = np.concatenate([[x], past[:-1]])
-        x = decay * x + (1 - decay) / 0.5 * drive
-    assert np.mean(squares[2000:]) == pytest.approx(rms(result) ** 2, rel=0.08)
-    assert result.observer(dt).innovation.tolist() == [0.0]
-    assert run.innovation.shape == (1,)
-    run.step(None, [None])
-    assert run.innovation == pytest.approx(0.0, abs=1e-12)
-
-
 def test_between_both_goals() -> None:
     plant = late(0.0, 1.0, 1.0)
     kalman, least = design(plant, goal="h2"), limit(plant).level

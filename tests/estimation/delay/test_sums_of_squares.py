@@ -20,24 +20,18 @@ from replication.estimation.delay.sos.cone import (
     cone_map,
     required_count,
     triangle,
-    triangle_index,
 )
 from replication.estimation.delay.sos.lie import by_rates, direct
 from replication.estimation.delay.sos.operators import (
     QUADRATURE,
-    Inverse,
+    ObserverGains,
     Operator,
     check,
     evaluate,
-    generator,
-    injection_operator,
-    invert,
-    multiplier_inverse,
     observer_gains,
-    storage_operator,
 )
 from replication.estimation.validation import Array
-from tests.estimation.delay.plants import random_system, tanks, three_delays, two_delays
+from tests.estimation.delay.plants import random_system, two_delays
 
 AGREE, ROUNDING = 1e-10, 1e-11
 
@@ -55,11 +49,6 @@ def monomials(space: FormSpace, x: Array, histories: Array) -> Array:
     basis = legendre.evaluate(space.count, nodes)
     multiplier = np.einsum("t,tk,tk,tk->k", weights, basis[:, degree], values[:, left], values[:, right])
     return np.concatenate([functionals[first] * functionals[second], multiplier])
-
-
-def test_triangle_index_inverts_triangle() -> None:
-    first, second = triangle(5)
-    assert np.array_equal(triangle_index(5, second, first), np.arange(15))
 
 
 @pytest.mark.parametrize("rule", [rule for rule in DegreeRule if rule is not DegreeRule.BESSEL])
@@ -84,44 +73,6 @@ def test_cone_is_the_integral_of_its_definition(rule: DegreeRule, weighted: bool
         zeta = np.concatenate([x, *z1, *z2])
         total += weight * (-node * (node + 1) if weighted else 1.0) * zeta @ m @ zeta
     assert value == pytest.approx(total, rel=AGREE)
-
-
-@pytest.mark.parametrize("system", [two_delays(), three_delays()])
-def test_derivative_along_the_error_dynamics(system: DelayPlant) -> None:
-    """d/dt of V on a polynomial trajectory, by the chain rule on the histories themselves."""
-    rng = np.random.default_rng(5)
-    count, n, k = 3, system.states, system.delay_count
-    space, target = lie.state_space(system, count), lie.derivative_space(system, count)
-    coefficients = rng.standard_normal(space.size)
-    _, left, right = space.multiplier_functions()
-    coefficients[space.pair_count :][left // n != right // n] = 0.0
-    histories = rng.standard_normal((k, n, 4))
-    e = rng.standard_normal(n)
-    histories[..., 0] += e - histories @ legendre.evaluate(4, 0.0)[0]  # φ_i(0) = e
-    late = histories @ legendre.evaluate(4, -1.0)[0]
-    w, v = rng.standard_normal(system.inputs), rng.standard_normal(system.outputs)
-    rate = system.a0 @ e + sum(a @ late[i] for i, a in enumerate(system.a)) - system.b @ w
-    moving = histories @ legendre.derivative(4).T / np.array(system.delays)[:, None, None]
-    flat, flat_rate = histories.reshape(k * n, 4), moving.reshape(k * n, 4)
-    step = 1e-4
-    ahead = monomials(space, e + step * rate, flat + step * flat_rate)
-    behind = monomials(space, e - step * rate, flat - step * flat_rate)
-    expected = coefficients @ (ahead - behind) / (2 * step)  # exact for a quadratic form, but for rounding
-    h = np.concatenate([w, v, e, late.ravel()])
-    value = (lie.lie_derivative(system, count) @ coefficients) @ monomials(target, h, flat)
-    assert value == pytest.approx(expected, rel=1e-7)
-
-
-def test_supply_rate() -> None:
-    system, rng = two_delays(), np.random.default_rng(7)
-    space = lie.derivative_space(system, 2)
-    h, histories = rng.standard_normal(space.points), np.zeros((space.functions, 2))
-    v, e, _ = lie.point_offsets(system)
-    cross, level = lie.supply(system, 2)
-    values = monomials(space, h, histories)
-    output = np.hstack([system.c10, *system.c1]) @ h[e:]
-    assert cross @ values == pytest.approx(2 * h[v:e] @ output, rel=AGREE)
-    assert level @ values == pytest.approx(-h[:e] @ h[:e], rel=AGREE)
 
 
 def disturbed(system: DelayPlant, b: Any) -> DelayPlant:
@@ -223,14 +174,6 @@ def whole(operator: Operator) -> Array:
     )
 
 
-def whole_inverse(inverse: Inverse) -> Array:
-    basis, s = legendre.evaluate(inverse.operator.count, NODES), multiplier_inverse(inverse.operator, NODES)
-    shape = np.einsum("tc,tkij->tkcij", basis, s)
-    row = np.einsum("mkic,tkcij->tkmj", inverse.h, shape)
-    kernel = np.einsum("tkcij,kjclmd,uldmn->tkulin", shape, inverse.gamma, shape, optimize=True)
-    return at_nodes(inverse.point, row, np.einsum("tkmj->tkjm", row), s, kernel)
-
-
 def coercive(seed: int, n: int, delays: int, count: int) -> Operator:
     """Random, self-adjoint, twice the identity and a little more."""
     rng = np.random.default_rng(seed)
@@ -243,61 +186,57 @@ def coercive(seed: int, n: int, delays: int, count: int) -> Operator:
     return Operator(2.0 * np.eye(n) + 0.1 * (point + point.T), row, np.einsum("mkic->kicm", row), multiplier, kernel)
 
 
-@pytest.fixture(scope="module")
-def moderate() -> Certificate:
-    """A level at which the gains are smooth."""
-    return certificate_at(two_delays(), 2.2, 2, epsilon=1e-2)
+GAINS = [(0, 1, 1), (2, 3, 2), (3, 2, 3), None]
+"""Seed, delays and Legendre coefficients of drawn operators; None for those of a certificate."""
 
 
-@pytest.mark.parametrize(("seed", "delays", "count"), [(0, 1, 2), (1, 2, 2), (2, 3, 2), (3, 2, 3), (4, 1, 1)])
-def test_inverse_on_both_sides(seed: int, delays: int, count: int) -> None:
-    operator = coercive(seed, 2, delays, count)
-    direct, back = whole(operator), whole_inverse(invert(operator))
-    for product in (direct @ back, back @ direct):
-        assert np.abs(product - np.eye(len(product))).max() < 1e-11
-
-
-@pytest.mark.parametrize("part", ["multiplier", "point"])
-def test_no_inverse_without_coercivity(part: str) -> None:
-    operator = coercive(0, 2, 1, 2)
-    name = {"multiplier": "S", "point": "P"}[part]
-    with pytest.raises(InvalidInputError, match=f"{name} is not positive definite"):
-        invert(replace(operator, **{part: -getattr(operator, part)}))
-
-
-def test_gains_solve_p_l_equals_z(moderate: Certificate) -> None:
-    """The formulas of Lemma 5 give L with P L = Z, in the coordinates of the program; P is self-adjoint."""
-    storage = whole(storage_operator(moderate))
-    measure = np.diag([1.0] * 2 + [*np.tile(np.repeat(WEIGHTS, 2), 2)])
+@pytest.mark.parametrize("drawn", GAINS)
+def test_gains_solve_p_l_equals_z(drawn: tuple[int, int, int] | None, moderate: Certificate) -> None:
+    """The values at points give L with P L = Z, in the coordinates of the program; P is self-adjoint."""
+    n, q, change = 2, 1, moderate.change
+    if drawn is None:
+        gains = observer_gains(moderate)
+    else:
+        seed, k, count = drawn
+        rng = np.random.default_rng(seed)
+        c, ends = count, (k + 1) * q
+        shapes = (n, ends), (n, k, q, c), (k, n, c, ends), (k, n, q, c), (k, n, c, k, q, c)
+        injection = Operator(*(rng.standard_normal(shape) for shape in shapes))
+        change = rng.standard_normal((n, n))
+        gains = ObserverGains(coercive(seed, n, k, count), injection, change, 0.3)
+    storage, injection = whole(gains.storage), whole(gains.injection)
+    k = gains.storage.row.shape[1]
+    measure = np.diag([1.0] * n + [*np.tile(np.repeat(WEIGHTS, n), k)])
     assert measure @ storage == pytest.approx((measure @ storage).T, abs=1e-12)
-    L = evaluate(observer_gains(moderate), NODES)
-    n, k, q = 2, 2, 1
+    L = evaluate(gains, NODES)
     ends = np.concatenate([L.l4[:, :, None], L.l5], axis=2)  # (M, K, 1 + K, n, q)
-    gains = at_nodes(
+    found = at_nodes(
         np.concatenate([L.l0[None], L.l2]).transpose(1, 0, 2).reshape(n, -1),
         L.l3,
         np.einsum("tkpiq->tkipq", ends).reshape(len(NODES), k, n, (k + 1) * q),
         L.l6,
         L.l7,
     )
-    change = np.kron(np.eye(1 + k * len(NODES)), moderate.change) * moderate.time
-    injection = whole(injection_operator(moderate))
-    assert np.abs(storage @ change @ gains - injection).max() < 1e-9 * np.abs(injection).max()
-    assert np.abs(storage @ gains - injection).max() > 1e-2 * np.abs(injection).max()
+    units = np.kron(np.eye(1 + k * len(NODES)), change) * gains.time
+    assert np.abs(storage @ units @ found - injection).max() < 1e-9 * np.abs(injection).max()
+    assert np.abs(storage @ found - injection).max() > 1e-2 * np.abs(injection).max()
+
+
+@pytest.mark.parametrize(("part", "name"), [("multiplier", "S"), ("point", "P")])
+def test_no_gains_without_coercivity(part: str, name: str, moderate: Certificate) -> None:
+    gains = observer_gains(moderate)
+    wrong = replace(gains.storage, **{part: -getattr(gains.storage, part)})
+    with pytest.raises(InvalidInputError, match=f"{name} is not positive definite"):
+        evaluate(replace(gains, storage=wrong), NODES)
+
+
+@pytest.fixture(scope="module")
+def moderate() -> Certificate:
+    """A level at which the gains are smooth."""
+    return certificate_at(two_delays(), 2.2, 2, epsilon=1e-2)
 
 
 def test_the_galerkin_check_refutes_a_lower_level_and_a_damaged_injection(moderate: Certificate) -> None:
     assert check(moderate).storage > 0 > check(moderate).dissipation
     for wrong in ({"gamma": 0.6 * moderate.gamma}, {"residual": 0.5 * moderate.residual}):
         assert check(replace(moderate, **wrong)).dissipation > 0
-
-
-def test_histories_move_at_the_rate_of_their_delay() -> None:
-    """phi' / tau of phi = p_2, by its Legendre coefficients."""
-    count, delay = 4, 0.4
-    matrix = generator(tanks(delay), count)[2 : 2 + count, 2 : 2 + count]
-    second = np.eye(count)[2]
-    assert matrix @ second == pytest.approx(legendre.derivative(count) @ second / delay)
-    points = np.linspace(-0.9, -0.1, 5)
-    slope = (legendre.evaluate(count, points + 1e-6) - legendre.evaluate(count, points - 1e-6)) @ second / 2e-6
-    assert legendre.evaluate(count, points) @ (matrix @ second) == pytest.approx(slope / delay, rel=1e-6)

@@ -18,7 +18,6 @@ from tests.estimation.delay.plants import (
     SIZES,
     averaged,
     awkward,
-    frequency_response,
     hidden,
     one_delay,
     scalar,
@@ -177,21 +176,3 @@ def test_the_root_that_no_sensor_sees_is_told_in_the_unit_of_the_plant(rate: flo
     told = complex(str(caught.value).partition("the root ")[2].partition(";")[0])
     assert told == pytest.approx(rate * factor, rel=1e-5, abs=1e-9 * factor)
     require_seen(hidden(-0.1), 1.0)
-
-
-def test_gain_of_an_integrator_with_delayed_feedback() -> None:
-    bracket = open_loop_gain(scalar([-1.0], [1.0]))
-    omega = np.linspace(1.30, 1.31, 200_001)
-    dense = np.abs(1 / (1j * omega + np.exp(-1j * omega))).max()
-    assert bracket.lower <= bracket.upper
-    assert bracket.upper / bracket.lower - 1 < 2e-9
-    assert dense == pytest.approx(bracket.lower, rel=1e-8)
-
-
-def test_gain_bounds_a_sweep_from_above() -> None:
-    for system in (one_delay(), two_delays()):
-        bracket = open_loop_gain(system)
-        response = frequency_response(system, np.linspace(0, 60, 4001))
-        assert np.linalg.norm(response, 2, axis=(1, 2)).max() <= bracket.upper
-    plain = delay_system([[-1.0, 1], [0, -2]], [np.zeros((2, 2))], [1.0], [[0], [1]], [[1, 0]], [[1, 0]])
-    assert frequency_response(plain, 0.5)[0, 0, 0] == pytest.approx(1 / ((0.5j + 1) * (0.5j + 2)))

@@ -349,59 +349,37 @@ def both_sides(drawn: Drawn, misprint: str) -> tuple[float, float]:
     late = [e[i](-t, 0) for i, t in enumerate(o.delays)]
     drift = A_0 @ e_0 + sum(A[i] @ late[i] for i in (0, 1))
     z = C_10 @ e_0 + sum(C_1[i] @ late[i] for i in (0, 1))
-    each = [[(s, weight) for s, weight in zip(o.s[i], o.w[i], strict=True)] for i in (0, 1)]
-
-    def Q(i: int, s: float, slope: int = 0) -> Matrix:
-        return o.H[i] @ o.Z(s, slope=slope)
-
-    def R(i: int, j: int, s: float, t: float, slopes: tuple[int, int] = (0, 0)) -> Matrix:
-        return o.Z(s, slope=slopes[0]).T @ o.G[i, j] @ o.Z(t, slope=slopes[1])
-
-    def integral(i: int, f: Callable[[float], Any]) -> Any:
-        return sum(weight * f(s) for s, weight in each[i])
-
-    def Z_7(i: int, j: int, s: float, t: float) -> Matrix:
-        return o.Z(s).T @ o.W_7[i, j] @ o.Z(t, q)
-
     inside, slopes = (np.concatenate([e[i](s, k) for i in (0, 1) for s in o.s[i]]) for k in (0, 1))
     measured = np.concatenate(
         [C_2 @ e_0, *(C_2 @ one for one in late), np.kron(np.eye(len(inside) // n), C_2) @ inside]
     )
-    image = forward(o) @ np.concatenate([drift - B @ w, slopes])
-    image += injection(o, of_10(o), 1.0 if misprint == "eq10-factor" else tau) @ measured
-    weights = np.repeat([tau, *o.w[0], *o.w[1]], n)
-    left = 2 * np.concatenate([e_0, inside]) @ (weights * image)
+    at = AtPoints(o)
+    image = forward(at) @ np.concatenate([drift - B @ w, slopes])
+    image += injection(at, of_10(at), 1.0 if misprint == "eq10-factor" else tau) @ measured
+    left = 2 * np.concatenate([tau * e_0, at.w * inside]) @ image
     left += -level * w @ w + (z @ z / level if misprint == "theorem-1-sign" else 2 * v @ z - level * v @ v)
 
-    T_00 = o.P @ A_0 + o.Z_0 @ C_2 + sum(Q(i, 0) + o.S(i, 0) / 2 for i in (0, 1))
+    Q, slope, C = at.H @ at.Z.T, at.H @ at.slope.T, np.kron(np.eye(len(at.w) // n), C_2)
+
+    def printed(blocks: Matrix) -> Matrix:
+        """Of E_i, n x n at each point."""
+        return blocks.reshape(n, -1, n).T.reshape(n, -1) if misprint == "e-transposes" else blocks
+
+    T_00 = o.P @ A_0 + o.Z_0 @ C_2 + sum(o.H[i] @ o.Z(0) + o.S(i, 0) / 2 for i in (0, 1))
     right = -level * (w @ w + v @ v) + 2 * v @ z + tau * (2 * e_0 @ T_00 @ e_0 - 2 * e_0 @ o.P @ B @ w)
+    start = np.vstack([o.Z(0)] * 2)
+    E = e_0 @ (printed(A_0.T @ Q + start.T @ at.G @ at.Z.T / tau - slope) + (at.Z @ at.W_4 @ C_2).T + at.Z_3 @ C)
+    E = E - w @ B.T @ Q
     for i, delay in enumerate(o.delays):
-        right += 2 * tau * e_0 @ (o.P @ A[i] - Q(i, -delay) + o.Z_2[i] @ C_2) @ late[i]
+        right += 2 * tau * e_0 @ (o.P @ A[i] - o.H[i] @ o.Z(-delay) + o.Z_2[i] @ C_2) @ late[i]
         right -= (-1 if misprint == "d-sign" else 1) * tau * late[i] @ o.S(i, -delay) @ late[i]
-
-        def E(s: float, i: int = i) -> Matrix:
-            """The row (w, e_0, late) E_i(s)."""
-            Z_4, Z_6 = o.Z(s).T @ o.W_4[i] @ C_2, o.Z_3(i, s) @ C_2
-            block = A_0.T @ Q(i, s) + sum(R(i, k, s, 0).T for k in (0, 1)) / tau - Q(i, s, 1)
-            whole = (block + Z_4 + Z_6.T).T if misprint == "e-transposes" else block + Z_4.T + Z_6
-            total = e_0 @ whole - w @ B.T @ Q(i, s)
-            for j, end in enumerate(o.delays):
-                block = A[j].T @ Q(i, s) - R(i, j, s, -end).T / tau
-                Z_5 = o.Z(s).T @ o.W_5[i, j] @ C_2
-                total = total + late[j] @ ((block + Z_5).T if misprint == "e-transposes" else block + Z_5.T)
-            return np.asarray(total)
-
-        def F(s: float, i: int = i) -> Matrix:
-            Z_6 = o.Z(s).T @ o.W_6[i] @ C_2
-            return np.asarray((1 if misprint == "f-sign" else -1) * FACTORS["Theorem 3"] * o.S_1[i] + Z_6 + Z_6.T)
-
-        def G(j: int, s: float, t: float, i: int = i) -> Matrix:
-            injected = Z_7(i, j, s, t) @ C_2 + (Z_7(j, i, t, s) @ C_2).T
-            return np.asarray(tau * injected - R(i, j, s, t, (1, 0)) - R(i, j, s, t, (0, 1)))
-
-        right += tau * integral(i, lambda s, i=i, E=E, F=F: 2 * E(s) @ e[i](s, 0) + e[i](s, 0) @ F(s) @ e[i](s, 0))
-        for j in (0, 1):
-            right += integral(i, lambda s, i=i, j=j, G=G: e[i](s, 0) @ integral(j, lambda t: G(j, s, t) @ e[j](t, 0)))
+        end, Z_5 = np.kron(np.eye(2)[:, [i]], o.Z(-delay)), at.Z @ at.W_5[:, i * q : (i + 1) * q] @ C_2
+        E = E + late[i] @ (printed(A[i].T @ Q - end.T @ at.G @ at.Z.T / tau) + Z_5.T)
+    steep = scipy.linalg.block_diag(*(np.kron(np.eye(len(o.s[i])), o.S_1[i]) for i in (0, 1)))
+    F, G = at.Z_6 @ C, tau * at.Z @ at.W_7 @ C - at.slope @ at.G @ at.Z.T
+    F = F + F.T + (1 if misprint == "f-sign" else -1) * FACTORS["Theorem 3"] * steep
+    values = at.w * inside
+    right += tau * (2 * E @ values + inside @ F @ values) + values @ (G + G.T) @ values
     return float(left), float(right)
 
 
@@ -413,128 +391,76 @@ def dissipation_identity(told: Data) -> None:
         assert abs(left - right) > 1e-3 * abs(left), f"{misprint} as printed"
 
 
-def operator(o: Drawn, P: Matrix, Q: Any, S: Any, R: Any) -> Matrix:
-    """(8) as a matrix on x and the values of the histories at the Gauss points."""
-    points = [(i, s, weight) for i in (0, 1) for s, weight in zip(o.s[i], o.w[i], strict=True)]
-    top = np.hstack([P, *(weight * Q(i, s) for i, s, weight in points)])
-    rows = [
-        np.hstack(
-            [
-                o.tau * Q(i, s).T,
-                *(R(i, j, s, t) * weight + (o.tau * S(i, s) if (i, s) == (j, t) else 0) for j, t, weight in points),
-            ]
+class AtPoints:
+    """The same at the Gauss points of both histories, one below the other: products over them are integrals."""
+
+    def __init__(self, o: Drawn) -> None:
+        def blocks(parts: Any) -> Matrix:
+            return np.block([[parts[i, j] for j in (0, 1)] for i in (0, 1)])
+
+        each = [(i, s) for i in (0, 1) for s in o.s[i]]
+        self.n, self.tau, self.P, self.Z_0 = o.n, o.tau, o.P, o.Z_0
+        self.Z, self.slope, Y = (
+            scipy.linalg.block_diag(*(np.vstack([o.Z(s, size, slope).T for s in o.s[i]]) for i in (0, 1)))
+            for size, slope in ((o.n, 0), (o.n, 1), (o.q, 0))
         )
-        for i, s, _ in points
-    ]
-    return np.vstack([top, *rows])
+        self.w, self.v = (np.repeat(np.concatenate(o.w), size) for size in (o.n, o.q))
+        self.S = scipy.linalg.block_diag(*(o.S(i, s) for i, s in each))
+        self.Z_2, self.Z_3 = np.hstack(list(o.Z_2)), np.hstack([o.Z_3(i, s) for i, s in each])
+        self.Z_6 = scipy.linalg.block_diag(*(o.Z(s).T @ o.W_6[i] for i, s in each))
+        self.H, self.G = np.hstack(list(o.H)), blocks(o.G)
+        self.W_4, self.W_5, self.W_7 = np.vstack(list(o.W_4)), blocks(o.W_5), blocks(o.W_7) @ Y.T
 
 
-def hats(o: Drawn, *, printed: bool = False) -> dict[str, Any]:
-    """P^, H^_i and Gamma^_ij of Theorem 4, T_i, and S^ of the inverse."""
-    m = 3 * o.n
-    H, G = np.hstack(list(o.H)), np.block([[o.G[i, j] for j in (0, 1)] for i in (0, 1)])
-    G = G if printed else G / o.tau * FACTORS["Theorem 4"]
-    T = [
-        sum(w * o.Z(s) @ np.linalg.solve(o.S(i, s), o.Z(s).T) for s, w in zip(o.s[i], o.w[i], strict=True))
-        for i in (0, 1)
-    ]
-    K, one, back = scipy.linalg.block_diag(*T), np.eye(2 * m), np.linalg.inv(o.P)
-    H_hat = back @ H @ np.linalg.inv(K @ H.T @ back @ H - one - K @ G)
-    G_hat = -(H_hat.T @ H + G) @ np.linalg.inv(one + K @ G)
-    parts = G_hat.reshape(2, m, 2, m).transpose(0, 2, 1, 3)
-    P_hat = (np.eye(o.n) - H_hat @ K @ H.T) @ back
-    return {"P": P_hat, "H": H_hat.reshape(o.n, 2, m).transpose(1, 0, 2), "G": parts, "T": T}
+def operator(o: AtPoints, P: Matrix, Q: Matrix, S: Matrix, R: Matrix) -> Matrix:
+    """(8) as a matrix on x and the values of the histories."""
+    return np.block([[P, Q * o.w], [o.tau * Q.T, o.tau * S + R * o.w]])
 
 
-def inverse(o: Drawn, *, printed: bool = False) -> Matrix:
+def forward(o: AtPoints) -> Matrix:
+    return operator(o, o.P, o.H @ o.Z.T, o.S, o.Z @ o.G @ o.Z.T)
+
+
+def hats(o: AtPoints, *, printed: bool = False) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """P^, H^ and Gamma^ of Theorem 4, and K = diag T_i."""
+    K, back = (o.Z.T * o.w) @ np.linalg.solve(o.S, o.Z), np.linalg.inv(o.P)
+    G, one = o.G if printed else o.G / o.tau * FACTORS["Theorem 4"], np.eye(len(K))
+    H_hat = back @ o.H @ np.linalg.inv(K @ o.H.T @ back @ o.H - one - K @ G)
+    return (np.eye(o.n) - H_hat @ K @ o.H.T) @ back, H_hat, -(H_hat.T @ o.H + G) @ np.linalg.inv(one + K @ G), K
+
+
+def inverse(o: AtPoints, *, printed: bool = False) -> Matrix:
     """The operator of Theorem 4: {P^, Q^/tau_K, S^-1/tau_K^2, R^/tau_K}; printed: S^-1/tau_K, and Gamma for G."""
-    hat, power = hats(o, printed=printed), 1 if printed else 2
+    (P, H, G, _), back, power = hats(o, printed=printed), np.linalg.inv(o.S), 1 if printed else 2
+    X = back @ o.Z
+    return operator(o, P, H @ X.T / o.tau, back / o.tau**power, X @ G @ X.T / o.tau)
 
-    def X(i: int, s: float) -> Matrix:
-        return np.asarray(np.linalg.solve(o.S(i, s), o.Z(s).T))
 
-    return operator(
-        o,
-        hat["P"],
-        lambda i, s: hat["H"][i] @ X(i, s).T / o.tau,
-        lambda i, s: np.linalg.inv(o.S(i, s)) / o.tau**power,
-        lambda i, j, s, t: X(i, s) @ hat["G"][i, j] @ X(j, t).T / o.tau,
+def injection(o: AtPoints, gains: tuple[Matrix, ...], factor: float) -> Matrix:
+    """(9) or (10), its second row times a factor: a matrix on y_0, y_i(-tau_i) and the values of y_i."""
+    L_0, L_2, L_3, L_4, L_5, L_6, L_7 = gains
+    return np.block([[L_0, L_2, L_3 * o.v], [factor * L_4, factor * L_5, factor * (L_6 + L_7 * o.v)]])
+
+
+def of_10(o: AtPoints) -> tuple[Matrix, ...]:
+    return o.Z_0, o.Z_2, o.Z_3, o.Z @ o.W_4, o.Z @ o.W_5, o.Z_6, o.Z @ o.W_7
+
+
+def of_lemma_5(o: AtPoints, *, printed: bool = False) -> tuple[Matrix, ...]:
+    (P, H, G, K), X = hats(o, printed=printed), np.linalg.solve(o.S, o.Z)
+    return (
+        P @ o.Z_0 * FACTORS["Lemma 5"] + H @ K @ o.W_4,
+        P @ o.Z_2 + H @ K @ o.W_5,
+        P @ o.Z_3 + H @ X.T @ o.Z_6 + H @ K @ o.W_7,
+        X @ (H.T @ o.Z_0 + o.W_4 + G @ K @ o.W_4),
+        X @ (H.T @ o.Z_2 + o.W_5 + G @ K @ o.W_5),
+        np.linalg.solve(o.S, o.Z_6),
+        X @ (H.T @ o.Z_3 + o.W_7 + G @ X.T @ o.Z_6 + G @ K @ o.W_7),
     )
 
 
-def forward(o: Drawn) -> Matrix:
-    return operator(o, o.P, lambda i, s: o.H[i] @ o.Z(s), o.S, lambda i, j, s, t: o.Z(s).T @ o.G[i, j] @ o.Z(t))
-
-
-def injection(o: Drawn, gains: dict[str, Any], factor: float) -> Matrix:
-    """(9) or (10), its second row times a factor: a matrix on y_0, y_i(-tau_i) and the values of y_i."""
-    points = [(i, s, weight) for i in (0, 1) for s, weight in zip(o.s[i], o.w[i], strict=True)]
-    top = np.hstack([gains["0"], *gains["2"], *(weight * gains["3"](i, s) for i, s, weight in points)])
-    rows = [
-        factor
-        * np.hstack(
-            [
-                gains["4"](i, s),
-                *(gains["5"](i, j, s) for j in (0, 1)),
-                *(
-                    gains["7"](i, j, s, t) * weight + (gains["6"](i, s) if (i, s) == (j, t) else 0)
-                    for j, t, weight in points
-                ),
-            ]
-        )
-        for i, s, _ in points
-    ]
-    return np.vstack([top, *rows])
-
-
-def of_10(o: Drawn) -> dict[str, Any]:
-    return {
-        "0": o.Z_0,
-        "2": o.Z_2,
-        "3": o.Z_3,
-        "4": lambda i, s: o.Z(s).T @ o.W_4[i],
-        "5": lambda i, j, s: o.Z(s).T @ o.W_5[i, j],
-        "6": lambda i, s: o.Z(s).T @ o.W_6[i],
-        "7": lambda i, j, s, t: o.Z(s).T @ o.W_7[i, j] @ o.Z(t, o.q),
-    }
-
-
-def of_lemma_5(o: Drawn, *, printed: bool = False) -> dict[str, Any]:
-    hat = hats(o, printed=printed)
-    P, H, G, T = (hat[name] for name in "PHGT")
-
-    def X(i: int, s: float) -> Matrix:
-        return np.asarray(np.linalg.solve(o.S(i, s), o.Z(s).T))
-
-    def V(i: int, s: float) -> Matrix:
-        return np.asarray(o.Z(s) @ X(i, s))
-
-    def W_7(i: int, j: int, t: float) -> Matrix:
-        return np.asarray(o.W_7[i, j] @ o.Z(t, o.q))
-
-    return {
-        "0": P @ o.Z_0 * FACTORS["Lemma 5"] + sum(H[i] @ T[i] @ o.W_4[i] for i in (0, 1)),
-        "2": [P @ o.Z_2[i] + sum(H[j] @ T[j] @ o.W_5[j, i] for j in (0, 1)) for i in (0, 1)],
-        "3": lambda i, t: P @ o.Z_3(i, t) + H[i] @ V(i, t) @ o.W_6[i] + sum(H[j] @ T[j] @ W_7(j, i, t) for j in (0, 1)),
-        "4": lambda i, s: X(i, s) @ (H[i].T @ o.Z_0 + o.W_4[i] + sum(G[i, j] @ T[j] @ o.W_4[j] for j in (0, 1))),
-        "5": lambda i, j, s: (
-            X(i, s) @ (H[i].T @ o.Z_2[j] + o.W_5[i, j] + sum(G[i, k] @ T[k] @ o.W_5[k, j] for k in (0, 1)))
-        ),
-        "6": lambda i, s: X(i, s) @ o.W_6[i],
-        "7": lambda i, j, s, t: (
-            X(i, s)
-            @ (
-                H[i].T @ o.Z_3(j, t)
-                + W_7(i, j, t)
-                + G[i, j] @ V(j, t) @ o.W_6[j]
-                + sum(G[i, k] @ T[k] @ W_7(k, j, t) for k in (0, 1))
-            )
-        ),
-    }
-
-
 def operator_identity(told: Data) -> None:
-    o = Drawn()
+    o = AtPoints(Drawn())
     P = forward(o)
     for printed in (False, True):
         if told["parameters"]["part"] == "theorem-4":
@@ -548,11 +474,12 @@ def operator_identity(told: Data) -> None:
 
 def present_only(_: Data) -> None:
     """L = P^-1 Z solved for at the Gauss points, with P as it is where Q_i = 0."""
-    o = Drawn()
-    o.H, o.W_3, o.W_4, o.W_5, o.W_6, o.W_7 = (0 * one for one in (o.H, o.W_3, o.W_4, o.W_5, o.W_6, o.W_7))
+    drawn = Drawn()
+    for name in ("H", "W_3", "W_4", "W_5", "W_6", "W_7"):
+        setattr(drawn, name, 0 * getattr(drawn, name))
+    o = AtPoints(drawn)
     gains = np.linalg.solve(forward(o), injection(o, of_10(o), o.tau))
-    back = np.linalg.inv(o.P) * FACTORS["Lemma 5"]
-    expected = np.hstack([back @ o.Z_0, *(back @ one for one in o.Z_2)])
+    expected = np.linalg.inv(o.P) @ np.hstack([o.Z_0, o.Z_2]) * FACTORS["Lemma 5"]
     assert np.allclose(gains[: o.n, : expected.shape[1]], expected)
     gains[: o.n, : expected.shape[1]] = 0
     assert np.abs(gains).max() < 1e-12

@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
-from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
-from replication.estimation.delay.sos.legendre import ends
+from replication.estimation.delay.sos.legendre import ends, evaluate, gauss
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
@@ -41,6 +40,13 @@ class FilterModel:
     dz: Array  # (p, r) What is estimated
     cy: Array  # (q, N) Measurements
     dy: Array  # (q, r) Measurements
+
+    @property
+    def terms(self) -> PlantTerms:
+        """The same as a plant without delays."""
+        n, p, q, r = len(self.a), len(self.cz), len(self.cy), self.b.shape[1]
+        whole = np.block([[self.a, self.b], [self.cz, self.dz], [self.cy, self.dy]])
+        return PlantTerms((n, p, q, r), Terms(whole), Terms(np.zeros((n + p + q, 0))))
 
     def error(self, L: Array, Lz: Array | None = None) -> Stage:
         """From w to the error of x^' = a x^ + L (y - cy x^), z^ = cz x^ + Lz (y - cy x^); Lz is zero unless given."""
@@ -125,10 +131,9 @@ def shift(order: int) -> tuple[Array, Array, Array, float]:
 
 def _moments(kernel: Kernel, order: int, start: float, stop: float) -> Array:
     """(N, rows, columns): coefficients of the kernel between two lags with regard to q_0 ... q_{N-1} over them."""
-    nodes, weights = legendre.leggauss(order + len(kernel.series))
-    values = kernel((stop + start) / 2.0 + (stop - start) / 2.0 * nodes)
-    basis = legendre.legvander(-nodes, order - 1) * np.sqrt(2.0 * np.arange(order) + 1.0)
-    return np.asarray(np.einsum("t,tk,tab->kab", (stop - start) / 2.0 * weights, basis, values))
+    nodes, weights = gauss(order + len(kernel.series))
+    values = kernel(start - (stop - start) * nodes)
+    return np.asarray(np.einsum("t,tk,tab->kab", (stop - start) * weights, evaluate(order, nodes), values))
 
 
 NEGATIVE = 1e-9
@@ -148,11 +153,7 @@ def whitened(model: FilterModel) -> FilterModel:
 
 
 def normal_states(model: FilterModel) -> tuple[FilterModel, Array]:
-    """A whitened model in states x' = scale x whose Kalman filter has errors of unit variance, and scale (N,).
-
-    Neither units nor slow modes make anything faint then. Where there is no Kalman filter, rates, disturbances and
-    measurements are balanced.
-    """
+    """A whitened model in states x' = scale x whose Kalman filter has errors of unit variance, and scale (N,)."""
     scale = _balance(model)
     for _ in range(2):
         try:

@@ -18,7 +18,7 @@ from replication.estimation.delay.exact.central import (
     whitened,
 )
 from replication.estimation.delay.exact.loop import decided, plant_terms
-from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
 from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.synthesis import scaling_of
 from replication.estimation.delay.plant import DelayPlant
@@ -52,10 +52,7 @@ class FilterLevel:
 
 
 def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
-    """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look.
-
-    Raises InfeasibleError if there is none.
-    """
+    """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look."""
     model = regular(model)
     if not len(model.a):
         level = _direct(model)
@@ -111,10 +108,7 @@ def _bracket(model: FilterModel, least: float, start: float, size: float) -> tup
 
 
 def regular(model: FilterModel) -> FilterModel:
-    """The model without noise-free outputs: what they show is known, and their derivatives are measured instead.
-
-    The infimum of the level is the same. It ends when D_y has full row rank; there may then be no states left.
-    """
+    """The model without noise-free outputs: what they show is known, and their derivatives are measured instead."""
     while len(model.cy):
         left, values, _ = np.linalg.svd(model.dy / _row_sizes(model))
         rank = int(np.sum(values > RANK))
@@ -191,17 +185,7 @@ def _smoother(model: FilterModel, least: float) -> float:
 
 def _gains(model: FilterModel, omega: Array) -> Array:
     """The norm of G_z on the kernel of G_y at each frequency (M,)."""
-    n, r, q = len(model.a), model.b.shape[1], len(model.cy)
-    if r <= q:
-        return np.zeros(len(omega))
-    # From the kernel of [a - j omega, b; cy, dy], rows of unit length: no pole on the axis is divided by.
-    pencil = np.tile(np.block([[model.a, model.b], [model.cy, model.dy]]).astype(complex), (len(omega), 1, 1))
-    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
-    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
-    kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
-    _, sizes, right = np.linalg.svd(kernel[:, n:], full_matrices=False)
-    output = (np.hstack([model.cz, model.dz]) @ kernel) @ right.conj().swapaxes(1, 2)
-    return np.asarray(np.linalg.norm(output / np.maximum(sizes, NEXT_TO_NONE)[:, None, :], 2, axis=(1, 2)))
+    return np.minimum(smoother_gains(model.terms, omega), 1.0 / NEXT_TO_NONE)
 
 
 ORDERS = (2, 3, 4, 7, 8, 11, 14, 19, 26, 35, 48)
@@ -304,11 +288,7 @@ def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
 def climbed(
     plant: PlantTerms, value: Callable[[FilterModel, float], float], floor: float, tolerance: float
 ) -> tuple[tuple[tuple[int, float], ...], float]:
-    """The value of models of rising order until it moves by less than `tolerance`, relative, over two rungs.
-
-    value: called with a model and a value near it. floor: no value is below it. Returns (order, value) of each rung,
-    and how much the value still moves.
-    """
+    """(order, value) of models of rising order until the value, `floor` at least, settles; and what it still moves."""
     rungs: list[tuple[int, float]] = []
     changes = (np.inf, np.inf)
     for order in ORDERS:

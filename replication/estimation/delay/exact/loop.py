@@ -1,8 +1,7 @@
 """The closed loop of a delay plant and an observer of it, with true exponentials: its stability and its exact gain.
 
 With the innovation eps, the errors follow [e'; z; eps] = M(s) [e; w] - I(s) eps, where M is the plant and I what the
-innovation adds to the observer. If the observer takes other delays for granted than the plant has, the states of both
-stay in the equations, and the plant has to be stable.
+innovation adds to the observer. With other delays than it takes for granted the states of both stay.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import wraps
+from itertools import repeat
 from typing import ParamSpec, TypeVar
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from replication.errors import SolverError
 from replication.estimation.delay.exact.response import Response
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, projected, stacked
-from replication.estimation.delay.plant import DelayPlant, averages, late, present
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.validation import Array
 
 # A delay plant as matrix functions of s; field by field, apart from the synthesis
@@ -30,19 +30,21 @@ def plant_terms(plant: DelayPlant) -> PlantTerms:
     def driven(b_u: Array) -> Array:
         return np.vstack([b_u, np.zeros((p + q, m))])
 
-    each = range(plant.delay_count)
-    kernels = tuple(_average(averages(plant, i)) for i in each)
-    terms = Terms(present(plant), plant.delays, tuple(late(plant, i) for i in each), kernels)
-    known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(each))
-    return PlantTerms((n, p, q, r), terms, known)
+    present = np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
+    states = zip(plant.a, plant.b_delayed, plant.c1, plant.c2_delayed, plant.d21_delayed, strict=True)
+    late = tuple(np.block([[a, b], [c1, np.zeros((p, r))], [c2, d2]]) for a, b, c1, c2, d2 in states)
+    kernels = tuple(map(_average, zip(plant.a_spread, plant.c1_spread, plant.c2_spread, strict=True), repeat(r)))
+    known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(late))
+    return PlantTerms((n, p, q, r), Terms(present, plant.delays, late, kernels), known)
 
 
-def _average(powers: Array) -> Kernel | None:
-    """The kernel with these coefficients (k, rows, columns) of the powers of the lag; None for zero."""
+def _average(parts: tuple[Array, ...], inputs: int) -> Kernel | None:
+    """The kernel of a mean from what multiplies powers of the lag in x', z and y, each (k, rows, n); None for zero."""
+    count = max(map(len, parts))
+    powers = np.concatenate([np.pad(part, ((0, count - len(part)), (0, 0), (0, inputs))) for part in parts], axis=1)
     if not np.any(powers):
         return None
-    exponents = np.arange(len(powers))
-    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** exponents, powers, axes=1), len(powers) - 1))
+    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** np.arange(count), powers, axes=1), count - 1))
 
 
 P = ParamSpec("P")
@@ -82,10 +84,7 @@ def error_response(plant: PlantTerms, injection: Terms | None = None) -> Respons
 def mismatched_response(
     assumed: PlantTerms, injection: Terms, true: Sequence[float], ranges: Sequence[tuple[float, float]]
 ) -> Response:
-    """From w to the error of z of an observer that takes the delays of `assumed` for granted; signals x, x^, eps, z, w.
-
-    The plant has the delays `true`, or any others of their `ranges`.
-    """
+    """From w to the error of z where the delays are not those that are `assumed`; signals x, x^, eps, z, w."""
     n, p, q, r = assumed.sizes
     rows, x, guess, eps, z, w = _places(n, n, q, p, r)
     plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])

@@ -90,10 +90,7 @@ class Response:
         return norms(self.part(np.linalg.inv(self.matrix(axis(omega), delays))))
 
     def beyond(self, omega: float) -> float:
-        """A bound of the gain at all frequencies from `omega` on, for all delays of the ranges.
-
-        Infinite if X may be singular for |s| >= omega, Re s >= 0.
-        """
+        """A bound of the gain from `omega` on, for all delays of the ranges; infinite if X may be singular there."""
         near, far = self._small(omega), self._small(np.inf)
         if not radii(near) < 1.0:
             return float(np.inf)
@@ -220,12 +217,7 @@ class GainBracket:
 
 
 def gain_bracket(response: Response, relative: float = 1e-6) -> GainBracket:
-    """The supremum of the gain, within `relative`; in a wider bracket where MOST cells do not give that.
-
-    Where X is invertible over all cells, and has no roots with Re s >= 0 at the nominal delays, it has none for any.
-
-    Raises InfeasibleError if it has such roots at the nominal delays, SolverError if that stays open.
-    """
+    """The supremum of the gain, within `relative`; in a wider bracket where MOST cells do not give that."""
     reach, roots = right_roots(response)
     if roots:
         raise InfeasibleError(f"the gain is infinite: the error has {roots} roots in the right half-plane")

@@ -1,7 +1,6 @@
 """The level that no estimator goes below, not even one that knows the future: sup over w of |G_z null(G_y)|.
 
-Delays are true exponentials. The value at each frequency is a lower bound of every level, so that a peak between
-frequencies that were looked at makes the bound weaker and never wrong.
+Delays are true exponentials; each frequency gives a lower bound, so that a peak that was missed makes it weaker only.
 """
 
 from __future__ import annotations

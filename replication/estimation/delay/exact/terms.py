@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import scipy
-from numpy.polynomial import legendre
 
+from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 
 # Polynomials of the lag on [0, 1], as Legendre series: exact Laplace transforms, bounds, weights for samples.
@@ -27,13 +27,13 @@ Complex = npt.NDArray[np.complexfloating[Any, Any]]
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """K(lag) on [0, 1]: coefficients (d+1, a, b) of the Legendre polynomials P_k(2 lag - 1)."""
+    """K(lag) on [0, 1]: coefficients (d+1, a, b) of the orthonormal Legendre polynomials of s = -lag."""
 
     series: Array
 
     def __call__(self, lags: Array) -> Array:
         """The values at `lags` (M,), shape (M, a, b)."""
-        return np.asarray(np.tensordot(legendre.legvander(2.0 * lags - 1.0, len(self.series) - 1), self.series, axes=1))
+        return np.asarray(np.tensordot(legendre.evaluate(len(self.series), -lags), self.series, axes=1))
 
     def applied(self, left: Array, right: Array | None = None) -> Kernel:
         """The kernel left·K(lag)·right."""
@@ -49,20 +49,20 @@ class Kernel:
     def lagged(self) -> Kernel:
         """The kernel lag·K(lag)."""
         k = np.arange(len(self.series))[:, None, None]
-        share = 0.5 * self.series / (2 * k + 1)
-        series = np.pad(0.5 * self.series, ((0, 1), (0, 0), (0, 0)))
-        series[1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
-        series[: len(k) - 1] += (k * share)[1:]
+        # x p_k = a_k p_k-1 + a_k+1 p_k+1 of x = 1 - 2 lag, where a_k = k / sqrt(4 k^2 - 1).
+        share = 0.5 * self.series
+        series = np.pad(share, ((0, 1), (0, 0), (0, 0)))
+        series[1:] -= (k + 1) / np.sqrt(4.0 * (k + 1) ** 2 - 1.0) * share
+        series[: len(k) - 1] -= (k / np.sqrt(4.0 * k**2 - 1.0 + 2.0 * (k == 0)) * share)[1:]
         return Kernel(series)
 
     def size(self) -> Array:
         """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality."""
-        orders = 2.0 * np.arange(len(self.series)) + 1.0
-        return np.asarray(np.sqrt(np.einsum("kab,k->ab", self.series**2, 1.0 / orders)))
+        return np.asarray(np.sqrt(np.sum(self.series**2, axis=0)))
 
     def variation(self) -> Array:
-        """V (a, b) with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
-        weights = 2.0 + 2.0 * np.arange(len(self.series))
+        """V (a, b) with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; p_k varies by 2k p_k(0) at most."""
+        weights = (2.0 + 2.0 * np.arange(len(self.series))) * legendre.ends(len(self.series))[0]
         return np.asarray(np.einsum("kab,k->ab", np.abs(self.series), weights))
 
     def weights(self, step: float) -> Array:
@@ -72,10 +72,9 @@ class Kernel:
         """
         count = max(int(np.ceil(1.0 / step - 1e-9)), 1) + 1
         cuts = np.unique(np.concatenate([[0.0, 1.0], np.clip(step * np.arange(count), 0.0, 1.0)]))
-        nodes, weights = legendre.leggauss(len(self.series) // 2 + 2)
-        half, middle = np.diff(cuts) / 2.0, (cuts[1:] + cuts[:-1]) / 2.0
-        lags = (middle[:, None] + half[:, None] * nodes).ravel()
-        values = self(lags) * (half[:, None] * weights).ravel()[:, None, None]
+        nodes, weights = legendre.gauss(len(self.series) // 2 + 2)
+        lags = (cuts[1:, None] + np.diff(cuts)[:, None] * nodes).ravel()
+        values = self(lags) * np.outer(np.diff(cuts), weights).ravel()[:, None, None]
         before = np.minimum((lags / step + 1e-12).astype(int), count - 2)
         share = (lags / step - before)[:, None, None]
         total = np.zeros((count, *self.series.shape[1:]))
@@ -85,20 +84,19 @@ class Kernel:
 
 
 def _legendre_transforms(b: Complex, count: int) -> Complex:
-    """e^{-|Re b|} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
-    orders = np.arange(count)
+    """2 e^{b - |Re b|} times the integrals (M, count) of p_k(-lag) e^{-2 b lag}, by Bessel functions i_k or j_k."""
+    orders, sizes = np.arange(count), 2.0 * legendre.ends(count)[0]
     if not np.any(b.real):
-        return np.asarray(2.0 * (-1j) ** orders * scipy.special.spherical_jn(orders, b.imag[:, None]))
+        return np.asarray(sizes * 1j**orders * scipy.special.spherical_jn(orders, b.imag[:, None]))
     b = np.where(b == 0.0, 1e-200, b)
     bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * scipy.special.ive(orders + 0.5, b[:, None])
-    return np.asarray(2.0 * (-1.0) ** orders * bessel)
+    return np.asarray(sizes * bessel)
 
 
 def projected(function: Callable[[Array], Array], degree: int) -> Array:
     """Coefficients (degree+1, a, b), for a `Kernel`, of a function of the lags that is a polynomial of `degree`."""
-    nodes, weights = legendre.leggauss(degree + 1)
-    project = (legendre.legvander(nodes, degree) * weights[:, None]).T * (np.arange(degree + 1) + 0.5)[:, None]
-    return np.asarray(np.einsum("kt,tab->kab", project, function((nodes + 1.0) / 2.0)))
+    nodes, weights = legendre.gauss(degree + 1)
+    return np.asarray(np.einsum("t,tk,tab->kab", weights, legendre.evaluate(degree + 1, nodes), function(-nodes)))
 
 
 def axis(omega: Array) -> Complex:
@@ -204,10 +202,7 @@ class PlantTerms:
         return slice(0, n), slice(n, n + p), slice(n + p, n + p + q)
 
     def pencil(self, omega: Array, values: Complex) -> Complex:
-        """[A - j omega, B; C_2, D_21] at each frequency (M,), `values` being M there; rows of unit length.
-
-        So no rank and no null space of it hangs on the units.
-        """
+        """[A - j omega, B; C_2, D_21] at each frequency (M,), where M is `values`; rows of unit length."""
         n = self.sizes[0]
         states, _, measured = self.rows
         pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)

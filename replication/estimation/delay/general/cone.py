@@ -21,7 +21,9 @@ from replication.errors import InvalidInputError
 from replication.estimation.conic.interior import Block
 from replication.estimation.conic.program import symmetric_basis
 from replication.estimation.delay.exact.central import FilterModel
-from replication.estimation.delay.plant import DelayPlant, averages, late, present
+from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.terms import Kernel
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 
@@ -83,21 +85,19 @@ class LineForm:
 
 def line_form(plant: DelayPlant) -> LineForm:
     """The plant as lines; known inputs are left out: the observer copies them."""
-    lines = (_line(plant, i) for i in range(plant.delay_count))
-    return LineForm(plant.states, plant.outputs, present(plant), tuple(line for line in lines if line.width))
+    terms = plant_terms(plant).terms
+    lines = (_line(*line) for line in terms.spread)
+    return LineForm(plant.states, plant.outputs, terms.constant, tuple(line for line in lines if line.width))
 
 
-def _line(plant: DelayPlant, i: int) -> Line:
-    end, moments = late(plant, i), _legendre(averages(plant, i))
+def _line(delay: float, end: Array, kernel: Kernel | None) -> Line:
+    moments = np.zeros((0, *end.shape)) if kernel is None else kernel.series
     carry = carried(np.concatenate([end[None], moments]))
-    return Line(plant.delays[i], carry, end @ carry.T, moments @ carry.T)
+    return Line(delay, carry, end @ carry.T, moments @ carry.T)
 
 
 def carried(matrices: Array) -> Array:
-    """E (m, n + r) with orthonormal rows that span the rows of all `matrices` (k, rows, n + r).
-
-    Single states and disturbances where these will do: they keep the zeros, and with them the program sparse.
-    """
+    """E (m, n + r) with orthonormal rows that span those of all `matrices`; single signals where these do: sparse."""
     stacked = matrices.reshape(-1, matrices.shape[-1])
     used = np.flatnonzero(np.any(stacked, axis=0))
     norms = np.linalg.norm(stacked[:, used], axis=0)
@@ -109,16 +109,6 @@ def carried(matrices: Array) -> Array:
     rows = np.zeros((rank, stacked.shape[1]))
     rows[:, used] = np.linalg.qr((right[:rank] * norms).T)[0].T
     return rows
-
-
-def _legendre(weights: Array) -> Array:
-    """Legendre coefficients over s in [-1, 0] of sum_k weights[k] (-s)^k; none if all are zero."""
-    if not np.any(weights):
-        return np.zeros((0, *weights.shape[1:]))
-    count = len(weights)
-    points, quadrature = legendre.gauss(count + 1)
-    powers = (-points[:, None]) ** np.arange(count)
-    return np.asarray(np.einsum("t,tc,tk,kij->cij", quadrature, legendre.evaluate(count, points), powers, weights))
 
 
 # How a few moments of each line and the far ends move: the matrices of the small program, over zeta = (u, psi(-1), w).
@@ -155,10 +145,7 @@ class Rates:
 
     @cached_property
     def innovation(self) -> tuple[Array, Array]:
-        """(N, N) change and (q, q) unit: zeta = change (u, eps / unit, rest), eps / unit of orthonormal rows.
-
-        Raises InvalidInputError if a combination of measurements is free of noise.
-        """
+        """(N, N) change and (q, q) unit: zeta = change (u, eps / unit, rest), eps / unit of orthonormal rows."""
         order = len(self.u)
         noise = self.y[:, order:]
         rows, size = noise.shape
@@ -177,22 +164,9 @@ class Rates:
         change[order:, order + rows :] = right[rows:].T
         return change, unit
 
-    def without_innovation(self) -> Array:
-        """zeta as a function of (u, rest), where eps = 0."""
-        change, unit = self.innovation
-        k, q = len(self.u), len(unit)
-        return np.hstack([change[:, :k], change[:, k + q :]])
-
-    def without_state(self) -> Array:
-        """zeta as a function of (eps, rest), where u = 0."""
-        return np.asarray(self.innovation[0][:, len(self.u) :])
-
 
 def rates(form: LineForm, degree: int) -> Rates:
-    """The error dynamics on `degree` moments a line.
-
-    Raises InvalidInputError if the averages need more moments.
-    """
+    """The error dynamics on `degree` moments a line; raises InvalidInputError if the averages need more moments."""
     if degree < form.moments:
         raise InvalidInputError(
             f"degree must be at least {form.moments} for the averages of this plant, got {degree}; raise it, or give "
@@ -241,26 +215,18 @@ def moment_plant(form: LineForm, order: int) -> FilterModel:
 
 @dataclass(frozen=True)
 class Storage:
-    """The matrices of a storage function and the level that it proves: W_+ (k, k), S_i and T_i (m_i, m_i)."""
+    """A storage function and the level that it proves: W_+ (k, k); the triangles of all S_i and T_i, and the level."""
 
     plus: Array
-    s: tuple[Array, ...]
-    t: tuple[Array, ...]
-    level: float
+    scalars: Array
 
 
-def storage_of(rates: Rates, w: Array, scalars: Array) -> Storage:
-    """W_+, the triangles of S_i and T_i, and the level, as the matrices that they are."""
+def line_matrices(rates: Rates, storage: Storage) -> tuple[list[Array], list[Array]]:
+    """S_i and T_i (m_i, m_i) of each line."""
     units, lines = _line_units(rates), len(rates.lines)
-    parts = np.split(scalars, np.cumsum([len(unit) for unit in units], dtype=int))
+    parts = np.split(storage.scalars, np.cumsum([len(unit) for unit in units], dtype=int))
     matrices = [np.tensordot(part, unit, axes=1) for part, unit in zip(parts, units, strict=False)]
-    return Storage(w, tuple(matrices[:lines]), tuple(matrices[lines:]), float(parts[-1][0]))
-
-
-def scalars_of(storage: Storage) -> Array:
-    """The triangles of S_i and T_i, and the level."""
-    triangles = [part[np.triu_indices(len(part))] for part in (*storage.s, *storage.t)]
-    return np.concatenate([*triangles, [storage.level]])
+    return matrices[:lines], matrices[lines:]
 
 
 def positivity(rates: Rates) -> tuple[Block, ...]:
@@ -322,13 +288,10 @@ NEGLIGIBLE = 1e-11
 
 
 def multiplier(rates: Rates, storage: Storage) -> tuple[Array, Array]:
-    """Z (k, q) and L_z (p, q), which make N positive where both inequalities hold.
-
-    They leave (u, v) and eps independent given the rest: the completion of largest determinant.
-    """
+    """Z (k, q) and L_z (p, q), which make N positive: the completion of largest determinant."""
     change, unit = rates.innovation
     k, q, p = len(rates.u), len(unit), len(rates.z)
-    whole = dissipation(rates, change, outputs=p).at(storage.plus, scalars_of(storage))
+    whole = dissipation(rates, change, outputs=p).at(storage.plus, storage.scalars)
     free = np.r_[0:k, len(whole) - p : len(whole)]
     eps, rest = np.arange(k, k + q), np.arange(k + q, len(whole) - p)
     wanted = whole[np.ix_(free, rest)] @ np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, eps)])
@@ -348,7 +311,7 @@ def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, Ar
     points, weights = legendre.gauss(NODES)
     basis = legendre.evaluate(degree, points)
     whole, inverses, start = storage.plus.copy(), [], n
-    for s, t in zip(storage.s, storage.t, strict=True):
+    for s, t in zip(*line_matrices(rates, storage), strict=True):
         values = np.linalg.inv(s + (1.0 + points)[:, None, None] * t)
         size = degree * len(s)
         moments = np.einsum("x,xc,xij,xd->cidj", weights, basis, values, basis, optimize=True).reshape(size, size)

@@ -17,18 +17,12 @@ from replication.estimation.delay.exact.loop import error_response, plant_terms
 from replication.estimation.delay.exact.response import gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import alone, beside, smoother_bound, worth
 from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.general import synthesis
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
-from replication.estimation.delay.general.synthesis import (
-    GeneralLevel,
-    degree_of,
-    least_level,
-    observer_at,
-    require_noise,
-    scaling_of,
-)
+from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.result import DelayResult, made
+from replication.estimation.delay.result import AGREES, DelayResult, kept, made
 from replication.estimation.delay.spectrum import require_seen, rightmost_roots
 from replication.estimation.validation import Array, frozen
 
@@ -39,18 +33,16 @@ DECADES, FREQUENCIES = 3, 600
 """Where that stays open: frequencies around the rate of the longest delay."""
 UNSETTLED = 1e-3
 """Relative change of the least level over models of rising order from which it is open."""
-AGREES = 1e-4
-"""Relative excess of the exact gain over the proved level that is left to rounding."""
 
 
 def design_general(
     plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, **shown: Any
 ) -> DelayResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
-    require_noise(plant)
-    scaling = scaling_of(plant)
+    synthesis.require_noise(plant)
+    scaling = synthesis.scaling_of(plant)
     require_seen(scaling.plant(plant), scaling.time)
-    degree = degree_of(plant) if degree is None else degree
+    degree = synthesis.degree_of(plant) if degree is None else degree
     if level is None:
         if smoother_bound(plant_terms(plant)).level <= 0.0 and limit(plant).level <= 0.0:
             raise InfeasibleError(
@@ -58,12 +50,12 @@ def design_general(
                 f"{plant.inputs} disturbances, or z is not disturbed; let more disturbances act, or ask for a `level`"
             )
         least = _least(plant, degree)
-        proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
+        proof, observer = synthesis.observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
         facts = (Evidence("least level", least.level, how), *known_levels(plant, least.level))
         return _result(proof, observer, facts, shown)
     try:
-        proof, observer = observer_at(plant, level, degree, scaling_of(plant).at(level))
+        proof, observer = synthesis.observer_at(plant, level, degree, synthesis.scaling_of(plant).at(level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
     return _result(proof, observer, known_levels(plant, level), shown)
@@ -72,7 +64,7 @@ def design_general(
 def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
     """`least_level`, with what is known where it finds none."""
     try:
-        return least_level(plant, degree)
+        return synthesis.least_level(plant, degree)
     except SolverError as error:
         known = "; ".join(f"{fact.what}: {fact.value}" for fact in known_levels(plant))
         raise SolverError(
@@ -95,12 +87,7 @@ def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
 
 
 def known_levels(plant: DelayPlant, attained: float = np.inf, least: Limit | None = None) -> tuple[Evidence, ...]:
-    """What is known of the least level of any observer: the exact one, and that of a smoother.
-
-    least: the exact one, where it is at hand.
-
-    It is open where models of rising order do not agree, or where it would exceed a level that is `attained`.
-    """
+    """What is known of the least level of any observer: that at hand, or the exact one, and that of a smoother."""
     what, below = "least level of any observer", "no estimator below"
     try:
         least = limit(plant) if least is None else least
@@ -144,7 +131,9 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     if count:
         facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
     else:
-        facts.append(Evidence(gain, gain_bracket(still, WIDTH).upper, "upper bound over all frequencies"))
+        found = gain_bracket(still, WIDTH)
+        facts.append(Evidence(gain, found.upper, "upper bound over all frequencies"))
+        facts.append(Evidence(f"{gain}, lower end", found.lower, f"attained at {found.frequency:.4g} rad/s"))
         mean = "infinite" if np.any(plant.d11) else _rms(error_covariance(terms)[0])
         facts.append(Evidence(rms, mean, WHITE))
     return *facts, *known_levels(plant)
@@ -155,12 +144,8 @@ def _result(
 ) -> DelayResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
     lower, closed = _closed_loop(observer)
-    if lower > proof.level * (1.0 + AGREES):
-        raise SolverError(
-            f"the gains prove the level {proof.level:.6g}, and have the gain {lower:.6g}: rounding spoils the "
-            "kernels; raise `margin`"
-        )
-    plant = observer.plant
+    fault = f"and have the gain {lower:.6g}: rounding spoils the kernels; raise `margin`"
+    bracket, plant = kept(lower, proof.level, fault, BOTH_ENDS), observer.plant
     evidence = (
         *facts,
         *closed,
@@ -168,9 +153,8 @@ def _result(
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *over_ranges(observer),
-        *worth(plant_terms(plant), Bracket(min(lower, proof.level), proof.level, "")),
+        *worth(plant_terms(plant), bracket),
     )
-    bracket = Bracket(min(lower, proof.level), proof.level, BOTH_ENDS)
     return made(observer, bracket, evidence, proof=proof, **shown)
 
 
@@ -223,10 +207,7 @@ TOLERANCE, NOTICED = 1e-8, 1e-3
 
 
 def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, **shown: Any) -> DelayResult:
-    """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share.
-
-    Raises as `design`: InvalidInputError, InfeasibleError and SolverError.
-    """
+    """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share."""
     designs = Designs(plant, degree)
     asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
     aim, without = np.inf, _alone(plant_terms(plant))
@@ -239,6 +220,7 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), observer.terms)
+    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
     evidence = (
         *asked,
         *_mean_facts(plant, covariance, reach, without),
@@ -246,9 +228,8 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
         *known_levels(plant, gain.upper, designs.limit if goal is Goal.MIXED else None),
-        *worth(plant_terms(plant), Bracket(gain.lower, gain.upper, "")),
+        *worth(plant_terms(plant), bracket),
     )
-    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
     return made(observer, bracket, evidence, covariance=held, **shown)
 
 
@@ -285,7 +266,7 @@ def _mean_facts(
 
 def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
     """The least rms error, or "open" where models do not agree, or give more than `own`; and how it is known."""
-    scaling = scaling_of(plant)
+    scaling = synthesis.scaling_of(plant)
 
     def of_model(model: FilterModel, _: float) -> float:
         """The rms error of its Kalman filter."""

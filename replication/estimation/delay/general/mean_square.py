@@ -47,12 +47,7 @@ Function = Callable[[Array], Complex | Array]
 
 
 def error_covariance(plant: PlantTerms, injection: Terms | None = None) -> tuple[Array, float]:
-    """Covariance (p, p) of the error of z for an observer that adds `injection` times its innovation, or of z itself.
-
-    And the frequency beyond which its error has no dynamics, rad/s.
-
-    Raises InfeasibleError if the error does not die out, SolverError if that stays open or the integral does.
-    """
+    """Covariance (p, p) of the error of z, with an injection or of z itself; and where its dynamics end, rad/s."""
     response = error_response(plant, injection)
     reach, roots = right_roots(response)
     if roots:
@@ -76,10 +71,7 @@ def smoother_covariance(plant: PlantTerms, reach: float) -> Array:
 
 
 def integrated(spectrum: Function, reach: float, delays: Sequence[float]) -> Array:
-    """Integral of a spectrum (M, p, p), even in omega and at last like omega^-2, over all frequencies, by 2 pi.
-
-    reach: where that begins, rad/s. Raises SolverError beyond MOST frequencies.
-    """
+    """Integral over all frequencies, by 2 pi, of a spectrum (M, p, p), even and from `reach` on like omega^-2."""
     top = max(FAR, min(TURNED / (reach * min(delays)), FARTHEST)) * reach if delays else FAR * reach
     far = np.linspace(top, 2.0 * top, WINDOW + 1)
     edges = [np.array([0.0]), np.geomspace(reach * 10.0**-DECADES, top, PANELS), far]
@@ -166,10 +158,7 @@ OF = "rms error of z"
 
 
 class Designs:
-    """The central gains of a plant at any level.
-
-    Raises InvalidInputError if z holds white noise, y none at some frequency, or y does not see an unstable mode.
-    """
+    """The central gains of a plant at any level."""
 
     def __init__(self, plant: DelayPlant, degree: int | None) -> None:
         if np.any(plant.d11):
@@ -252,10 +241,7 @@ class Designs:
         return level
 
     def balance(self, alone: float) -> float:
-        """The level whose design loses the same share of both measures, of the mean LOST and half of what sensors win.
-
-        alone: the rms error without sensors. Both measures are those of a small model.
-        """
+        """The level whose design loses the same share of both measures, of the mean at most LOST and half the gain."""
         few = max(min(self.degree, (SMALL - self.form.states) // max(self.form.width, 1)), self.form.moments, 1)
         measures, least = partial(_model_measures, moment_plant(self.form, few)), self.limit.level
         rms = measures(np.inf)[1]

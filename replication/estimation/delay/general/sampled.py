@@ -35,13 +35,8 @@ class SampledObserver:
 
     dt: float  # Step, s
     sizes: tuple[int, int, int, int]  # n states, p outputs to estimate, q measurements, m known inputs
+    parts: tuple[slice, slice, slice]  # Rows of x', z and y
     taps: Array  # (J, n+p+q, n+q+m) H_0 ... H_{J-1}
-
-    @property
-    def parts(self) -> tuple[slice, slice, slice]:
-        """Rows of x', z and y."""
-        n, p, q, _ = self.sizes
-        return slice(0, n), slice(n, n + p), slice(n + p, n + p + q)
 
     def present(self) -> Array:
         """(n+q, n+q): what the unknowns x^(t_k), eps(t_k) are multiplied with."""
@@ -83,7 +78,7 @@ def sampled(plant: PlantTerms, injection: Terms, dt: float) -> SampledObserver:
     columns = (_taps(plant.terms, dt)[:, :, :n], _taps(injection, dt), _taps(plant.known, dt))
     count = max(len(part) for part in columns)
     taps = np.concatenate([np.pad(part, ((0, count - len(part)), (0, 0), (0, 0))) for part in columns], axis=2)
-    return SampledObserver(dt, (n, p, q, columns[2].shape[2]), taps)
+    return SampledObserver(dt, (n, p, q, columns[2].shape[2]), plant.rows, taps)
 
 
 def exact_response(plant: PlantTerms, injection: Terms, omega: Array) -> Complex:

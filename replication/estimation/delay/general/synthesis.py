@@ -12,19 +12,9 @@ from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.delay.exact.central import ladder_model, normal_states, whitened
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import highest, smoother_bound
-from replication.estimation.delay.exact.terms import axis
-from replication.estimation.delay.general.cone import (
-    Line,
-    LineForm,
-    Rates,
-    Storage,
-    dissipation,
-    injection,
-    line_form,
-    positivity,
-    rates,
-    storage_of,
-)
+from replication.estimation.delay.exact.terms import Terms, axis
+from replication.estimation.delay.general import cone
+from replication.estimation.delay.general.cone import LineForm, Rates, Storage
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.units import Scaling, natural_units
@@ -45,7 +35,7 @@ def back_in(scaling: Scaling, form: LineForm) -> LineForm:
     rows = np.concatenate([1.0 / (scaling.time * scaling.states), np.full(p, root), 1.0 / scaling.sensors])[:, None]
     columns = np.concatenate([scaling.states, np.full(form.inputs, root)])
     lines = (
-        Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
+        cone.Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
         for line in form.lines
     )
     return replace(form, now=rows * form.now * columns, lines=tuple(lines))
@@ -84,10 +74,7 @@ POINTS, DECADES = 400, 4
 
 
 def require_noise(plant: DelayPlant) -> None:
-    """Raise InvalidInputError where a combination of measurements is free of noise, at some frequency or at high ones.
-
-    [j omega - A(j omega), B(j omega); C_2(j omega), D_21(j omega)] must have full row rank.
-    """
+    """Raise InvalidInputError where a combination of measurements is free of noise, at one frequency or high ones."""
     fast = _direct_noise(plant)
     if fast <= NONE:
         raise InvalidInputError(
@@ -111,11 +98,10 @@ def _direct_noise(plant: DelayPlant) -> float:
     if plant.measurements > plant.inputs or np.any(sizes == 0.0):
         return 0.0
 
+    direct = Terms(plant.d21, plant.delays, plant.d21_delayed, (None,) * plant.delay_count)
+
     def values(omega: Array) -> Array:
-        total = np.tile(plant.d21.astype(complex), (len(omega), 1, 1))
-        for delay, matrix in zip(plant.delays, plant.d21_delayed, strict=True):
-            total += np.exp(-1j * omega * delay)[:, None, None] * matrix
-        return np.asarray(-np.linalg.svd(total / sizes[:, None], compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(direct.at(axis(omega)) / sizes[:, None], compute_uv=False)[:, -1])
 
     return -highest(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[0]
 
@@ -167,24 +153,19 @@ class _Program:
         if not slack > 0.0:
             raise SolverError(f"the point found proves nothing (least eigenvalue {slack:.1e}); ask for a higher level")
         rounding = max(float(len(values) * np.finfo(float).eps * values[-1]) for values in spectra)
-        storage = storage_of(self.rates, point.w, scalars)
-        level = storage.level * self.scaling.gain
+        storage, level = Storage(point.w, scalars), float(scalars[-1]) * self.scaling.gain
         return GeneralLevel(degree, level, self.scaling, storage, point.steps, slack, rounding)
 
 
 def degree_of(plant: DelayPlant) -> int:
     """The degree that a design takes unless one is asked for, see DEGREES."""
-    form = line_form(plant)
+    form = cone.line_form(plant)
     fitting = (degree for degree in DEGREES if form.states + degree * form.width <= ORDER)
     return max(next(fitting, DEGREES[-1]), form.moments)
 
 
 def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
-    """The least level that `degree` moments of each line prove, with the storage function that proves it.
-
-    The level of a smoother, below which no observer comes, gives w and z their units. Raises InvalidInputError if a
-    combination of measurements has no noise or the averages need a higher degree, SolverError if no point is found.
-    """
+    """The least level that `degree` moments of each line prove, with the storage function that proves it."""
     degree = positive_integer("degree", degree)
     bound = smoother_bound(plant_terms(plant)).level
     unit = bound if 0.0 < bound < np.inf else 1.0
@@ -196,22 +177,20 @@ def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
 
 
 def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
-    form = line_form(scaling.plant(plant))
-    over = rates(form, degree)
+    form = cone.line_form(scaling.plant(plant))
+    over = cone.rates(form, degree)
+    (change, unit), k = over.innovation, len(over.u)
+    still, unmoved = np.delete(change, np.s_[k : k + len(unit)], axis=1), change[:, k:]  # eps = 0, and u = 0
     blocks = (
-        *positivity(over),
-        dissipation(over, over.without_innovation(), outputs=form.outputs),
-        dissipation(over, over.without_state(), outputs=0),
+        *cone.positivity(over),
+        cone.dissipation(over, still, outputs=form.outputs),
+        cone.dissipation(over, unmoved, outputs=0),
     )
     return _Program(scaling, form, over, blocks)
 
 
 def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) -> tuple[GeneralLevel, DelayObserver]:
-    """An observer that keeps `level`: its storage function is far inside all inequalities, which keeps gains moderate.
-
-    scaling: as `least_level` gives it. Raises InfeasibleError unless the level is above the least of this degree,
-    SolverError if no point is found.
-    """
+    """An observer that keeps `level`: with a storage far inside all inequalities, which keeps gains moderate."""
     target = positive_scalar("level", level) / scaling.gain
     program = _program(plant, scaling, degree)
     last = len(program.blocks[0].others) - 1
@@ -230,7 +209,7 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
         raise SolverError(
             f"whether {level:.6g} is reached is lost in rounding (slack {proof.slack:.1e}); ask for a higher level"
         )
-    l0, lz, kernels = injection(program.form, program.rates, proof.storage)
+    l0, lz, kernels = cone.injection(program.form, program.rates, proof.storage)
     return proof, in_units_of(plant, scaling, program.form, l0, lz, kernels)
 
 

@@ -117,9 +117,7 @@ def minimum_gain(
 
 
 def solved(task: Program, options: SdpaOptions) -> Solution:
-    """The first point within the options as these are made `looser`, then with the first start. InfeasibleError is a
-    proof and ends it; SolverError is that of the last try.
-    """
+    """The first point within the options as these are made `looser`, then with the first start."""
     start = options.scale
     for _ in range(STOPS):
         try:
@@ -190,19 +188,18 @@ def certificate_at(
     try:
         solution = solve_sdpa(task, options)
     except (InfeasibleError, SolverError) as error:
-        least = _bracket(error, system, level, degree, rule)
-        solution = _retried(task, looser(options), level, least)
+        solution = _again(task, looser(options), error, system, level, degree, rule)
     certificate = certificate_of(assembly, epsilon, level / gain, solution)
     plain = gain_scaled(certificate.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
     return replace(certificate, system=plain, gamma=level, change=certificate.change * units.states, time=units.time)
 
 
-def _bracket(
-    error: InfeasibleError | SolverError, system: DelayPlant, level: float, degree: int, rule: DegreeRule
-) -> LeastGain:
-    """The least γ where the solver failed at `level`. Raises InfeasibleError if it proves the level out of reach."""
+def _again(
+    task: Program, stops: SdpaOptions, error: Exception, plant: DelayPlant, level: float, degree: int, rule: DegreeRule
+) -> Solution:
+    """A point from a larger start, after `error`, if the level is not proved out of reach; or what is known of it."""
     try:
-        least = minimum_gain(system, degree, rule)
+        least = minimum_gain(plant, degree, rule)
     except (InfeasibleError, SolverError) as second:
         raise SolverError(f"{error}; whether the level {level:.6g} can be reached is open: {second}") from second
     if level < least.lower:
@@ -210,19 +207,14 @@ def _bracket(
             f"the level {level:.6g} is out of reach: degree {degree} of the {rule} rule proves none below "
             f"{least.lower:.6g}; relax the level or raise the degree"
         ) from error
-    return least
-
-
-def _retried(task: Program, options: SdpaOptions, level: float, least: LeastGain) -> Solution:
-    """A point from a larger start. Raises SolverError with what is known of the level."""
     try:
-        return solved(task, options)
-    except (InfeasibleError, SolverError) as error:
+        return solved(task, stops)
+    except (InfeasibleError, SolverError) as last:
         can = "it is known that it can be reached" if level > least.gamma else "it is open whether it can be reached"
         raise SolverError(
-            f"{error}; the least level of this degree lies between {least.lower:.6g} and {least.gamma:.6g}, and of "
+            f"{last}; the least level of this degree lies between {least.lower:.6g} and {least.gamma:.6g}, and of "
             f"{level:.6g} {can}; ask for a higher one"
-        ) from error
+        ) from last
 
 
 def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:

@@ -228,11 +228,7 @@ RAMP = (0.5, 0.5 / math.sqrt(3.0))
 
 
 def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
-    """Coefficients of the form as a linear function of (vec X, vec S_1, .., vec S_K, vec T_1, .., vec T_K).
-
-    Returns the sparse map and, for each matrix, the variable behind each of its rows: points are numbered first, then
-    functions. Without `ramp` there is no T.
-    """
+    """The form as a linear function of (vec X, vec S_1, .., vec T_1, ..), T only with `ramp`; what each row is."""
     functionals = np.arange(space.points + moments * space.functions, dtype=np.int64)
     functions = np.arange(space.functions, dtype=np.int64).reshape(space.delays, space.channels)
     maps = [_square(space, functionals)]

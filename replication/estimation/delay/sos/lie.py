@@ -98,11 +98,7 @@ def _rates(system: DelayPlant, source: FormSpace, target: FormSpace, drive: Driv
 
 
 def lie_derivative(system: DelayPlant, count: int, drive: Drive | None = None) -> scipy.sparse.csr_array:
-    """Map from the coefficients of V to those of dV/dt; sparse, shape (derivative space size, state space size).
-
-    drive: the variables of the derivative; `direct` if None.
-    The columns of multiplier monomials that couple two different delays are empty: V must not contain them.
-    """
+    """Map from the coefficients of V, whose S couples no two delays, to those of dV/dt: sparse (derivative, state)."""
     source, target = state_space(system, count), derivative_space(system, count)
     where, rate = _rates(system, source, target, drive or direct(system))
     moving, kept = scipy.sparse.coo_array(rate), np.arange(source.functionals)[:, None]
@@ -143,10 +139,7 @@ def energy(space: FormSpace, e: int = 0) -> Array:
 
 
 def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
-    """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1).
-
-    drive: as in `lie_derivative`.
-    """
+    """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1)."""
     space = derivative_space(system, count)
     v, e, _ = point_offsets(system)
     cross, level = np.zeros(space.size), np.zeros(space.size)

@@ -1,4 +1,4 @@
-"""Lemma 5: the gains L_0..L_7 of the observer from the storage operator 𝒫 and the operator 𝒵, ℒ = 𝒫⁻¹𝒵.
+"""Lemma 5: the gains L_0..L_7 of the observer from the storage operator 𝒫 and the operator 𝒵, as ℒ = 𝒫⁻¹𝒵.
 
 Everything here is in scaled histories y_i(η), η ∈ [-1, 0]. In the units of (9), with s = τ_iη and θ = τ_jη',
 L_3i(θ) = values.l3/τ_i and L_7ij(s, θ) = values.l7/τ_j; the other gains keep their values.
@@ -64,27 +64,12 @@ def self_adjoint(core: Array, multiplier: Array, points: int, delays: int, chann
     )
 
 
-# Theorem 4: the inverse of a self-adjoint coercive operator of the form (8), in scaled histories (τ_K = 1).
-#
-# With Q = H·Z, R = ZᵀΓZ in the Legendre basis Z and K = diag ∫Z S_i⁻¹Zᵀ:
-# Ĥ = P⁻¹H(KHᵀP⁻¹H - I - KΓ)⁻¹, Γ̂ = -(ĤᵀH + Γ)(I + KΓ)⁻¹, P̂ = (I - ĤKHᵀ)P⁻¹, and Ŝ = S⁻¹ pointwise.
+# The gains: ℒ = 𝒫⁻¹𝒵, column by column. With Q = HZ and R = ZᵀΓZ in the Legendre basis Z, and K = diag ∫ZS_i⁻¹Zᵀ,
+# 𝒫(x, φ) = (a, ζ) is Px + Hμ = a and φ = S⁻¹(ζ - Zᵀ(Hᵀx + Γμ)), where μ = ∫Zφ = ∫ZS⁻¹ζ - K(Hᵀx + Γμ).
 
 
 QUADRATURE = 64
 """Gauss points for the integrals of rational functions S⁻¹; poles keep away from [-1, 0] by coercivity."""
-
-
-@dataclass(frozen=True)
-class Inverse:
-    """The parts of the inverse that are matrices; the functions follow from them and from S.
-
-    point (n, n): P̂. h (n, K, n, C): Ĥ. gamma (K, n, C, K, n, C): Γ̂.
-    """
-
-    operator: Operator
-    point: Array
-    h: Array
-    gamma: Array
 
 
 def multiplier_inverse(operator: Operator, points: Array) -> Array:
@@ -98,33 +83,6 @@ def multiplier_inverse(operator: Operator, points: Array) -> Array:
         )
     result: Array = np.linalg.inv(values)
     return result
-
-
-def invert(operator: Operator) -> Inverse:
-    """Invert a self-adjoint coercive operator. Raises InvalidInputError if S or P is not positive definite."""
-    size, delays, channels, count = operator.row.shape
-    if float(np.linalg.eigvalsh(operator.point)[0]) <= 0.0:
-        raise InvalidInputError("P is not positive definite: the operator is not coercive; ask for a positive epsilon")
-    nodes, weights = legendre.gauss(max(QUADRATURE, 2 * count))
-    basis = legendre.evaluate(count, nodes)
-    inverse = multiplier_inverse(operator, nodes)
-    moment = np.einsum("t,tc,tkij,td->kicjd", weights, basis, inverse, basis, optimize=True)
-    width = delays * channels * count
-    h, gamma = operator.row.reshape(size, width), operator.kernel.reshape(width, width)
-    diagonal = scipy.linalg.block_diag(*moment.reshape(delays, channels * count, channels * count))
-    eye = np.eye(width)
-    solved = np.linalg.solve(operator.point, h)
-    middle = diagonal @ h.T @ solved - eye - diagonal @ gamma
-    hat = np.linalg.solve(middle.T, solved.T).T
-    gamma_hat = -np.linalg.solve((eye + diagonal @ gamma).T, (hat.T @ h + gamma).T).T
-    point = np.linalg.solve(operator.point.T, (np.eye(size) - hat @ diagonal @ h.T).T).T
-    shape = (delays, channels, count)
-    return Inverse(
-        operator,
-        np.asarray(point, dtype=float),
-        hat.reshape(size, *shape),
-        np.asarray(gamma_hat, dtype=float).reshape(*shape, *shape),
-    )
 
 
 @dataclass(frozen=True)
@@ -144,22 +102,16 @@ class GainValues:
 class ObserverGains:
     """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units."""
 
-    inverse: Inverse  # 𝒫⁻¹ (Theorem 4)
+    storage: Operator  # 𝒫
     injection: Operator  # 𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5)
     change: Array  # (n, n) Coordinates of the program in those of the plant
-    gamma: float  # The level that they prove
     time: float = 1.0  # Unit of time of the program, s
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
-    """The operators 𝒫⁻¹ and 𝒵 of a certificate, by Theorem 4; raises InvalidInputError if 𝒫 is not coercive."""
-    return ObserverGains(
-        invert(storage_operator(certificate)),
-        injection_operator(certificate),
-        certificate.change,
-        certificate.gamma,
-        certificate.time,
-    )
+    """The operators 𝒫 and 𝒵 of a certificate."""
+    storage, injection = storage_operator(certificate), injection_operator(certificate)
+    return ObserverGains(storage, injection, certificate.change, certificate.time)
 
 
 def storage_operator(certificate: Certificate) -> Operator:
@@ -175,74 +127,60 @@ def injection_operator(certificate: Certificate) -> Operator:
     n, q, k = system.states, system.measurements, system.delay_count
     space = lie.derivative_space(system, count)
     _, e, late = lie.point_offsets(system)
-    whole = self_adjoint(*space.split(certificate.residual), space.points, k, n)
-    measured = (np.arange(n) >= n - q).astype(float)
-    weight = measured * (1.0 - measured[:, None] / 2.0)  # the share of a symmetric coefficient that a column takes
-    now = slice(e, e + n)
-    point = np.zeros((n, k + 1, n))
-    point[:, 0] = whole.point[now, now] * weight
-    point[:, 1:] = whole.point[now, late:].reshape(n, k, n)
-    row = whole.row[now] * weight[:, None, :, None]
-    column = np.zeros((k, n, count, k + 1, n))
-    column[..., 0, :] = whole.column[..., now] * weight[None, :, None, :]
-    column[..., 1:, :] = whole.column[..., late:].reshape(k, n, count, k, n)
-    multiplier = whole.multiplier * weight[None, :, :, None]
-    kernel = whole.kernel * weight[None, :, None, None, :, None]
-    sensor = np.linalg.inv(system.c2[:, n - q :])
+    whole, now = self_adjoint(*space.split(certificate.residual), space.points, k, n), slice(e, e + n)
+    # Where both sides are measured, each has half of a symmetric coefficient; of end values only one side is.
+    share, sensor = np.where(np.arange(n) < n - q, 1.0, 0.5), np.linalg.inv(system.c2[:, n - q :])
+    point = [share[:, None, None] * whole.point[now, None, now], whole.point[now, late:].reshape(n, k, n)]
+    ends = whole.column[..., late:].reshape(k, n, count, k, n)
+    column = np.concatenate([share[:, None, None, None] * whole.column[..., None, now], ends], axis=3)
     return Operator(
-        np.einsum("nkm,mq->nkq", point[..., n - q :], sensor).reshape(n, (k + 1) * q),
-        np.einsum("nkmc,mq->nkqc", row[:, :, n - q :], sensor),
-        np.einsum("kiclm,mq->kiclq", column[..., n - q :], sensor).reshape(k, n, count, (k + 1) * q),
-        np.einsum("kimc,mq->kiqc", multiplier[:, :, n - q :], sensor),
-        np.einsum("kiclmd,mq->kiclqd", kernel[..., n - q :, :], sensor),
+        (np.concatenate(point, axis=1)[..., n - q :] @ sensor).reshape(n, (k + 1) * q),
+        np.einsum("n,nkmc,mq->nkqc", share, whole.row[now, :, n - q :], sensor),
+        (column[..., n - q :] @ sensor).reshape(k, n, count, (k + 1) * q),
+        np.einsum("i,kimc,mq->kiqc", share, whole.multiplier[:, :, n - q :], sensor),
+        np.einsum("i,kiclmd,mq->kiclqd", share, whole.kernel[..., n - q :, :], sensor),
     )
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
-    """All gains of eq. (9) at points η (M,) of [-1, 0], in the plant's own coordinates and time, 1/s (Lemma 5)."""
-    inverse, z = gains.inverse, gains.injection
-    n, k, q = inverse.h.shape[0], inverse.h.shape[1], z.row.shape[2]
-    basis = legendre.evaluate(inverse.operator.count, points)
-    tests = legendre.evaluate(z.count, points)
-    s = multiplier_inverse(inverse.operator, points)
-    fine_nodes, fine_weights = legendre.gauss(max(64, 2 * z.count))
-    s_fine = multiplier_inverse(inverse.operator, fine_nodes)
-    fine = legendre.evaluate(inverse.operator.count, fine_nodes)
-    fine_tests = legendre.evaluate(z.count, fine_nodes)
-    # T_i: ∫Z Ŝ_i Zᵀ, between the basis of the inverse and the basis of 𝒵.
-    moment = np.einsum("t,tc,tkij,td->kicjd", fine_weights, fine, s_fine, fine_tests, optimize=True)
-    pulled = np.einsum("kicjd,kjdp->kicp", moment, z.column)
-    point = inverse.point @ z.point + np.einsum("mkic,kicp->mp", inverse.h, pulled)
-    local = np.einsum("tc,tkij,td,kjqd->tkicq", basis, s, tests, z.multiplier, optimize=True)  # V_j(θ)W_6j
-    kernel_at = np.einsum("kicljd,td->kictlj", z.kernel, tests)
-    pulled_kernel = np.einsum("kicjd,kjdtlq->kictlq", moment, kernel_at)
-    l3 = (
-        np.einsum("mn,nljd,td->tlmj", inverse.point, z.row, tests, optimize=True)
-        + np.einsum("mlic,tlicq->tlmq", inverse.h, local)
-        + np.einsum("mkic,kictlq->tlmq", inverse.h, pulled_kernel)
-    )
-    inner = np.einsum("mkic,mp->kicp", inverse.h, z.point) + np.einsum("kicljd,ljdp->kicp", inverse.gamma, pulled)
-    columns = np.einsum("tkij,tc,kjcp->tkip", s, basis, inner, optimize=True)
-    columns += np.einsum("tkij,td,kjdp->tkip", s, tests, z.column, optimize=True)
-    kernel = (
-        np.einsum("mkic,mljd,td->kictlj", inverse.h, z.row, tests, optimize=True)
-        + np.einsum("kicljd,tljdq->kictlq", inverse.gamma, local, optimize=True)
-        + np.einsum("kicnjd,njdtlq->kictlq", inverse.gamma, pulled_kernel, optimize=True)
-    )
-    l7 = np.einsum("tkij,tc,kjculq->tkiulq", s, basis, kernel, optimize=True)
-    l7 = l7 + np.einsum("tkij,td,kjdulq->tkiulq", s, tests, kernel_at, optimize=True)
-    l6 = np.einsum("tkij,td,kjqd->tkiq", s, tests, z.multiplier, optimize=True)
+    """All gains of eq. (9) at points η (M,) of [-1, 0], in the plant's own coordinates and time, 1/s (Lemma 5).
+
+    Raises InvalidInputError if 𝒫 is not coercive.
+    """
+    storage, z = gains.storage, gains.injection
+    (n, k, _, count), q, m = storage.row.shape, z.row.shape[2], len(points)
+    if float(np.linalg.eigvalsh(storage.point)[0]) <= 0.0:
+        raise InvalidInputError("P is not positive definite: the operator is not coercive; ask for a positive epsilon")
+    nodes, weights = legendre.gauss(max(QUADRATURE, 2 * count))
+    fine, basis = legendre.evaluate(count, nodes), legendre.evaluate(count, points)
+    moment = np.einsum("t,tc,tkij,td->kicjd", weights, fine, multiplier_inverse(storage, nodes), fine, optimize=True)
+    K = scipy.linalg.block_diag(*moment.reshape(k, n * count, n * count))
+    H, Gamma = storage.row.reshape(n, -1), storage.kernel.reshape(len(K), -1)
+    s = multiplier_inverse(storage, points)
+    # Columns of 𝒵: y_0 and the end values, then y_j at every point, which acts through W_6 at that point alone as well.
+    at_once = np.einsum("tkij,td,kjqd->tkiq", s, basis, z.multiplier, optimize=True)
+    sharp = np.einsum("tc,tkiq,kl->kictlq", basis, at_once, np.eye(k)).reshape(len(K), -1)
+    spread = np.einsum("kicljd,td->kictlj", z.kernel, basis).reshape(len(K), -1)
+    smooth = np.hstack([z.column.reshape(len(K), -1), spread])
+    now = np.hstack([z.point, np.einsum("nljd,td->ntlj", z.row, basis).reshape(n, -1)])
+    moved = K @ smooth
+    moved[:, -sharp.shape[1] :] += sharp
+    whole = np.block([[storage.point, H], [K @ H.T, np.eye(len(K)) + K @ Gamma]])
+    x, mu = np.split(np.linalg.solve(whole, np.vstack([now, moved])), [n])
+    rest = (smooth - H.T @ x - Gamma @ mu).reshape(k, n, count, -1)
     back = np.linalg.inv(gains.change) / gains.time  # every gain is a rate
-    split = (back @ point).reshape(n, k + 1, q)
-    ends = np.einsum("ij,tkjp->tkip", back, columns).reshape(len(points), k, n, k + 1, q)
+    x, phi = back @ x, np.einsum("ij,tkjl,tc,klcr->tkir", back, s, basis, rest, optimize=True)
+    points_x, lines_x = np.split(x, [(k + 1) * q], axis=1)
+    points_phi, lines_phi = np.split(phi, [(k + 1) * q], axis=3)
+    ends, at_ends = points_x.reshape(n, k + 1, q), points_phi.reshape(m, k, n, k + 1, q)
     return GainValues(
-        l0=split[:, 0],
-        l2=np.einsum("nkq->knq", split[:, 1:]),
-        l3=np.einsum("ij,tljq->tliq", back, l3),
-        l4=ends[..., 0, :],
-        l5=np.einsum("tkilq->tkliq", ends[..., 1:, :]),
-        l6=np.einsum("ij,tkjq->tkiq", back, l6),
-        l7=np.einsum("ij,tkjulq->tkuliq", back, l7),
+        l0=ends[:, 0],
+        l2=np.einsum("nkq->knq", ends[:, 1:]),
+        l3=np.einsum("ntlq->tlnq", lines_x.reshape(n, m, k, q)),
+        l4=at_ends[..., 0, :],
+        l5=np.einsum("tkilq->tkliq", at_ends[..., 1:, :]),
+        l6=np.einsum("ij,tkjq->tkiq", back, at_once),
+        l7=np.einsum("tkiulq->tkuliq", lines_phi.reshape(m, k, n, m, k, q)),
     )
 
 

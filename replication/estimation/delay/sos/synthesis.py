@@ -16,18 +16,8 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.conic.program import Program
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.sos import cone as bessel
-from replication.estimation.delay.sos import lie
-from replication.estimation.delay.sos.cone import (
-    Blocks,
-    DegreeRule,
-    FormSpace,
-    Index,
-    cone_blocks,
-    cone_of,
-    required_count,
-    triangle,
-)
+from replication.estimation.delay.sos import cone, lie
+from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, Index
 from replication.estimation.delay.sos.lie import Drive, by_rates
 from replication.estimation.delay.units import measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
@@ -78,15 +68,15 @@ def assemble(
     degree = positive_integer("degree", degree)
     inner, change = measured_last(system)
     if blocks is None and rule is not DegreeRule.BESSEL:
-        blocks = (cone_blocks(degree, rule),) * 2
-    count = required_count(degree, rule) if count is None else count
+        blocks = (cone.cone_blocks(degree, rule),) * 2
+    count = cone.required_count(degree, rule) if count is None else count
     spaces = lie.state_space(inner, count), lie.derivative_space(inner, count)
     if blocks:
-        (storage, v_labels), (dissipation, h_labels) = map(cone_of, blocks, spaces)
+        (storage, v_labels), (dissipation, h_labels) = map(cone.cone_of, blocks, spaces)
     else:
         # The derivative of the ramp is constant: the dissipation needs none.
         (storage, v_labels), (dissipation, h_labels) = (
-            bessel.cone(space, degree, ramp=ramp) for space, ramp in zip(spaces, (True, False), strict=True)
+            cone.cone(space, degree, ramp=ramp) for space, ramp in zip(spaces, (True, False), strict=True)
         )
     drive = by_rates(inner) if rates else None
     derivative = lie.lie_derivative(inner, count, drive)
@@ -98,7 +88,7 @@ def assemble(
 
 def monomials(system: DelayPlant, degree: int, rule: DegreeRule) -> int:
     """How many monomials of dV/dt have to match: at least as many as the program has equalities; nothing is built."""
-    return int(np.count_nonzero(~lie.absorbed(system, required_count(degree, rule))))
+    return int(np.count_nonzero(~lie.absorbed(system, cone.required_count(degree, rule))))
 
 
 def degree_for(system: DelayPlant, rule: DegreeRule) -> int:
@@ -107,10 +97,7 @@ def degree_for(system: DelayPlant, rule: DegreeRule) -> int:
 
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
-    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level.
-
-    Raises InvalidInputError for ε < 0.
-    """
+    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level; ε is not negative."""
     if epsilon != 0.0:
         positive_scalar("epsilon", epsilon)
     system, count, drive = assembly.system, assembly.count, assembly.drive
@@ -186,7 +173,7 @@ def _restricted(
 def _named(space: FormSpace, points: Mask, functions: Mask) -> Mask:
     """Mask of the monomials that name kept variables only."""
     functionals = np.concatenate([points, np.tile(functions, space.count)])
-    first, second = triangle(space.functionals)
+    first, second = cone.triangle(space.functionals)
     _, left, right = space.multiplier_functions()
     named: Mask = np.concatenate([functionals[first] & functionals[second], functions[left] & functions[right]])
     return named

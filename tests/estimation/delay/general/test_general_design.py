@@ -73,22 +73,15 @@ def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def
     assert right_roots(wrong.error)[1] or exact_gain(wrong, 1e-3).lower > bracket.upper
 
 
-@pytest.mark.parametrize("seed", SAMPLE)
-def test_random_plants(seed: int) -> None:
-    plant = random_plant(np.random.default_rng(seed))
-    exact, least = limit(plant), least_level(plant, 6)
+@pytest.mark.parametrize(
+    ("plant", "degree"), [*((random_plant(np.random.default_rng(seed)), 6) for seed in SAMPLE), (averaged(), 10)]
+)
+def test_the_least_level_is_near_that_of_any_observer(plant: DelayPlant, degree: int) -> None:
+    exact, least = limit(plant), least_level(plant, degree)
     assert least.slack > 0.0
-    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.01
-    proof, observer = observer_at(plant, least.level * 1.05, 6, least.scaling)
+    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.002
+    proof, observer = observer_at(plant, least.level * 1.05, degree, least.scaling)
     assert exact.level * (1 - 1e-3) <= exact_gain(observer, 1e-3).lower <= proof.level
-
-
-def test_a_late_sensor_costs_what_no_smoother_pays() -> None:
-    plant = late_sensor(1.0)
-    exact, least = limit(plant), least_level(plant, 10)
-    assert exact.smoother == pytest.approx(1.0, abs=1e-9)
-    assert least.level == pytest.approx(exact.level, rel=2e-3)
-    assert least.level > 1.3 * exact.smoother
 
 
 QUANTITIES: dict[str, Any] = {
@@ -142,18 +135,6 @@ def test_units_and_coordinates_do_not_matter(make: Any, quantity: str, change: A
     # A mean square is one over the unit of time; levels are not.
     time = (other.delays[0] / plant.delays[0]) ** (-0.5 if "rms" in quantity else 0.0)
     assert QUANTITIES[quantity](other) == pytest.approx(factor * own(make, quantity) * time, rel=1e-5)
-
-
-def test_known_inputs_are_copied_and_cost_nothing() -> None:
-    plant = averaged()
-    bare = replace(plant, b_u=np.zeros((2, 0)), b_u_delayed=())
-    assert least_level(bare, 3).level == least_level(plant, 3).level
-    result = design(plant, degree=3)
-    observer, pushed = result.observer(0.01), result.observer(0.01)
-    for _ in range(50):
-        at_rest, moved = observer.step([0.0], [0.0]), pushed.step([1.0], [0.0])
-    assert np.abs(moved - at_rest).max() > 1e-2
-    assert result.signals.inputs == ("u[0]",)
 
 
 def test_where_a_degree_proves_nothing_the_level_is_open() -> None:
@@ -234,18 +215,12 @@ def test_a_gain_that_stays_open_is_said_to_be_open() -> None:
     assert 0.99 * exact.bracket.lower <= result.bracket.lower <= exact.bracket.lower * (1 + 1e-6)
 
 
-def test_ranges_of_delays_are_looked_at() -> None:
-    result = design(two_late(((0.29, 0.31), (0.49, 0.51))), degree=3)
-    assert result.fact("worst gain over the ranges").value >= result.fact("attained there").value > result.bracket.lower
-    alone = result.fact("level without sensors").value
-    assert result.fact("level without sensors over the ranges").value > alone * (1 - 1e-3)
-
-
 def test_what_a_plant_with_noise_does_alone() -> None:
     plant = replace(late_sensor(0.5), a0=np.array([[-1.0]]))
     facts = {fact.what: fact.value for fact in analyse(plant).evidence}
     assert facts["unstable roots"] == 0
-    assert facts["gain from w to z"] == pytest.approx(1.0, rel=1e-3)
+    upper, lower = facts["gain from w to z"], facts["gain from w to z, lower end"]
+    assert lower <= 1.0 * (1 + 1e-12) <= upper * (1 + 1e-12) and upper <= lower * (1 + 1e-4)
     assert facts["rms of z"] == pytest.approx(np.sqrt(0.5), rel=1e-6)
     assert facts["least level of any observer"] == pytest.approx(limit(plant).level)
     direct = {fact.what: fact.value for fact in analyse(replace(plant, d11=[[2.0, 0.0]])).evidence}  # type: ignore[arg-type]
@@ -289,13 +264,6 @@ def test_a_proof_within_rounding_is_none() -> None:
         design(plant, level=level)
 
 
-def test_gains_in_another_unit_of_time() -> None:
-    own, other = of_degree_3(), design(converted_by(np.eye(2), 1 / HOUR, 1.0, 1.0)(two_late()), degree=3)
-    assert other.value == pytest.approx(own.value, rel=1e-4)
-    assert other.bracket.lower == pytest.approx(own.bracket.lower, rel=1e-2)
-    assert other.gains["L0"] * HOUR == pytest.approx(own.gains["L0"], rel=0.2)
-
-
 LATE: dict[str, Any] = {
     "delays": [0.5], "b": [[1.0, 0.0]], "c10": [[1.0]], "c2": [[0.0]], "c2_delayed": [[[1.0]]], "d21": [[0.0, 1.0]]
 }  # fmt: skip
@@ -316,6 +284,8 @@ def test_every_goal_says_what_its_gains_are_worth_over_the_ranges(goal: str) -> 
     assert isinstance(worst, float) and isinstance(attained, float)
     # The nominal delay lies in the range, where the gain is at least as large as the lower end of the bracket.
     assert found.bracket.lower * (1 - 2e-3) <= worst and attained <= worst
+    alone, over = (found.fact(f"level without sensors{where}").value for where in ("", " over the ranges"))
+    assert over > alone * (1 - 1e-3)
 
 
 @pytest.mark.parametrize("goal", GOALS)
