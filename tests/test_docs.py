@@ -13,7 +13,7 @@ from lab import Lab, make_inside, make_lab
 
 from benchmarks.boilerplate import measure
 from replication.audit.data import PrintedTable
-from replication.audit.declare import Evidence, Part
+from replication.audit.declare import Evidence, Further, Part
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.model import Claim, Kind
 from replication.audit.numbers import Stated, numbers
@@ -140,7 +140,7 @@ def test_the_audit_with_a_script_in_r_comes_out_as_its_page_says(tmp_path: Path)
 CLAIMS = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
 
 
-FOUND = {"self", "kind", "rest", "id", "expected", "answer", "repeats", "unit", "remark"}
+FOUND = {"self", "kind", "further", "id", "expected", "answer", "repeats", "unit", "remark"}
 """What a claim has without being given it by these names."""
 
 
@@ -149,7 +149,10 @@ FOUND = {"self", "kind", "rest", "id", "expected", "answer", "repeats", "unit", 
     [
         ("What is printed", PrintedTable.__struct_fields__),
         ("What is claimed: `claims.toml`", Stated.__struct_encode_fields__),
-        ("What is claimed: in Python", {*inspect.signature(Part.claim).parameters, *Claim.__struct_fields__} - FOUND),
+        (
+            "What is claimed: in Python",
+            {*inspect.signature(Part.claim).parameters, *Claim.__struct_fields__, *Further.__annotations__} - FOUND,
+        ),
         ("What was computed", Evidence.__struct_fields__),
         ("Replies", Reply.__struct_fields__),
     ],

@@ -15,7 +15,7 @@ from decimal import Decimal
 from enum import StrEnum
 from functools import partial, partialmethod, wraps
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeVar
+from typing import Any, TypedDict, TypeVar, Unpack
 
 import msgspec
 
@@ -79,6 +79,17 @@ def unlisted(paper: Paper, folder: Path) -> list[str]:
     return sorted(found)
 
 
+class Further(TypedDict, total=False):
+    """Fields of `Claim` that a declaration hands on."""
+
+    tolerance: str | None
+    tolerance_reason: str
+    erratum: str | None
+    uncertainty: str
+    optimum: bool
+    ours: bool
+
+
 class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
@@ -116,18 +127,18 @@ class Part:
         reading: str = "",
         consequence: Consequence | str | None = None,
         says: Said | Iterable[Said] = (),
-        **rest: str | bool | None,
+        **further: Unpack[Further],
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
         name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
         agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
-        which the claim says that they are as printed, or hold if nothing is. rest: as of `Claim`, such as erratum.
+        which the claim says that they are as printed, or hold if nothing is. further: as of `Claim`.
         Raises AuditError if there is no place, no statement, no such verdict, or no such field.
         """
-        for field in rest:
-            one_of(f"field of claim {name!r}:", field, Claim.__struct_fields__)
+        for field in further:
+            one_of(f"field of claim {name!r}:", field, [*(Part.claim.__kwdefaults__ or ()), *Further.__annotations__])
 
         def declare(answer: Answer) -> Answer:
             said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
@@ -159,7 +170,7 @@ class Part:
                     says=_said(kind, str(printed), reading or self.reading, says),
                     unit=getattr(printed, "unit", ""),
                     remark=getattr(printed, "note", ""),
-                    **rest,  # type: ignore[arg-type]
+                    **further,
                 )
             )
             return answer
