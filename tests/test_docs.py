@@ -19,12 +19,15 @@ from replication.audit.model import Kind
 from replication.audit.numbers import Stated, numbers
 from replication.audit.people import Reply
 from replication.cli import main
+from replication.commands import all_commands
 from replication.errors import InvalidInputError
 from replication.scaffold.make import scaffold
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
 SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+MOST = 0.25
+"""Of the lines of a paper's Python: what says nothing of the paper."""
 BLOCK = re.compile(r"```(?:(?:python|toml)\n# | \{ \.json title=\")(papers/[^\s\"]+)(?:\" \})?\n(.*?)```", re.DOTALL)
 
 
@@ -47,6 +50,9 @@ def test_new_papers_run_as_they_are_and_pass_their_own_tests(tmp_path: Path) -> 
         assert lab.cli("new", key, *form).returncode == 0
     done = lab.cli("run", *keys)
     assert done.returncode == 0, done.stdout + done.stderr
+    count = measure(lab.path(keys[0]))
+    assert count.lines > 50 and count.imports and count.brackets and count.repeated
+    assert count.share <= MOST, str(count)
     for key, verdicts in zip(keys, ("1 reproduced", "3 reproduced"), strict=True):
         assert re.search(rf"^{key}: .*\b{verdicts}", done.stdout, re.MULTILINE), done.stdout
         assert lab.cli("coverage", key).returncode == 0
@@ -74,7 +80,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert [record["claim"]["id"] for record in records if record["judgement"]["proved"]] == ["randomwalk.variance.n1"]
     (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
     assert "closed:gain gives 0.618033989" in lab.cli(*show.split()).stdout
-    assert measure(lab.path("randomwalk")).share <= 0.25
+    assert measure(lab.path("randomwalk")).share <= MOST
     covered = lab.cli("coverage", "randomwalk")
     assert covered.returncode == 0 and "0 open" in covered.stdout, covered.stdout
     assert pytest_passes(lab, "randomwalk")
@@ -193,20 +199,24 @@ def test_a_page_of_the_guide_is_one_of_the_documentation(page: str, capsys: pyte
     )
 
 
-@pytest.mark.parametrize("key", ["", "Upper", "1st", "a-b", "../up", "class", "a" * 41, "toy2020"])
-def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, key: str) -> None:
-    before = sorted(lab.root.rglob("*"))
-    with pytest.raises(InvalidInputError, match=r"for example gosset1908|exists"):
-        scaffold(key, lab.root)
-    assert sorted(lab.root.rglob("*")) == before
-
-
-@pytest.mark.parametrize("key", ["cli", "notebooks", "exports"])
-def test_a_key_whose_test_or_report_would_lie_on_another_is_refused(lab: Lab, key: str) -> None:
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (("", "Upper", "1st", "a-b", "../up", "class", "a" * 41), "for example gosset1908"),
+        (("toy2020",), "toy2020 exists"),
+        (("cli",), "test_cli.py exists"),
+        (("notebooks", "exports"), "report/(notebooks|exports)/ holds something else"),
+    ],
+)
+def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, keys: tuple[str, ...], said: str) -> None:
+    """Nor one whose test or report would lie on another."""
     (lab.root / "tests" / "audit").mkdir(parents=True)
     (lab.root / "tests" / "audit" / "test_cli.py").touch()
-    with pytest.raises(InvalidInputError, match=r"test_cli.py exists|report/(notebooks|exports)/ holds something else"):
-        scaffold(key, lab.root)
+    before = sorted(lab.root.rglob("*"))
+    for key in keys:
+        with pytest.raises(InvalidInputError, match=said):
+            scaffold(key, lab.root)
+    assert sorted(lab.root.rglob("*")) == before
 
 
 @pytest.mark.slow
@@ -223,14 +233,8 @@ def test_the_blocks_of_the_guide_keep_to_style_and_types(lab: Lab) -> None:
 
 
 def test_every_command_of_the_guide_exists() -> None:
-    from replication.commands import all_commands
-
-    named = set(
-        re.findall(
-            r"(?:python -m |`)replication\s(\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md"))
-        )
-    )
-    assert named <= set(all_commands())
+    pages = "\n".join(path.read_text(encoding="utf-8") for path in ROOT.glob("docs/**/*.md"))
+    assert set(re.findall(r"(?:python -m |`)replication\s(\w+)", pages)) <= set(all_commands())
 
 
 def test_the_map_shows_every_room_and_every_path_on_it_is_there() -> None:
