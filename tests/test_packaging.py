@@ -1,4 +1,4 @@
-"""The built packages: what they hold, that they install and run elsewhere, and what they say of themselves."""
+"""Set-up and the built packages: the lock, what they hold, that they run elsewhere, what they say of themselves."""
 
 from __future__ import annotations
 
@@ -13,21 +13,29 @@ import tomllib
 import zipfile
 from dataclasses import dataclass
 from email.parser import Parser
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 
 import papers
+import replication
 from replication.audit.project import read_settings
 from replication.audit.publish.linked_data import read_software
 from replication.extras import EXTRAS
+from replication.locked import declared, part
 
 ROOT = Path(__file__).parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+TEXT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+PROJECT = tomllib.loads(TEXT)["project"]
 PARTS = ("papers", "replication", "tests", "docs", "certificates", "benchmarks", "figures", ".ci")
 NOT_COPIED = shutil.ignore_patterns("__pycache__", "results.json", "index.html")
 PYTHONS = ("3.11", "3.12", "3.13")
+DECLARED = [*PROJECT["dependencies"], *(text for extra in PROJECT["optional-dependencies"].values() for text in extra)]
+LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+PIN = r"^([a-z0-9._-]+)==([^\s;\\]+)"
+PINS = dict(re.findall(PIN, LOCK, re.MULTILINE))
 
 
 @dataclass(frozen=True)
@@ -44,8 +52,8 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
     folder = tmp_path_factory.mktemp("built")
     source = folder / "source"
     source.mkdir()
-    for part in PARTS:
-        shutil.copytree(ROOT / part, source / part, ignore=NOT_COPIED)
+    for name in PARTS:
+        shutil.copytree(ROOT / name, source / name, ignore=NOT_COPIED)
     for path in ROOT.iterdir():
         if path.is_file() and path.name != ".git":
             shutil.copy(path, source)
@@ -148,7 +156,7 @@ def test_the_python_versions_are_named() -> None:
 
 def test_the_changelog_begins_with_this_version() -> None:
     headings = re.findall(r"^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.M)
-    assert headings[:2] == ["Unreleased", PROJECT["version"]]
+    assert headings[:2] == ["Unreleased", PROJECT["version"]] == ["Unreleased", replication.__version__]
 
 
 def test_zenodo_says_what_the_citation_says() -> None:
@@ -164,3 +172,90 @@ def test_zenodo_says_what_the_citation_says() -> None:
     assert settings.title.partition(":")[0] == citation.title.partition(":")[0] == PROJECT["name"]
     related = {entry["identifier"] for entry in zenodo["related_identifiers"]}
     assert related == {paper.doi for paper in papers.load() if paper.doi}
+
+
+# What is set up, and by what
+
+
+def make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["make", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_lock_has_what_is_declared_with_its_hash_and_it_is_installed() -> None:
+    for requirement in map(Requirement, DECLARED):
+        name = requirement.name.lower()
+        assert requirement.specifier.contains(PINS.get(name, "none")), f"{name}: run `make lock`"
+        assert version(name) == PINS[name], f"{name}: run `make lint`, which installs what the lock asks for"
+    blocks = re.split(r"^(?=[a-z0-9._-]+==)", LOCK, flags=re.MULTILINE)[1:]
+    assert len(blocks) >= len(PINS) > 0
+    assert [block.split()[0] for block in blocks if "--hash=sha256:" not in block] == []
+
+
+TOY = """\
+a==1.0 ; sys_platform == 'linux' \\
+    --hash=sha256:aa
+    # via slow (pyproject.toml)
+b==2.0 \\
+    --hash=sha256:bb
+    # via
+    #   a
+    #   c
+c==3.0 \\
+    --hash=sha256:cc
+    # via b
+d==4.0 \\
+    --hash=sha256:dd
+    # via slow (pyproject.toml)
+"""
+
+
+def test_a_part_of_the_lock_has_what_is_wanted_at_any_depth_and_no_more() -> None:
+    assert re.findall(r"^\w", part(TOY, ["A>=1"]), re.MULTILINE) == ["a", "b", "c"]
+    assert part(TOY, ["d"]) == TOY[TOY.index("d==") :]
+    with pytest.raises(KeyError, match="e-missing"):
+        part(TOY, ["e_missing"])
+
+
+def test_the_report_installs_a_third_of_the_packages() -> None:
+    report = set(re.findall(PIN, part(LOCK, declared(TEXT, ["estimation", "proofs"])), re.MULTILINE))
+    assert {("control", PINS["control"]), ("pyparsing", PINS["pyparsing"])} <= report
+    assert not {"selenium", "mkdocs", "nbconvert", "mypy"} & {name for name, _ in report}
+    assert len(report) <= 45
+    whole = re.findall(PIN, part(LOCK, declared(TEXT, PROJECT["optional-dependencies"])), re.MULTILINE)
+    assert set(whole) == set(PINS.items())
+
+
+def test_what_is_locked_is_installed_whatever_else_an_index_has() -> None:
+    recipe = (ROOT / "Makefile").read_text(encoding="utf-8")
+    installs = [line for line in recipe.splitlines() if "$(PIP) install" in line]
+    # Without --no-deps pip 23.2 takes `coverage[toml]` of a later release for a package that the lock does not pin.
+    assert len(installs) == 2 and all(" --no-deps " in line for line in installs)
+
+
+def test_help_lists_every_target() -> None:
+    declared = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert declared is not None
+    done = make(ROOT, "help")
+    assert done.returncode == 0
+    listed = re.findall(r"^  make (\S+)", done.stdout, re.MULTILINE)
+    assert sorted(listed) == sorted(declared[1].split())
+
+
+def test_too_old_a_python_is_named_before_anything_is_installed(tmp_path: Path) -> None:
+    (tmp_path / "replication").mkdir()
+    for name in ("Makefile", "requirements.lock", "pyproject.toml", "replication/locked.py"):
+        shutil.copy(ROOT / name, tmp_path / name)
+    old = tmp_path / "python2.7"
+    old.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "Python 2.7.18" && exit 0\nexit 1\n', encoding="utf-8")
+    old.chmod(0o755)
+    done = make(tmp_path, f"PYTHON={old}")
+    assert done.returncode != 0
+    assert f"Python 3.11 or later is needed, {old} is Python 2.7.18; try: make PYTHON=python3.12" in done.stderr
+    assert not (tmp_path / ".venv").exists()
+
+
+def test_ci_script_is_sound() -> None:
+    script = ROOT / ".ci" / "run"
+    assert script.stat().st_mode & 0o111
+    assert script.read_text(encoding="utf-8").rstrip().endswith("make test")
+    assert subprocess.run(["bash", "-n", str(script)], check=False).returncode == 0
