@@ -6,12 +6,9 @@ import json
 import re
 import shutil
 import subprocess
-import sys
-import sysconfig
 import tarfile
 import tomllib
 import zipfile
-from dataclasses import dataclass
 from email.parser import Parser
 from importlib.metadata import version
 from pathlib import Path
@@ -25,12 +22,11 @@ from replication.audit.project import read_settings
 from replication.audit.publish.linked_data import read_software
 from replication.extras import EXTRAS
 from replication.locked import declared, part
+from tests.anywhere.conftest import Stranger, environment
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 PROJECT = tomllib.loads(TEXT)["project"]
-PARTS = ("papers", "replication", "tests", "docs", "certificates", "benchmarks", "figures", ".ci")
-NOT_COPIED = shutil.ignore_patterns("__pycache__", "results.json", "index.html")
 PYTHONS = ("3.11", "3.12", "3.13")
 DECLARED = [*PROJECT["dependencies"], *(text for extra in PROJECT["optional-dependencies"].values() for text in extra)]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
@@ -38,33 +34,9 @@ PIN = r"^([a-z0-9._-]+)==([^\s;\\]+)"
 PINS = dict(re.findall(PIN, LOCK, re.MULTILINE))
 
 
-@dataclass(frozen=True)
-class Built:
-    """The two files, and the folder in which they were made."""
-
-    wheel: Path
-    sdist: Path
-    folder: Path
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
-    folder = tmp_path_factory.mktemp("built")
-    source = folder / "source"
-    source.mkdir()
-    for name in PARTS:
-        shutil.copytree(ROOT / name, source / name, ignore=NOT_COPIED)
-    for path in ROOT.iterdir():
-        if path.is_file() and path.name != ".git":
-            shutil.copy(path, source)
-    code = "from setuptools import build_meta as b; b.build_wheel('..'); b.build_sdist('..')"
-    subprocess.run([sys.executable, "-c", code], cwd=source, check=True, capture_output=True)
-    return Built(*folder.glob("*.whl"), *folder.glob("*.tar.gz"), folder)
-
-
 @pytest.mark.slow
-def test_the_wheel_holds_the_packages_and_their_data_and_nothing_else(built: Built) -> None:
-    with zipfile.ZipFile(built.wheel) as wheel:
+def test_the_wheel_holds_the_packages_and_their_data_and_nothing_else(built: tuple[Path, Path]) -> None:
+    with zipfile.ZipFile(built[0]) as wheel:
         names = wheel.namelist()
         metadata = Parser().parsestr(
             wheel.read(next(name for name in names if name.endswith("METADATA"))).decode("utf-8")
@@ -82,62 +54,35 @@ def test_the_wheel_holds_the_packages_and_their_data_and_nothing_else(built: Bui
 
 
 @pytest.mark.slow
-def test_the_source_distribution_holds_what_make_needs(built: Built) -> None:
-    with tarfile.open(built.sdist) as sdist:
+def test_the_source_distribution_holds_what_make_needs(built: tuple[Path, Path]) -> None:
+    with tarfile.open(built[1]) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
-    for name in (
-        "Makefile",
-        "requirements.lock",
-        ".zenodo.json",
-        "CITATION.cff",
-        "verify.py",
-        "replication.toml",
-        ".ci/run",
-    ):
-        assert name in names
-    parts = {
-        "tests": "*.py",
-        "papers": "*.toml",
-        "replication": "*.j2",
-        "certificates": "*.json",
-        "docs": "*.md",
-        "figures": "*.svg",
-    }
-    for folder, pattern in parts.items():
+    tops = ("Makefile", "requirements.lock", ".zenodo.json", "CITATION.cff", "verify.py", "replication.toml", ".ci/run")
+    parts = ("tests/*.py", "papers/*.toml", "replication/*.j2", "certificates/*.json", "docs/*.md", "figures/*.svg")
+    for folder, _, pattern in (named.partition("/") for named in parts):
         found = [path.relative_to(ROOT).as_posix() for path in (ROOT / folder).rglob(pattern)]
-        assert found and set(found) <= names
+        assert found and {*tops, *found} <= names
 
 
 @pytest.mark.slow
-def test_a_clean_environment_runs_the_installed_wheel(built: Built) -> None:
-    """The dependencies come from this environment, the package itself from the wheel alone."""
-    clean, work = built.folder / "clean", built.folder / "work"
-    work.mkdir()
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", clean], check=True)
-    python = clean / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check"]
-    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", str(built.wheel)], check=True)
-    site = next((clean / "lib").glob("python*/site-packages"))
-    # Without the .pth files of that directory: an editable install of this project stays out.
-    (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+def test_a_clean_environment_runs_the_installed_wheel(built: tuple[Path, Path], tmp_path: Path) -> None:
+    """The dependencies are those of this environment, the package itself is from the wheel alone."""
+    home, plant = tmp_path / "home", str(ROOT / "docs" / "examples" / "cart.toml")
+    home.mkdir()
+    clean = Stranger(home, environment(tmp_path / "clean", built[0], "estimation"))
 
-    def run(*arguments: str) -> str:
-        done = subprocess.run([clean / "bin" / arguments[0], *arguments[1:]], cwd=work, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+    def files() -> list[Path]:
+        return [path for path in sorted(clean.environment.rglob("*")) if path.suffix != ".pyc"]
 
-    assert str(site) in run("python", "-c", "import replication; print(replication.__file__)")
-    plant = ROOT / "docs" / "examples" / "cart.toml"
-    assert "guaranteed level" in run("replication", "design", "multirate", str(plant), "--periods", "1,4")
-    assert (work / "cart-multirate" / "index.html").is_file()
-    before = sorted(site.rglob("*"))
+    before = files()
+    done = clean.run("replication", "design", "multirate", plant, "--periods", "1,4")
+    assert "guaranteed level" in done.stdout, done.stderr
+    assert (home / "cart-multirate" / "index.html").is_file()
     asked = ("run", "list", "check", "certify", "verify", "notebooks", "artifact")
-    said = run("python", "-c", "from replication.cli import main; import sys; sys.stderr = sys.stdout\n"
-               f"for word in {asked}: print(main([word]))")  # fmt: skip
-    assert said.count(f"there is no replication.toml in {work} or above it") == said.count("\n2\n") == len(asked)
-    assert [path for path in sorted(site.rglob("*")) if path.suffix != ".pyc"] == [
-        path for path in before if path.suffix != ".pyc"
-    ]
+    code = f"from replication.cli import main\nfor word in {asked}: print(main([word]))"
+    done = clean.run("python", "-c", code)
+    assert done.stderr.count(f"there is no replication.toml in {home} or above it") == len(asked)
+    assert done.stdout == "2\n" * len(asked) and files() == before
 
 
 def test_each_extra_for_computing_is_named_with_its_modules() -> None:
