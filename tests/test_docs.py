@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import Lab, make_inside, make_lab
+from lab import Inside, Lab, emptied, make_inside, make_lab
 
 from benchmarks.boilerplate import measure
 from replication.audit.data import FIELDS
@@ -32,8 +32,16 @@ BLOCK = re.compile(r"```(?:(?:python|toml)\n# | \{ \.json title=\")(papers/[^\s\
 
 
 @pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return make_lab(tmp_path)
+def lab(tmp_path: Path) -> Inside:
+    return make_inside(tmp_path)
+
+
+def write(lab: Inside, blocks: Iterable[tuple[str, str]]) -> None:
+    """Put blocks of a page where they say, in the package that holds the papers of this project."""
+    for name, text in blocks:
+        path = lab.root / name.replace("papers/", f"{lab.package}/", 1)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(re.sub(r"\bpapers(?=[./ ])", lab.package, text), encoding="utf-8")
 
 
 def pytest_passes(lab: Lab, *keys: str) -> bool:
@@ -43,8 +51,7 @@ def pytest_passes(lab: Lab, *keys: str) -> bool:
 
 
 @pytest.mark.slow
-def test_new_papers_run_as_they_are_and_pass_their_own_tests(tmp_path: Path) -> None:
-    lab = make_inside(tmp_path)
+def test_new_papers_run_as_they_are_and_pass_their_own_tests(lab: Inside) -> None:
     keys = ("fresh2030", "tables2030")
     for key, form in zip(keys, ((), ("--tables",)), strict=True):
         assert lab.cli("new", key, *form).returncode == 0
@@ -60,7 +67,8 @@ def test_new_papers_run_as_they_are_and_pass_their_own_tests(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
+def test_the_guide_gives_a_paper_whose_claims_hold(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path)  # in processes of its own, as its reader does
     scaffold("randomwalk", lab.root)
     blocks = BLOCK.findall(GUIDE)
     assert [name.rpartition("/")[2] for name, _ in blocks] == [
@@ -87,11 +95,10 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
 
 
 @pytest.mark.slow
-def test_the_sweep_of_the_guide_takes_up_where_it_ended(lab: Lab) -> None:
+def test_the_sweep_of_the_guide_takes_up_where_it_ended(lab: Inside) -> None:
     blocks = BLOCK.findall(SWEEPS)
     lab.path("timings").mkdir()
-    for name, text in blocks:
-        (lab.root / name).write_text(text, encoding="utf-8")
+    write(lab, blocks)
     first = lab.cli("run", "timings")
     assert first.returncode == 0, first.stdout + first.stderr
     (findings,) = (paper["findings"] for paper in results(lab)["papers"])
@@ -102,12 +109,12 @@ def test_the_sweep_of_the_guide_takes_up_where_it_ended(lab: Lab) -> None:
     assert results(lab)["papers"][0]["findings"] == findings
 
 
-def results(lab: Lab) -> Any:
+def results(lab: Inside) -> Any:
     return json.loads((lab.root / "report" / "timings" / "results.json").read_bytes())
 
 
 @pytest.mark.slow
-def test_the_program_of_the_guide_runs(lab: Lab) -> None:
+def test_the_program_of_the_guide_runs(lab: Inside) -> None:
     (program,) = re.findall(r"```python\n(from concurrent.*?)```", SWEEPS, re.DOTALL)
     done = lab.python("-c", program + "    print(len(search.optima), best.value >= best.bracket.lower)")
     assert done.stdout == "2 True\n", done.stderr
@@ -121,12 +128,10 @@ FILES = re.compile(r"``` \{ \.\w+ title=\"([^\"]+)\" \}\n(.*?)```", re.DOTALL)
 def test_the_audit_with_a_script_in_r_comes_out_as_its_page_says(tmp_path: Path) -> None:
     if shutil.which("Rscript") is None:
         pytest.skip("Rscript is missing; the page is tried where R is installed")
-    lab = Lab(tmp_path)
+    lab = emptied(make_inside(tmp_path))
     assert lab.cli("new", "anscombe").returncode == 0
     lab.path("anscombe/figures.py").unlink()
-    for name, text in FILES.findall(OTHER):
-        (lab.root / name).parent.mkdir(parents=True, exist_ok=True)
-        (lab.root / name).write_text(text, encoding="utf-8")
+    write(lab, FILES.findall(OTHER))
     done = lab.cli("run")
     assert done.returncode == 0, done.stdout + done.stderr
     (said,) = re.findall(r"```text\n(anscombe: .*)\n```", OTHER)
@@ -208,7 +213,9 @@ def test_a_page_of_the_guide_is_one_of_the_documentation(page: str, capsys: pyte
         (("notebooks", "exports"), "report/(notebooks|exports)/ holds something else"),
     ],
 )
-def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, keys: tuple[str, ...], said: str) -> None:
+def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(
+    lab: Inside, keys: tuple[str, ...], said: str
+) -> None:
     """Nor one whose test or report would lie on another."""
     (lab.root / "tests" / "audit").mkdir(parents=True)
     (lab.root / "tests" / "audit" / "test_cli.py").touch()
@@ -220,12 +227,13 @@ def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, keys
 
 
 @pytest.mark.slow
-def test_the_blocks_of_the_guide_keep_to_style_and_types(lab: Lab) -> None:
+def test_the_blocks_of_the_guide_keep_to_style_and_types(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path)
     scaffold("randomwalk", lab.root)
     for name, text in BLOCK.findall(GUIDE):
         (lab.root / name).write_text(text if name.endswith("json") else f"# {name}\n{text}", encoding="utf-8")
     config = str(ROOT / "pyproject.toml")
-    package = str(lab.root / "papers" / "randomwalk")
+    package = str(lab.path("randomwalk"))
     for words in (("ruff", "check"), ("ruff", "format", "--check"), ("mypy",)):
         option = "--config-file" if words == ("mypy",) else "--config"
         done = lab.python("-m", *words, option, config, package)
