@@ -12,18 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.commands import command, option
-from replication.commands.shared import (
-    DIFFERENT,
-    FAILED,
-    FINE,
-    figures,
-    here,
-    jobs,
-    output,
-    say,
-    say_report,
-    tutorials,
-)
+from replication.commands.shared import DIFFERENT, FAILED, FINE, figures, here, jobs, output, say, say_report, tutorials
 from replication.errors import AuditError
 from replication.ownplant.fields import positive
 

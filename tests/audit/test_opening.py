@@ -388,7 +388,7 @@ def test_traces_end_at_their_last_value_and_name_the_columns_that_there_are(tmp_
 
     (curve,) = shown(drawn, tmp_path, picture=traces("error 1")).picture.curves
     assert curve.path.startswith("M0 ") and curve.path.split("L")[-1].startswith("1000 ")
-    with pytest.raises(AuditError, match="has no column 'absent'; it has k, error 1"):
+    with pytest.raises(AuditError, match="shows 'absent' of doe1999-fig2, which has the columns k, error 1"):
         shown(drawn, tmp_path, picture=traces("absent"))
 
 

@@ -18,9 +18,6 @@ from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 
-# Citation of this package, from CITATION.cff, read once for every export
-
-
 CITATION = "CITATION.cff"
 Json = dict[str, Any]
 _GROUP = re.compile(
@@ -92,6 +89,11 @@ _TEMPLATES = plain_templates(Path(__file__).with_name("json"))
 def filled(name: str, **given: Any) -> Json:
     """What the template `json/NAME.j2` says of what it is given, without fields that say nothing."""
     return without_empty(json.loads(_TEMPLATES.get_template(f"{name}.j2").render(given)))
+
+
+def to_json(content: Json) -> str:
+    """Indented JSON with the fields in their order and one newline at the end."""
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 def _people(paper: PaperRecord) -> list[Person]:
