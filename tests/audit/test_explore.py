@@ -86,7 +86,7 @@ def test_what_cannot_be_drawn_is_named(made: ResultsFile, figures: Path, more: A
 @pytest.mark.parametrize(("least", "drawn"), [(0.5, True), (0.0, False)])
 def test_zero_has_no_place_on_a_logarithmic_axis(made: ResultsFile, figures: Path, least: float, drawn: bool) -> None:
     one = {"curves": (Curve(label="one", columns=("error 1",)),), "log_y": True, "limit": (1.0, "one")}
-    with patch.object(explore, "_numbers", lambda *given: [[least] + [1.0] * (given[-1] - 1)]):
+    with patch.object(explore, "_numbers", lambda *_: [[least] + [1.0] * 60]):
         if drawn:
             assert shown(made, figures, **one)
         else:
