@@ -51,7 +51,8 @@ FINE = (
 def faults(text: str) -> Iterator[str]:
     """What in a test's source depends on the clock, on a draw or on the processor."""
     names: dict[str, str] = {}  # what stands for a module, or for a function of one
-    for node in ast.walk(ast.parse(text)):
+    nodes = list(ast.walk(ast.parse(text)))
+    for node in nodes:
         if isinstance(node, ast.Import):
             names |= {(name.asname or name.name).partition(".")[0]: name.name for name in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -60,7 +61,7 @@ def faults(text: str) -> Iterator[str]:
                 yield f"line {node.lineno}: a draw without a seed"
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in KERNELS:
             yield f"line {node.lineno}: a kernel of one processor"
-    for node in ast.walk(ast.parse(text)):
+    for node in nodes:
         if isinstance(node, ast.Call):
             for fault in _of_a_call(node, names):
                 yield f"line {node.lineno}: {fault}"
