@@ -178,7 +178,10 @@ def test_a_run_of_one_paper_leaves_the_report_on_all_alone_and_output_goes_where
     assert ran.cli("list", "--output", "elsewhere").stdout.count("reproduced") == 2
     assert (ran.root / "report" / "results.json").read_bytes() == whole
     assert (ran.root / "figures" / "toy2020-fig1.svg").stat().st_mtime_ns == drawn
-    assert ran.cli("run", "toy2020", "other2021").stdout.splitlines()[-1].endswith("report/index.html")
+    ran.edit("toy2020/claims.py", "Two squared, misprinted.", "Two squared, printed wrong.")
+    for words, place in ((("--output", "elsewhere"), "elsewhere"), (("toy2020", "other2021"), "report")):
+        assert ran.cli("run", *words).stdout.splitlines()[-1].endswith(f"{place}/index.html")
+        assert "printed wrong" in (ran.root / place / "results.json").read_text(encoding="utf-8")
 
 
 def test_list_knows_verdicts_only_after_a_run_and_show_gives_the_evidence(lab: Lab, ran: Lab) -> None:

@@ -68,7 +68,7 @@ def check(chosen: argparse.Namespace) -> int:
 
     project, path = here(), results_path(chosen)
     drawn = chosen.figures or project.root / "figures"
-    last = Last(project.root, [drawn, path], [str(path)], project.cache, CHECK)
+    last = Last(project.root, [drawn, path], [str(path), str(drawn)], project.cache, CHECK)
     lines, code = last.said() or _checked(project, path, drawn, last)
     say(lines)
     return code
