@@ -50,6 +50,8 @@ def test_at_each_width_it_fits_complains_of_nothing_and_is_read_and_scrolled(
       [e.localName, e.getBoundingClientRect().height])"""
     set_in = page.execute_script(heights)
     assert all(height > 15 for _, height in set_in) and all(height > 30 for name, height in set_in if name == "mfrac")
+    ink = page.execute_script("return getComputedStyle(document.querySelector('svg.figure text')).fill")
+    assert (sum(map(int, re.findall(r"\d+", ink))) > 600) is (scheme == "dark"), "figures follow the scheme"
     others = """return document.querySelectorAll('[tabindex]:not([tabindex="0"]):not(.k)').length"""
     assert page.execute_script(others) == 0, "one stop for the whole picture"
     assert overlaps(page) == []
@@ -110,12 +112,6 @@ def test_a_link_opens_a_claim_without_a_script_and_it_shows_what_it_rests_on(vis
     assert drawn.text.count("Certificate") == bool(proved), "all evidence takes its place"
     drawn.find_element(By.CSS_SELECTOR, "summary").click()
     assert not drawn.find_element(By.CSS_SELECTOR, ".evidence").is_displayed(), "and it closes again"
-
-
-def test_dark_is_dark_and_figures_follow(visit: Any) -> None:
-    ink = "return getComputedStyle(document.querySelector('svg.figure text')).fill"
-    light, dark = (visit(scheme=scheme, fragment=PAPER).execute_script(ink) for scheme in ("light", "dark"))
-    assert sum(map(int, re.findall(r"\d+", dark))) > 600 > sum(map(int, re.findall(r"\d+", light)))
 
 
 def test_everything_is_there_without_scripts(visit: Any) -> None:

@@ -109,11 +109,8 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    found = {name: (digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory)}
-    state = {
-        name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
-    }
-    return tuple(f"{name}: {problem}" for name, problem in state.items())
+    found = ((name, digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory))
+    return tuple(f"{name}: {'missing' if now == 'missing' else 'changed'}" for name, then, now in found if now != then)
 
 
 def unfilled(root: Path) -> list[str]:
