@@ -211,6 +211,7 @@ def with_brief(made: ResultsFile, **changed: Any) -> ResultsFile:
         ({"card": "[This](column-2-3) holds."}, "without a sign"),
         ({"card": "word " * 26}, "at most 25 words"),
         ({"card": "1.5, 2.5 and 3.5"}, "at most 2 numbers"),
+        ({"card": "The level is 1.9391."}, r"1\.9391.* and the results hold no such number"),
         ({"card": "The level is {root:lower}."}, "which has no single one"),
         ({"headline": "It is {column-2-3:not}."}, "says that 1.33 is not 1.33"),
         ({"headline": "[This](+column-5-7) holds."}, "'column-5-7' holds, and the results do not"),
@@ -225,12 +226,6 @@ def test_a_sentence_of_a_brief_that_is_not_so_stops_the_build(
 ) -> None:
     with pytest.raises(AuditError, match=match):
         build_report(with_brief(made, **changed), tmp_path, tmp_path / "index.html")
-
-
-def test_a_number_in_a_brief_comes_from_the_results(made: ResultsFile, tmp_path: Path) -> None:
-    assert build_report(with_brief(made, card="The level is 1.9171."), tmp_path, tmp_path / "index.html")
-    with pytest.raises(AuditError, match=r"1\.9391"):
-        build_report(with_brief(made, card="The level is 1.9391."), tmp_path, tmp_path / "index.html")
 
 
 def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> None:
