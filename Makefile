@@ -50,7 +50,7 @@ processors: $(ALL) ## a fresh run on four types of processor; `make test` tries 
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
 rebuild: $(ALL) ## the archive, unpacked beside nothing but Python and make, builds itself again (five minutes, needs the network)
-	REBUILD=all $(BIN)/python -m pytest tests/papers/test_rebuild.py tests/anywhere/test_journal.py --numprocesses=0
+	REBUILD=all $(BIN)/python -m pytest tests/anywhere/test_journal.py --numprocesses=0
 
 docs: $(ALL) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet

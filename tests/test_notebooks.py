@@ -7,7 +7,7 @@ import html5lib
 import nbformat
 import pytest
 
-from replication.audit.publish.notebooks import CACHE, FOLDER, build_notebooks, colours
+from replication.audit.publish.notebooks import CACHE, FOLDER, build_notebooks
 from replication.errors import AuditError
 
 ROOT = Path(__file__).parents[1]
@@ -19,6 +19,7 @@ NAMES = sorted(path.stem for path in (ROOT / FOLDER).glob("*.ipynb"))
 def test_notebook_runs_and_its_page_stands_alone(name: str, tmp_path: Path) -> None:
     ((page, _),) = build_notebooks(ROOT, tmp_path, [name])
     text = page.read_text(encoding="utf-8")
+    assert text.count("--paper:") == 2, "two colour schemes"
     tree = html5lib.parse(text, namespaceHTMLElements=False)
     assert tree.find(".//script") is None
     images = list(tree.iter("img"))
@@ -28,12 +29,17 @@ def test_notebook_runs_and_its_page_stands_alone(name: str, tmp_path: Path) -> N
         assert re.match(r"Figure: .*plot\(\)", image.get("alt") or "")
 
 
+def folder_with(root: Path, name: str, code: str) -> Path:
+    """A project whose only notebook has this one cell."""
+    (root / FOLDER).mkdir(parents=True)
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code)])
+    nbformat.write(notebook, root / FOLDER / f"{name}.ipynb")
+    return root
+
+
 @pytest.mark.slow
 def test_a_notebook_is_executed_again_only_if_something_has_changed(tmp_path: Path) -> None:
-    folder = tmp_path / FOLDER
-    folder.mkdir(parents=True)
-    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("print(3)")])
-    nbformat.write(notebook, folder / "small.ipynb")
+    folder_with(tmp_path, "small", "print(3)")
 
     def executed() -> bool:
         ((_, fresh),) = build_notebooks(tmp_path, tmp_path / "pages")
@@ -59,20 +65,9 @@ def test_stored_notebook_holds_no_output(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_failing_cell_is_named_and_leaves_no_page(tmp_path: Path) -> None:
-    folder = tmp_path / FOLDER
-    folder.mkdir(parents=True)
-    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("assert 1 == 2, 'so it is'")])
-    nbformat.write(notebook, folder / "wrong.ipynb")
-    with pytest.raises(AuditError, match=r"(?s)wrong\.ipynb.*so it is"):
-        list(build_notebooks(tmp_path, tmp_path / "pages"))
+def test_a_failing_cell_and_an_unknown_notebook_are_named_and_leave_no_page(tmp_path: Path) -> None:
+    root = folder_with(tmp_path, "wrong", "assert 1 == 2, 'so it is'")
+    for names, said in (((), r"(?s)wrong\.ipynb.*so it is"), (("wring",), "wrong")):
+        with pytest.raises(AuditError, match=said):
+            list(build_notebooks(root, tmp_path / "pages", names))
     assert not list((tmp_path / "pages").glob("*"))
-
-
-def test_unknown_notebook_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(AuditError, match="multirate"):
-        list(build_notebooks(ROOT, tmp_path, ["multirat"]))
-
-
-def test_the_palette_has_two_colour_schemes() -> None:
-    assert colours().count("--paper:") == 2

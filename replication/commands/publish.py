@@ -12,10 +12,10 @@ from replication.commands.shared import (
     figures,
     output,
     project_root,
+    results_of,
     results_path,
     say,
     say_report,
-    say_stale,
 )
 
 
@@ -27,11 +27,8 @@ from replication.commands.shared import (
 )
 def report(chosen: argparse.Namespace) -> int:
     """Write index.html beside results.json."""
-    from replication.audit.store.records import read_results
-
-    path = results_path(chosen)
-    say_stale(results := read_results(path))
-    say_report(results, chosen.figures or project_root() / "figures", path.parent / "index.html")
+    page = results_path(chosen).with_name("index.html")
+    say_report(results_of(chosen), chosen.figures or project_root() / "figures", page)
     return FINE
 
 
@@ -62,11 +59,9 @@ def export(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.archive import write_exports
     from replication.audit.publish.linked_data import read_software
     from replication.audit.publish.registers import write_registers
-    from replication.audit.store.records import read_results
 
-    path, root = results_path(chosen), project_root()
-    say_stale(results := read_results(path))
-    say(map(str, write_exports(results, root, chosen.to or path.parent / "exports")))
+    results, root = results_of(chosen), project_root()
+    say(map(str, write_exports(results, root, chosen.to or results_path(chosen).with_name("exports"))))
     say(write_registers(results, read_software(root), root))
     return FINE
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_path, say, say_stale
+from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_of, results_path, say
 
 if TYPE_CHECKING:
     from replication.audit.project import Project
@@ -23,15 +23,10 @@ if TYPE_CHECKING:
 def list_claims(chosen: argparse.Namespace) -> int:
     """Print one line for each claim; without a run there are no verdicts yet."""
     from replication.audit.publish.terminal import list_lines
-    from replication.audit.store.records import read_results
 
-    path = results_path(chosen)
     # In a directory that was asked for the results must be there.
-    claims = {}
-    if chosen.output or path.is_file():
-        say_stale(results := read_results(path))
-        claims = {claim.id: claim for claim in results.claims}
-    say(list_lines(here().load(chosen.papers), claims))
+    found = results_of(chosen).claims if chosen.output or results_path(chosen).is_file() else ()
+    say(list_lines(here().load(chosen.papers), {claim.id: claim for claim in found}))
     return FINE
 
 
@@ -44,10 +39,9 @@ def list_claims(chosen: argparse.Namespace) -> int:
 def show(chosen: argparse.Namespace) -> int:
     """Print what the results say about the claim."""
     from replication.audit.publish.terminal import claim_text
-    from replication.audit.store.records import read_results
     from replication.errors import one_of
 
-    say_stale(results := read_results(results_path(chosen)))
+    results = results_of(chosen)
     claims = {claim.id: claim for claim in results.claims}
     claim = claims[one_of("claim", chosen.claim, claims)]
     replies = [reply for paper in results.papers for reply in paper.replies if reply.claim == claim.id]
@@ -74,7 +68,7 @@ def check(chosen: argparse.Namespace) -> int:
 
     project, path = here(), results_path(chosen)
     drawn = chosen.figures or project.root / "figures"
-    last = Last(project.root, [drawn, path], [str(path)], project.cache, CHECK)
+    last = Last(project.root, [drawn, path], [str(path), str(drawn)], project.cache, CHECK)
     lines, code = last.said() or _checked(project, path, drawn, last)
     say(lines)
     return code

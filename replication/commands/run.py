@@ -12,18 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.commands import command, option
-from replication.commands.shared import (
-    DIFFERENT,
-    FAILED,
-    FINE,
-    figures,
-    here,
-    jobs,
-    output,
-    say,
-    say_report,
-    tutorials,
-)
+from replication.commands.shared import DIFFERENT, FAILED, FINE, figures, here, jobs, output, say, say_report, tutorials
 from replication.errors import AuditError
 from replication.ownplant.fields import positive
 
@@ -65,7 +54,7 @@ def audit(chosen: argparse.Namespace) -> int:
     drawings = chosen.figures or root / "figures"
     directory = project.cache
     written = [drawings, *(target / name for name in ("results.json", "index.html", "articles"))]
-    last = Last(root, written, [*wanted, *tutorials()], directory)
+    last = Last(root, written, [*wanted, *tutorials(), *map(str, written)], directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
         say(said[0])
         return said[1]

@@ -46,19 +46,21 @@ def say(lines: Iterable[str]) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def say_stale(results: ResultsFile) -> None:
-    """Say on standard error which files of the project are no longer those that the results were computed from."""
+def results_of(chosen: argparse.Namespace) -> ResultsFile:
+    """The results; says on standard error which files of the project are no longer those that they come from."""
     from replication.audit.run.tracing import state
     from replication.audit.store.cache import Cache
+    from replication.audit.store.records import read_results
     from replication.audit.store.sources import SourceTree, default_packages
 
-    project = here()
+    results, project = read_results(results_path(chosen)), here()
     cache, tree = Cache(project.cache), SourceTree(default_packages(project.root))
     reading = [one for one in results.experiments if any(name.startswith("./") for name in one.read)]
     read = {name: now for one in reading for name, now in cache.data(one.name, one.key).items() if name[:2] == "./"}
     if moved := [name[2:] for name, then in read.items() if state(name, tree) != then]:
         told = "the results were computed from other files; `replication run` computes them again"
         print(f"replication: changed since the run: {listed(moved)}; {told}", file=sys.stderr)
+    return results
 
 
 def say_report(results: ResultsFile, figures: Path, output: Path) -> list[str]:

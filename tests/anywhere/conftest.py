@@ -1,7 +1,9 @@
-"""The wheel, built once, and strangers: a folder, and an environment that has the wheel, what it needs, and no more."""
+"""Wheel and source distribution, and strangers: a folder, an environment that has the wheel, what it needs, no more."""
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import shutil
 import subprocess
@@ -16,7 +18,8 @@ from packaging.requirements import Requirement
 from tests.patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
-PARTS = ("replication", "papers", "README.md", "LICENSE", "pyproject.toml")
+PARTS = ("papers", "replication", "tests", "docs", "certificates", "benchmarks", "figures", ".ci")
+NOT_COPIED = shutil.ignore_patterns("__pycache__", "results.json", "index.html")
 
 
 @dataclass(frozen=True)
@@ -31,13 +34,29 @@ class Stranger:
         return subprocess.run(words, cwd=self.home, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
-def needed(requirements: list[str]) -> dict[str, str]:
+def bare(folder: Path, *tools: str) -> dict[str, str]:
+    """The environment of a machine with Python and these tools; that pip is told where packages are stays."""
+    (folder / "bin").mkdir(parents=True)
+    for name in tools:
+        (folder / "bin" / name).symlink_to(shutil.which(name) or name)
+    (folder / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
+    kept = {name: value for name, value in os.environ.items() if name.startswith(("PIP_", "SSL_"))}
+    return {"PATH": str(folder / "bin"), "HOME": str(folder), "LANG": "C.UTF-8", **kept}
+
+
+def verdicts(root: Path) -> dict[str, str]:
+    """What the results say of each claim; their last digits may differ from one run to the next."""
+    told = json.loads((root / "report" / "results.json").read_bytes())["claims"]
+    return {one["claim"]["id"]: one["judgement"]["verdict"] for one in told}
+
+
+def needed(requirements: list[str], extra: str = "") -> dict[str, str]:
     """The installed distributions that these need, and those need, by name with version."""
     found: dict[str, str] = {}
     waiting = list(requirements)
     while waiting:
         wanted = Requirement(waiting.pop())
-        if wanted.marker is not None and not wanted.marker.evaluate({"extra": ""}):
+        if wanted.marker is not None and not wanted.marker.evaluate({"extra": extra}):
             continue
         try:
             there = distribution(wanted.name)
@@ -60,27 +79,31 @@ def link_into(site: Path, names: dict[str, str]) -> None:
 
 
 @pytest.fixture(scope="session")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("wheel")
-    (folder / "source").mkdir()
-    for part in PARTS:
-        copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy
-        copy(ROOT / part, folder / "source" / part)
-    code = "from setuptools import build_meta as b; b.build_wheel('..')"
-    subprocess.run([sys.executable, "-c", code], cwd=folder / "source", check=True, capture_output=True)
-    (built,) = folder.glob("*.whl")
-    return built
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The two files, made from a copy of the sources."""
+    folder = tmp_path_factory.mktemp("built")
+    source = folder / "source"
+    source.mkdir()
+    for name in PARTS:
+        shutil.copytree(ROOT / name, source / name, ignore=NOT_COPIED)
+    for path in ROOT.iterdir():
+        if path.is_file() and path.name != ".git":
+            shutil.copy(path, source)
+    code = "from setuptools import build_meta as b; b.build_wheel('..'); b.build_sdist('..')"
+    subprocess.run([sys.executable, "-c", code], cwd=source, check=True, capture_output=True)
+    (wheel,), (sdist,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
+    return wheel, sdist
 
 
 @pytest.fixture(scope="module")
-def stranger(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Stranger:
+def stranger(built: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Stranger:
     folder = tmp_path_factory.mktemp("stranger")
     (folder / "home").mkdir()
-    return Stranger(folder / "home", environment(folder / "environment", wheel))
+    return Stranger(folder / "home", environment(folder / "environment", built[0]))
 
 
-def environment(place: Path, wheel: Path) -> Path:
-    """An environment at `place` with this wheel, and with what it needs as it is installed here."""
+def environment(place: Path, wheel: Path, extra: str = "") -> Path:
+    """An environment at `place` with this wheel, and with what it and an extra need as it is installed here."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
     python = place / "bin" / "python"
     pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check"]
@@ -88,5 +111,5 @@ def environment(place: Path, wheel: Path) -> Path:
     site = next((place / "lib").glob("python*/site-packages"))
     (metadata,) = site.glob("slow_sensor_replication-*.dist-info/METADATA")
     required = re.findall(r"^Requires-Dist: (.+)$", metadata.read_text(encoding="utf-8"), re.MULTILINE)
-    link_into(site, needed(required))
+    link_into(site, needed(required, extra))
     return place

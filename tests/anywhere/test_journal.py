@@ -22,7 +22,7 @@ from lab import committed
 
 from replication.audit.publish.rebuild import INSTALL, RUN
 from replication.extras import EXTRAS
-from tests.anywhere.conftest import Stranger, environment
+from tests.anywhere.conftest import ROOT, Stranger, bare, environment, verdicts
 from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.slow
@@ -260,21 +260,61 @@ def test_the_archive_runs_beside_nothing_but_python_and_packs_itself(project: St
     assert (unpacked / "again.zip").is_file()
 
 
-@pytest.mark.skipif(os.environ.get("REBUILD") != "all", reason="installs everything anew; `make rebuild` asks for it")
+REBUILD = pytest.mark.skipif(
+    os.environ.get("REBUILD") != "all", reason="installs everything anew; `make rebuild` asks for it"
+)
+
+
+@REBUILD
 def test_the_archive_installs_itself_from_its_lock(project: Stranger, tmp_path: Path) -> None:
     with zipfile.ZipFile(project.home.parent / "epidemics.zip") as archive:
         archive.extractall(tmp_path)
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
-    kept = {name: value for name, value in os.environ.items() if name.startswith(("PIP_", "SSL_"))}
-    alone = {"PATH": str(tmp_path / "bin"), "HOME": str(tmp_path), "LANG": "C.UTF-8", **kept}
     steps = "set -e\n" + "\n".join(steps_of(tmp_path / "epidemics"))
-    shell = shutil.which("sh") or "sh"
-    done = subprocess.run([shell, "-c", steps], cwd=tmp_path / "epidemics", env=alone, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeded([shutil.which("sh") or "sh", "-c", steps], tmp_path / "epidemics", bare(tmp_path / "alone"))
     assert verdicts(tmp_path / "epidemics") == verdicts(project.home)
 
 
-def verdicts(root: Path) -> dict[str, str]:
-    told = json.loads((root / "report" / "results.json").read_bytes())["claims"]
-    return {one["claim"]["id"]: one["judgement"]["verdict"] for one in told}
+TOOLS = ("sh", "make", "awk", "cp", "find", "mkdir", "rm", "test", "touch", "true", "uname")
+"""Beside Python all that there is: make, and what POSIX promises to its recipes. No git, compiler, browser or Java."""
+NEW_EACH_TIME = ("report/", "exports/", "SHA256SUMS", "ro-crate-metadata.json")
+"""What holds times, dates and all digits of the run; its verdicts are compared by themselves."""
+
+
+def succeeded(words: list[str], folder: Path, environment: dict[str, str] | None = None) -> str:
+    ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=2 * PATIENCE)
+    assert ran.returncode == 0, f"{words}: {ran.stderr[-3000:]}{ran.stdout[-1000:]}"
+    return ran.stdout
+
+
+def sums(archive: Path) -> dict[str, bytes]:
+    """Each file of an archive that is the same in every run."""
+    with zipfile.ZipFile(archive) as file:
+        named = {name.partition("/")[2]: file.read(name) for name in file.namelist()}
+    return {name: data for name, data in named.items() if not name.startswith(NEW_EACH_TIME)}
+
+
+def test_a_machine_with_python_and_make_alone_has_no_more_and_another_source_is_seen(tmp_path: Path) -> None:
+    alone = bare(tmp_path / "alone", *TOOLS)
+    assert "Python 3" in succeeded(["python3", "--version"], tmp_path, alone)
+    assert not any(shutil.which(absent, path=alone["PATH"]) for absent in ("git", "cc", "chromium", "java", "coqc"))
+    for name, text in (("one", "same"), ("two", "same"), ("three", "other")):
+        with zipfile.ZipFile(tmp_path / f"{name}.zip", "w") as archive:
+            archive.writestr(f"{name}/papers/a.toml", text)
+            archive.writestr(f"{name}/report/index.html", name)
+    one, two, three = (sums(tmp_path / f"{name}.zip") for name in ("one", "two", "three"))
+    assert one == two != three
+
+
+@REBUILD
+def test_the_archive_of_this_project_builds_itself_with_python_and_make_alone(tmp_path: Path) -> None:
+    """The packages are installed from the lock, by the network."""
+    first = tmp_path / "first"
+    succeeded(["git", "clone", "--quiet", str(ROOT), str(first)], tmp_path)
+    succeeded([sys.executable, "-m", "replication", "run"], first)
+    succeeded([sys.executable, "-m", "replication", "artifact", "--to", "../one.zip"], first)
+    with zipfile.ZipFile(tmp_path / "one.zip") as archive:
+        archive.extractall(tmp_path)
+    succeeded(["make", "artifact"], tmp_path / "one", bare(tmp_path / "alone", *TOOLS))
+    (again,) = (tmp_path / "one" / "dist").glob("*.zip")
+    assert sums(again) == sums(tmp_path / "one.zip")
+    assert verdicts(tmp_path / "one") == verdicts(first)

@@ -46,6 +46,14 @@ def test_at_each_width_it_fits_complains_of_nothing_and_is_read_and_scrolled(
     for box in wide:  # the edge behind which there is more is shaded, and no longer when that edge is reached
         assert box.value_of_css_property("background-image").count("linear-gradient") == 4
         assert box.value_of_css_property("background-attachment") == "local, local, scroll, scroll"
+    heights = """return [...document.querySelectorAll('math, mfrac')].map((e) =>
+      [e.localName, e.getBoundingClientRect().height])"""
+    set_in = page.execute_script(heights)
+    assert all(height > 15 for _, height in set_in) and all(height > 30 for name, height in set_in if name == "mfrac")
+    ink = page.execute_script("return getComputedStyle(document.querySelector('svg.figure text')).fill")
+    assert (sum(map(int, re.findall(r"\d+", ink))) > 600) is (scheme == "dark"), "figures follow the scheme"
+    others = """return document.querySelectorAll('[tabindex]:not([tabindex="0"]):not(.k)').length"""
+    assert page.execute_script(others) == 0, "one stop for the whole picture"
     assert overlaps(page) == []
     page.execute_script("document.querySelector('.hero p').style.marginTop = '-3em'")
     assert overlaps(page), "and if a text lay over another, it would be found"
@@ -58,8 +66,11 @@ def test_at_each_width_it_fits_complains_of_nothing_and_is_read_and_scrolled(
         assert min(page.execute_script(sizes)) < 11 or width > min(WIDTHS), "and smaller text would be found"
 
 
-def test_contents_and_pages_are_not_cut(visit: Any) -> None:
+def test_contents_and_pages_are_not_cut_and_each_page_begins_below_the_bar(visit: Any) -> None:
     page = visit(768, fragment="#behind")
+    top, bar = page.execute_script("""return [document.querySelector('#behind').getBoundingClientRect().top,
+      document.querySelector('.bar').getBoundingClientRect().bottom]""")
+    assert top == pytest.approx(bar, abs=1)
     cut = """return [...document.querySelectorAll('.pages a, #behind .toc a')].filter((e) => {
       const box = e.getBoundingClientRect();
       return box.left < 0 || box.right > innerWidth || e.parentElement.scrollWidth > e.parentElement.clientWidth;
@@ -70,13 +81,6 @@ def test_contents_and_pages_are_not_cut(visit: Any) -> None:
     page.execute_script("document.querySelector('.pages').append('a name that is too long '.repeat(9))")
     page.execute_script("document.querySelector('#behind .toc ol').style.flexWrap = 'nowrap'")
     assert page.execute_script(cut), "and if some were, they would be found"
-
-
-def test_each_page_begins_below_the_bar(visit: Any) -> None:
-    top = "return document.querySelector(arguments[0]).getBoundingClientRect().top"
-    bar = "return document.querySelector('.bar').getBoundingClientRect().bottom"
-    page = visit(390, fragment="#behind")
-    assert page.execute_script(top, "#behind") == pytest.approx(page.execute_script(bar), abs=1)
 
 
 def test_a_number_of_a_table_says_its_row_and_its_column(visit: Any) -> None:
@@ -106,29 +110,8 @@ def test_a_link_opens_a_claim_without_a_script_and_it_shows_what_it_rests_on(vis
     drawn = visit(fragment=f"#{claim_id(name)}").find_element(By.ID, claim_id(name))
     WebDriverWait(drawn, 5).until(lambda _: "in all digits" in drawn.text)
     assert drawn.text.count("Certificate") == bool(proved), "all evidence takes its place"
-
-
-def test_with_a_script_a_claim_that_was_opened_by_a_link_closes_again(visit: Any) -> None:
-    page = visit(fragment=f"#{claim_id('column-5-7')}")
-    claim = page.find_element(By.ID, claim_id("column-5-7"))
-    reason = claim.find_element(By.CSS_SELECTOR, ".evidence")
-    assert reason.is_displayed()
-    claim.find_element(By.CSS_SELECTOR, "summary").click()
-    assert not reason.is_displayed()
-
-
-def test_dark_is_dark_and_figures_follow(visit: Any) -> None:
-    ink = "return getComputedStyle(document.querySelector('svg.figure text')).fill"
-    light, dark = (visit(scheme=scheme, fragment=PAPER).execute_script(ink) for scheme in ("light", "dark"))
-    assert sum(map(int, re.findall(r"\d+", dark))) > 600 > sum(map(int, re.findall(r"\d+", light)))
-
-
-def test_mathml_is_set(visit: Any) -> None:
-    heights = "return [...document.querySelectorAll('math')].map((e) => e.getBoundingClientRect().height)"
-    page = unfold(visit())
-    assert all(height > 15 for height in page.execute_script(heights))
-    fraction = "const f = document.querySelector('mfrac'); return f.getBoundingClientRect().height"
-    assert page.execute_script(fraction) > 30
+    drawn.find_element(By.CSS_SELECTOR, "summary").click()
+    assert not drawn.find_element(By.CSS_SELECTOR, ".evidence").is_displayed(), "and it closes again"
 
 
 def test_everything_is_there_without_scripts(visit: Any) -> None:

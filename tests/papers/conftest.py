@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import fcntl
 import os
+from functools import partial
 from pathlib import Path
 
 import computed
 import pytest
 
 import papers
+from replication.audit.run.pool import processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 
@@ -27,8 +29,9 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def fresh_run(store: Path) -> Outcome:
     """The outcome of a run of all papers that reads nothing from an earlier one.
 
-    The first process that asks computes it, the others wait and read what it left.
+    The first process that asks computes it, in one more: each has to import all of the library. The others wait and
+    read what it left.
     """
     with (store / "fresh-run.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        return run(papers.load(), cache=computed.STORE[0], root=computed.ROOT)
+        return run(papers.load(), cache=computed.STORE[0], root=computed.ROOT, executor=partial(processes, jobs=1))

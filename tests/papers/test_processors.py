@@ -136,7 +136,9 @@ def test_a_run_on_another_processor_leaves_the_sources_as_they_are(
         leave_out(project, kind, share()[1])
     before = contents(project)
     environment = {**os.environ, "OPENBLAS_CORETYPE": kind, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    commands = [["replication", "run", *PAPERS], *([["benchmarks.readme"]] if WHOLE else [])]
+    commands = (
+        [["replication", "run"], ["benchmarks.readme"]] if WHOLE else [["replication", "run", *PAPERS, "--jobs=1"]]
+    )
     for command in commands:
         words = [sys.executable, "-m", *command]
         ran = subprocess.run(words, cwd=project, env=environment, capture_output=True, text=True, timeout=PATIENCE)

@@ -7,13 +7,12 @@ SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any fi
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from replication.audit.inspect.headline import tally
-from replication.audit.publish.linked_data import CITATION, Json, Software, filled, read_software
+from replication.audit.publish.linked_data import CITATION, Software, filled, read_software, to_json
 from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
 from replication.audit.publish.registers import CODECHECK, MARK, register_texts
 from replication.audit.report.claim import standing
@@ -22,9 +21,6 @@ from replication.audit.store.provenance import COMMIT_FILE, git, git_state
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
 from replication.files import sha256, write_atomically
-
-# The folder of exports: badges, linked data and BibTeX of a run
-
 
 TICK, CROSS, DIAMOND = "M4 10.5l3.5 3.5l6-8", "M4.5 5.5l8 8m0-8l-8 8", "M8.5 5.5l4.5 4.5l-4.5 4.5l-4.5-4.5z"
 GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
@@ -84,11 +80,6 @@ def bibtex(results: ResultsFile, software: Software) -> str:
     return "\n\n".join([own, *(paper.bibtex.strip() for paper in results.papers)]) + "\n"
 
 
-def to_json(content: Json) -> str:
-    """Indented JSON with the fields in their order and one newline at the end."""
-    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
 MANIFEST, CRATE, EXPORTS = "SHA256SUMS", "ro-crate-metadata.json", "exports"
 BUILT = ("report/index.html", "report/results.json")
 EXECUTABLE = 0o100755
@@ -118,11 +109,8 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    found = {name: (digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory)}
-    state = {
-        name: "missing" if now == "missing" else "changed" for name, (digest, now) in found.items() if now != digest
-    }
-    return tuple(f"{name}: {problem}" for name, problem in state.items())
+    found = ((name, digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory))
+    return tuple(f"{name}: {'missing' if now == 'missing' else 'changed'}" for name, then, now in found if now != then)
 
 
 def unfilled(root: Path) -> list[str]:

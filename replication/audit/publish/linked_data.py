@@ -18,9 +18,6 @@ from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 
-# Citation of this package, from CITATION.cff, read once for every export
-
-
 CITATION = "CITATION.cff"
 Json = dict[str, Any]
 _GROUP = re.compile(
@@ -53,8 +50,8 @@ class Person(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
     def linked(self) -> Json:
         """The author in the vocabulary of schema.org; a name that says so is that of a group."""
         kind = "Organization" if _GROUP.search(self.full_name) else "Person"
-        address = f"https://orcid.org/{self.plain_orcid}" if self.orcid else ""
-        return without_empty({"@type": kind, "@id": address, "name": self.full_name})
+        address = {"@id": f"https://orcid.org/{self.plain_orcid}"} if self.orcid else {}
+        return {"@type": kind, **address, "name": self.full_name}
 
 
 class Software(msgspec.Struct, frozen=True, kw_only=True, rename="kebab"):
@@ -91,7 +88,13 @@ _TEMPLATES = plain_templates(Path(__file__).with_name("json"))
 
 def filled(name: str, **given: Any) -> Json:
     """What the template `json/NAME.j2` says of what it is given, without fields that say nothing."""
-    return without_empty(json.loads(_TEMPLATES.get_template(f"{name}.j2").render(given)))
+    told: Json = without_empty(json.loads(_TEMPLATES.get_template(f"{name}.j2").render(given)))
+    return told
+
+
+def to_json(content: Json) -> str:
+    """Indented JSON with the fields in their order and one newline at the end."""
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 def _people(paper: PaperRecord) -> list[Person]:
@@ -104,16 +107,14 @@ def media_type(name: str) -> str:
     return MEDIA_TYPES.get(Path(name).suffix) or known or "application/octet-stream"
 
 
-def without_empty(fields: Json) -> Json:
-    """The fields that say something, at any depth."""
-    told = {name: _told(value) for name, value in fields.items()}
-    return {name: value for name, value in told.items() if value not in ("", [], None)}
-
-
-def _told(value: Any) -> Any:
+def without_empty(value: Any) -> Any:
+    """A list, or the fields that say something, at any depth; anything else as it is."""
     if isinstance(value, list):
-        return [_told(entry) for entry in value]
-    return without_empty(value) if isinstance(value, dict) else value
+        return [without_empty(entry) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    told = {name: without_empty(entry) for name, entry in value.items()}
+    return {name: entry for name, entry in told.items() if entry not in ("", [], None)}
 
 
 _TEMPLATES.globals |= {

@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from replication.audit.people import PLACEHOLDER
-from replication.audit.publish.linked_data import Json, Software, filled
+from replication.audit.publish.linked_data import Json, Software, filled, to_json
 from replication.audit.store.records import PaperRecord, ResultsFile
 from replication.errors import one_of
 from replication.files import write_atomically
@@ -25,12 +25,7 @@ MARK = "# Written by `replication export`, from replication.toml, paper.toml, CI
 
 def register_texts(results: ResultsFile, software: Software) -> dict[str, str]:
     """Text by name of what lies at the root; of several papers, codecheck.yml is on the one that is to be checked."""
-    texts = {
-        ZENODO: msgspec.json.format(
-            msgspec.json.encode(filled("zenodo", results=results, software=software)), indent=2
-        ).decode()
-        + "\n"
-    }
+    texts = {ZENODO: to_json(filled("zenodo", results=results, software=software))}
     if (paper := checked(results)) is not None:
         body = msgspec.yaml.encode(codecheck(paper, results, software), order=None).decode()
         texts[CODECHECK] = f"---\n{MARK}\n{body}"

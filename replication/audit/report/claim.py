@@ -19,9 +19,6 @@ from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
 
-# What hangs on a claim, as declared or by one rule for all papers, and how a paper stands by its gravest claims
-
-
 _NAMED = {
     Consequence.THEOREM: re.compile(r"(theorem|lemma|corollary|proposition|algorithm)s?\b", re.IGNORECASE),
     Consequence.TABLE: re.compile(r"(table|figs?\.|figure)\b|.*,\s+(table|figs?\.)$", re.IGNORECASE),

@@ -14,12 +14,6 @@ from replication.audit.judge.agreement import Measured, Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.model import Evidence
 
-# A computed number and its bracket, drawn to scale against the interval that rounds to the printed value.
-#
-# All lengths are in units of the last printed place, measured from the printed value. Drawings hold numbers of ours
-# only, so they are markup without escapes; colours come from the style sheet of the report by class.
-
-
 WIDTH, HEIGHT = 132, 18
 MARGIN = 7
 ROW_SPAN = 1.5
@@ -36,7 +30,10 @@ def within(number: Measured, band: Ends) -> bool:
 
 
 def strip(number: Measured, band: Ends, span: float = ROW_SPAN) -> Markup:
-    """Draw a number on an axis of `span` units either side; what lies beyond it is an arrow at that end."""
+    """Draw a number on an axis of `span` units either side; what lies beyond it is an arrow at that end.
+
+    Units are those of the last printed place, from the printed value; only numbers of ours are in it, so it is markup.
+    """
 
     def place(units: float) -> float:
         return WIDTH / 2 + min(max(units, -span), span) / span * (WIDTH / 2 - MARGIN)

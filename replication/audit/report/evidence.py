@@ -47,13 +47,6 @@ def packed(parts: Mapping[str, Any]) -> str:
     return base64.b64encode(zlib.compress(json.dumps(parts, ensure_ascii=False).encode(), 9)).decode()
 
 
-# Proofs that the reader's browser checks: the certificates that `html/check.js` knows, and what each must be about.
-#
-# The page holds a certificate byte for byte, if it is the file that the run verified; beside it stands what the paper's
-# own data say that it must be about, made here from `printed.toml` and `theorems.json`. Both are packed, as the
-# evidence is; the script compares them, and checks the rest from the definitions, in exact fractions.
-
-
 MOST_BYTES = 11_000
 """Of one certificate in the page, which is to stay light enough to be mailed; larger ones are files beside it."""
 COUNTEREXAMPLE = "dualrate.counterexample"
@@ -68,6 +61,8 @@ def checkable() -> frozenset[str]:
 def checks(results: ResultsFile, root: Path | None) -> dict[str, Any]:
     """`entries` by the path of a certificate: its text, what it must be about, printed numbers; and the `plants`.
 
+    The text is byte for byte the file that the run verified. What it must be about is made from the paper's own
+    `printed.toml` and `theorems.json`; the script compares both, and checks the rest in exact fractions.
     root: of the project; without one, or where it has not the files that the run verified, nothing can be checked.
     """
     entries: dict[str, Any] = {}

@@ -20,9 +20,6 @@ from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 from replication.files import read_columns
 
-# The axes of a picture: from numbers to a frame of 1000 by 1000, round ticks, and names that do not meet
-
-
 FRAME = 1000
 STEPS = (1.0, 2.0, 5.0, 10.0)
 MOST_TICKS = 5
@@ -173,10 +170,14 @@ def table(path: Path) -> dict[str, Values]:
     }
 
 
-def _column(table: Mapping[str, Values], name: str, picture: Picture) -> Values:
-    if name not in table:
-        raise AuditError(f"an explorer shows {name!r} of {picture.figure}, which has the columns {', '.join(table)}")
-    return table[name]
+def shown_part(table: Mapping[str, Values], picture: Picture | Traces, *names: str) -> list[Values]:
+    """The abscissa of a picture up to the end of what is shown, and so much of these columns; AuditError if absent."""
+    for name in (picture.across, *names):
+        if name not in table:
+            raise AuditError(f"a picture shows {name!r} of {picture.figure}, which has the columns {', '.join(table)}")
+    end = math.inf if picture.last is None else picture.last
+    across = tuple(x for x in table[picture.across] if x <= end)
+    return [across, *(table[name][: len(across)] for name in names)]
 
 
 def _view(
@@ -184,9 +185,8 @@ def _view(
 ) -> PictureView:
     if picture.claim and f"{key}.{picture.claim}" not in known:
         raise AuditError(f"an explorer of {key} names {picture.claim!r}, which is no claim of it; correct the name")
-    end = math.inf if picture.last is None else picture.last
-    across = tuple(x for x in _column(table, picture.across, picture) if x <= end)
-    drawn = [_numbers(curve, table, picture, len(across)) for curve in picture.curves]
+    (across,) = shown_part(table, picture)
+    drawn = [_numbers(curve, table, picture) for curve in picture.curves]
     shown = [y for lines in drawn for line in lines for y in line if math.isfinite(y)]
     shown += [picture.limit[0]] if picture.limit else []
     if not across or not shown or (picture.log_y and min(shown) <= 0) or (picture.log_x and min(across) <= 0):
@@ -218,16 +218,16 @@ def _view(
     )
 
 
-def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture, count: int) -> tuple[Values, ...]:
+def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture) -> list[Values]:
     """The lines of a curve: one, or both edges of a band."""
-    columns = [_column(table, name, picture)[:count] for name in curve.columns]
+    _, *columns = shown_part(table, picture, *curve.columns)
     line = columns[0] if len(columns) == 1 else tuple(math.hypot(*row) for row in zip(*columns, strict=True))
-    return (line, _column(table, curve.upper, picture)[:count]) if curve.upper else (line,)
+    return [line, *(shown_part(table, picture, curve.upper)[1:] if curve.upper else ())]
 
 
 def _curve(
     curve: Curve,
-    lines: tuple[Values, ...],
+    lines: Sequence[Values],
     across: Sequence[float],
     axes: Axes,
     begin: int,

@@ -12,7 +12,7 @@ from __future__ import annotations
 import bisect
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from html.parser import HTMLParser
@@ -82,27 +82,31 @@ def _raised(text: str) -> str:
 
 def numbers_of(source: Any) -> set[float | Fraction]:
     """All numbers inside dataclasses, structs, mappings and sequences, at any depth; texts and flags hold none."""
-    found, met, waiting = set[float | Fraction](), set[int](), [source]
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, bool | str | bytes) or part is None or id(part) in met:
-            continue
-        if isinstance(part, int | float | Fraction):
-            found.add(part)
-        else:
-            met.add(id(part))  # a record is part of many views
-            waiting.extend(_parts(part))
-    return found
+    return {leaf for leaf in _leaves(source, _parts) if not isinstance(leaf, str)}
 
 
 def _texts(source: Any) -> Iterator[str]:
+    texts = (leaf for leaf in _leaves(source, _told) if isinstance(leaf, str))
+    return (_raised(text) for text in texts if not _RATIONAL.fullmatch(text))
+
+
+def _leaves(source: Any, parts: Callable[[Any], Iterable[Any]]) -> Iterator[Any]:
+    """The numbers and texts of what has parts; a record that is part of many views is looked at once."""
+    met, waiting = set[int](), [source]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, int | float | Fraction | str) and not isinstance(part, bool):
+            yield part
+        elif id(part) not in met:
+            met.add(id(part))
+            waiting.extend(parts(part))
+
+
+def _told(source: Any) -> Iterable[Any]:
+    """What was not written by hand."""
     if isinstance(source, FigureRecord):
-        source = (source.place, source.alt, source.error)
-    if not isinstance(source, str):
-        for part in () if isinstance(source, Brief) else _parts(source):
-            yield from _texts(part)
-    elif not _RATIONAL.fullmatch(source):
-        yield _raised(source)
+        return (source.place, source.alt, source.error)
+    return () if isinstance(source, Brief) else _parts(source)
 
 
 def _parts(source: Any) -> Iterable[Any]:

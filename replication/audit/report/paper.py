@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
 
 from markupsafe import Markup
 
@@ -20,13 +19,10 @@ from replication.audit.report.claim import MEANING, ClaimView, views
 from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import PictureView, explorers
 from replication.audit.report.templates import mathml
-from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
+from replication.audit.store.records import ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
 from replication.files import sha256
-
-# The tables of a paper: cells that are claims, how many of them agree, and the name of a cell by itself
-
 
 _NUMBERS = re.compile(r"[\d\s.,()]+")
 """A heading that says nothing without the name of what is counted."""
@@ -99,9 +95,6 @@ def named(name: str, heading: str) -> str:
     if not name or not _NUMBERS.fullmatch(heading):
         return heading
     return f"{name} {heading}" if name.isalpha() and len(name) > 1 else f"{name} = {heading}"
-
-
-_Record = TypeVar("_Record", ClaimRecord, ErratumRecord, FigureRecord)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,9 +202,9 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
 
     read: the `targets` of the claims.
     """
-    claims = _of(paper, results.claims)
+    claims = tuple(claim for claim in results.claims if claim.paper == paper.key)
     shown = views(claims, read)
-    drawn = tuple(_figure(record, figures) for record in _of(paper, results.figures))
+    drawn = tuple(_figure(record, figures) for record in results.figures if record.paper == paper.key)
     names = [figure.record.name for figure in drawn if figure.drawing]
     return PaperView(
         record=paper,
@@ -221,16 +214,12 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
         figures=drawn,
-        errata=_of(paper, results.errata),
+        errata=tuple(erratum for erratum in results.errata if erratum.paper == paper.key),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),
         ladders=ladders(paper, shown),
         explorers=explorers(paper, names, figures, shown),
         tables=tuple(table_view(table, {view.record.id: view for view in shown}) for table in paper.tables),
     )
-
-
-def _of(paper: PaperRecord, records: tuple[_Record, ...]) -> tuple[_Record, ...]:
-    return tuple(record for record in records if record.paper == paper.key)
 
 
 def _figure(record: FigureRecord, directory: Path) -> FigureView:

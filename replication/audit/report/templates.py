@@ -18,9 +18,6 @@ from replication.audit.report.words import linked, word
 from replication.errors import AuditError
 from replication.verify.predicate import in_words
 
-# Formulas as MathML, which every browser sets without a script; indices and powers inside a sentence
-
-
 _INLINE = re.compile(r"(?<![\\$\w])\$(?!\s)([^$\n]+?)(?<!\s)\$(?!\w)")
 _ELEMENT = re.compile(r"\{http://www\.w3\.org/1998/Math/MathML\}m[a-z]+")
 _ATTRIBUTE = re.compile(r"(?!on|href|src)[a-z]+", re.IGNORECASE)

@@ -17,7 +17,7 @@ from replication.audit.judge import numerals
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView, Standing, anchor
 from replication.audit.report.entries import EntryView
-from replication.audit.report.explore import Axes, axes, table
+from replication.audit.report.explore import Axes, axes, shown_part, table
 from replication.audit.report.opening.field import Lane
 from replication.audit.report.opening.told import BriefView, Told
 from replication.audit.report.paper import PaperView, TableView
@@ -215,13 +215,7 @@ def _of_table(shown: TableView) -> EntriesView | None:
 
 
 def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> TracesView:
-    wanted = [picture.across, *(name for curve in picture.curves for name in curve.columns[:1])]
-    absent = [name for name in wanted if name not in columns]
-    if absent:
-        raise AuditError(f"the table of {picture.figure} has no column {absent[0]!r}; it has {', '.join(columns)}")
-    end = math.inf if picture.last is None else picture.last
-    across = tuple(at for at in columns[picture.across] if at <= end)
-    values = [columns[curve.columns[0]][: len(across)] for curve in picture.curves]
+    across, *values = shown_part(columns, picture, *(curve.columns[0] for curve in picture.curves))
     frame = axes(across, [0.0, *(v for line in values for v in line)], margin=20)
     curves = []
     for curve, line in zip(picture.curves, values, strict=True):
