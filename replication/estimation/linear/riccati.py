@@ -9,20 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
-from math import isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from replication.estimation.validation import Array
 
 MAX_DOUBLINGS = 60
-STAGNATION = 1e-13
-TINY = float(np.finfo(float).tiny)
-DYING_DOUBLINGS, DEAD = 30, 1e-6
-"""A motion that has not died out to this share after so many doublings, a thousand million periods, counts as never."""
+STAGNATION = 1e-10
 
 
 class RiccatiMap(NamedTuple):
@@ -157,110 +152,30 @@ def settled(stages: RiccatiMap) -> Array | None:
     starts in its reach (see `recentre`). None is an answer, not a failure: below the achievable level the recursion
     has no limit.
     """
-    states = settled_each(RiccatiMap(*(part[:, None] for part in stages)))[:, 0]
-    return states if np.isfinite(states).all() else None
-
-
-def settled_each(stages: RiccatiMap) -> Array:
-    """`settled` for several cases at once, fields and states (N, cases, n, n): small ones take about the time of one.
-
-    Not numbers where a case does not settle.
-    """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             levels = tree(stages)
-            starts, ended = _doubled(_only(levels[-1]))
-            if ended.all():
-                return down(levels, starts)
-            states, kept = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
-            states[:, ended] = down([RiccatiMap(*level) for level in kept], starts[ended])
-            return states
-        except np.linalg.LinAlgError:
-            return case_by_case(settled_each, stages)
-
-
-def case_by_case(work: Callable[[RiccatiMap], Array], stages: RiccatiMap) -> Array:
-    """What `work` finds of each case alone where, of all together, one raises LinAlgError: of which is not told."""
-    if (count := stages.A.shape[1]) == 1:
-        return np.full_like(stages.A, np.nan)
-    cases = [RiccatiMap(*(part[:, i : i + 1] for part in stages)) for i in range(count)]
-    return np.concatenate([work(case) for case in cases], axis=1)
-
-
-def from_zero(stages: RiccatiMap) -> Array | None:
-    """As `settled`, but None too where the recursion's own motion does not die out.
-
-    What dies out has the stabilising solution for its limit, so that nothing else is to be checked.
-    """
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        try:
-            levels = tree(stages)
-            start = _dying(_only(levels[-1]))
+            start = _doubled(_only(levels[-1]))
             states = None if start is None else down(levels, start)
         except np.linalg.LinAlgError:
             return None
-    return states if states is not None and np.all(np.isfinite(states)) else None
+    return states if states is not None and np.isfinite(states).all() else None
 
 
 def _only(stages: RiccatiMap) -> RiccatiMap:
     return RiccatiMap(*(part[0] for part in stages))
 
 
-def _twice(A: Array, G: Array, H: Array) -> tuple[Array, Array, Array, Array]:
-    """`compose` of each map with itself, G and H symmetric, and by how much H has grown."""
-    n = A.shape[-1]
-    solved = np.linalg.solve(H @ G + identity(n), np.concatenate([A, H @ A.mT], axis=-1))
-    ahead = A @ solved
-    grown = symmetric(ahead[..., n:])
-    return ahead[..., :n], G + symmetric(A.mT @ (G @ solved[..., :n])), H + grown, grown
-
-
-def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
-    """The limits of repeating maps (cases, n, n) from zero, and which have one; each leaves when it is done.
-
-    Raises numpy.linalg.LinAlgError where a recursion escapes.
-    """
-    A, G, H = total.A, symmetric(total.G), symmetric(total.H)
-    limits, ended = np.zeros_like(H), np.zeros(len(H), dtype=bool)
-    cases, previous = np.arange(len(H)), [np.inf] * len(H)
+def _doubled(total: RiccatiMap) -> Array | None:
+    """The limit of repeating a map from zero, or None; raises numpy.linalg.LinAlgError where the recursion escapes."""
     for _ in range(MAX_DOUBLINGS):
-        A, G, H, grown = _twice(A, G, H)
-        sizes, changes = np.vecdot(_rows(H), _rows(H)), np.vecdot(_rows(grown), _rows(grown))
-        if (changes > (1e3 * STAGNATION) ** 2 * sizes).all():
-            previous = [np.inf] * len(cases)
-            continue  # none is near its limit, and none is lost
-        steps = [
-            sqrt(change / max(size, TINY)) if size < np.inf else np.nan
-            for size, change in zip(sizes.tolist(), changes.tolist(), strict=True)
-        ]
-        # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
-        ready = [
-            step <= STAGNATION or before >= step <= 1e3 * STAGNATION
-            for step, before in zip(steps, previous, strict=True)
-        ]
-        going = [not (done or isnan(step)) for done, step in zip(ready, steps, strict=True)]
-        if not all(going):
-            limits[cases[ready]], ended[cases[ready]] = H[ready], True
-            cases, A, G, H = cases[going], A[going], G[going], H[going]
-            steps = [step for step, goes in zip(steps, going, strict=True) if goes]
-            if not steps:
-                break
-        previous = steps
-    return limits, ended
-
-
-def _rows(stack: Array) -> Array:
-    return stack.reshape(len(stack), -1)
-
-
-def _dying(period: RiccatiMap) -> Array | None:
-    for _ in range(DYING_DOUBLINGS):
-        before, period = period.H, compose(period, period)
-        size = np.abs(period.H).max()
+        before, (A, G, H) = total.H, compose(total, total)
+        total = RiccatiMap(A, symmetric(G), symmetric(H))
+        size = np.linalg.norm(total.H)
         if not np.isfinite(size):
             return None
-        if np.abs(period.H - before).max() <= STAGNATION * size and np.abs(period.A).max() <= DEAD:
-            return symmetric(period.H)
+        if np.linalg.norm(total.H - before) <= STAGNATION * size:  # quadratic convergence: the next step is rounding
+            return total.H
     return None
 
 

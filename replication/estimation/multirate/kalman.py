@@ -2,13 +2,11 @@
 
 The filter is the limit of every recursion here at an infinite level, and a lower bound of it at a finite one: the
 stabilising solution at any level is no smaller. So the other recursions start from it, which is right also for unstable
-modes that nothing disturbs; from zero they would never learn of them. Where nothing needs that care, the states of all
-phases come at once (`steady_state`), judged by one step by covariances, which shares no formula with it.
+modes that nothing disturbs; from zero they would never learn of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -21,15 +19,11 @@ from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodr
 from replication.estimation.linear.riccati import (
     RiccatiMap,
     apply,
-    case_by_case,
-    from_zero,
     identity,
     product,
     recentre,
     settled,
-    settled_each,
     solve,
-    symmetric,
 )
 from replication.estimation.multirate.problem import MultirateProblem, ScaledProblem, require_problem, scaled_problem
 from replication.estimation.validation import Array, hidden_modes
@@ -42,6 +36,8 @@ HIDDEN_TOLERANCE = 1e-6
 """Share of a disturbance, in state units, below which it does not reach a mode."""
 NEGATIVE = 1e-9
 """Size of an eigenvalue of a covariance that may be negative by rounding."""
+REPEATS = 1e-11
+"""Change over one step, in units of the standard deviations, up to which a solution is believed."""
 CLUSTER = 1e-3
 """Modes nearer than this to each other count as one of higher multiplicity."""
 
@@ -60,14 +56,10 @@ class RiccatiDesign:
 
 @dataclass(frozen=True, eq=False)
 class KalmanCentre:
-    """The scaled problem and the stabilising solution X_k at an infinite level, in scaled coordinates (N, n, n).
-
-    quick: `state_scales` of a filter with much process noise on every state, if asked for.
-    """
+    """The scaled problem and the stabilising solution X_k at an infinite level, in scaled coordinates (N, n, n)."""
 
     scaled: ScaledProblem
     states: Array
-    quick: Array | None = None
 
     @cached_property
     def floor(self) -> float:
@@ -82,33 +74,25 @@ def kalman_design(problem: MultirateProblem) -> RiccatiDesign:
     stabilising ones; disturb it then. Raises SolverError if rounding hides the limit of the recursion.
     """
     require_problem(problem)
-    if (found := steady_state(problem)) is not None:
-        return found
     centre = kalman_centre(problem)
     scaled, states = centre.scaled, centre.states
     corrected = scaled.corrected(states, scaled.maps())
     return RiccatiDesign(scaled.gains(corrected), scaled.unscaled(states), np.inf)
 
 
-def kalman_centre(problem: MultirateProblem, *, quick_noise: float | None = None) -> KalmanCentre:
-    """The stabilising solution at an infinite level; errors as in `kalman_design`.
-
-    quick_noise: intensity of the process noise, in state units, of the filter for the scales `quick`.
-    """
+def kalman_centre(problem: MultirateProblem) -> KalmanCentre:
+    """The stabilising solution at an infinite level; errors as in `kalman_design`."""
     require_problem(problem)
-    units = state_units(problem)
-    if (mode := _undisturbed_on_circle(problem, units)) is not None:
+    if (mode := _undisturbed_on_circle(problem)) is not None:
         require_noise_near(problem)
         raise InvalidInputError(
             f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the Riccati "
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
             "this one"
         )
-    noises = (SCALING_NOISE, 0.0) if quick_noise is None else (SCALING_NOISE, 0.0, quick_noise)
-    little, none, *much = covariances_each(problem, units, noises)
-    scaled = scaled_problem(problem, root(units, little))
+    scaled = scaled_problem(problem, state_scales(problem))
     maps = scaled.maps()
-    states = _in_scales(scaled, maps, units[:, None] * none * units)
+    states = _from_zero(problem, scaled, maps)
     if states is None:
         states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
         if states is not None and not stabilises(scaled, states, maps):
@@ -121,19 +105,20 @@ def kalman_centre(problem: MultirateProblem, *, quick_noise: float | None = None
             f"of {growth:.3g} over the period of {problem.schedule.period} instants; measure more often, or disturb "
             "the slowest mode more"
         )
-    return KalmanCentre(scaled, states, *(root(units, covariance) for covariance in much))
+    return KalmanCentre(scaled, states)
 
 
-def _in_scales(scaled: ScaledProblem, maps: RiccatiMap, covariance: Array) -> Array | None:
-    """States of covariances in the units of the plant, one step on; None unless what they may still change is rounding.
+def _from_zero(problem: MultirateProblem, scaled: ScaledProblem, maps: RiccatiMap) -> Array | None:
+    """The scaled states of the recursion from zero, one step on; None unless what they may still change is rounding.
 
     From zero a mode that is hardly disturbed rises so slowly that the recursion may seem to have settled.
     """
-    states = np.linalg.solve(scaled.T, np.linalg.solve(scaled.T, covariance).mT)
-    if not np.isfinite(states).all():
+    covariance = _covariance(problem, 0.0)
+    if covariance is None:
         return None
+    states = np.linalg.solve(scaled.T, np.linalg.solve(scaled.T, covariance).mT)
     again = np.roll(apply(maps, states), 1, axis=0)
-    left = 1 - multiplier(scaled, again, maps)
+    left = 1 - _multiplier(scaled, again, maps)
     return again if left > STABILITY_MARGIN and np.abs(again - states).max() <= REPEATS * left else None
 
 
@@ -146,12 +131,12 @@ def require_noise_near(problem: MultirateProblem) -> None:
         )
 
 
-def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex | None:
+def _undisturbed_on_circle(problem: MultirateProblem) -> complex | None:
     """A mode on the unit circle that no noise reaches, or None; with correlated noise a multiplier over the period.
 
     Rounding blurs a mode of multiplicity k by the k-th root of machine precision; a wider one counts as off the circle.
     """
-    plant = problem.plant
+    plant, units = problem.plant, state_units(problem)
     A, B = plant.A / units[:, None] * units, plant.B_d / units[:, None]
     if plant.correlated:
         # What the measurements tell of the noise is known, and disturbs nothing.
@@ -171,40 +156,35 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
     return None
 
 
-def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:
+def state_scales(problem: MultirateProblem) -> Array:
     """T_k (N, n, n), roots of the error covariances of a Kalman filter with a little process noise on every state.
 
-    noise: its intensity, in squares of the `state_units`. Cholesky factors, unless rounding makes a covariance
-    singular. Raises SolverError if rounding spoils the recursion.
+    Cholesky factors, unless rounding makes a covariance singular. Raises SolverError if rounding spoils the recursion.
     """
-    units = state_units(problem)
-    return root(units, covariances_each(problem, units, (noise,))[0])
+    covariance = _covariance(problem, SCALING_NOISE)
+    if covariance is None:
+        raise SolverError(
+            "the error covariances used to scale the states were lost in rounding: sensors are almost free of noise, "
+            "or modes hardly seen, or growing by many orders of magnitude between measurements; change D, C or the "
+            "periods"
+        )
+    try:
+        return np.asarray(np.linalg.cholesky(covariance), dtype=float)
+    except np.linalg.LinAlgError:
+        # States that nearly cancel leave a covariance whose least eigenvalues are rounding; any units of their size
+        # serve, for these are scales and no result.
+        units = state_units(problem)
+        variances, axes = np.linalg.eigh(covariance / np.outer(units, units))
+        least = np.finfo(float).eps * np.max(variances, axis=-1, keepdims=True)
+        return np.asarray(units[:, None] * axes * np.sqrt(np.maximum(variances, least))[:, None, :])
 
 
-def covariances_each(problem: MultirateProblem, units: Array, noises: Sequence[float]) -> Array:
-    """Error covariances (noises, N, n, n) of Kalman filters with more process noise, in squares of the units."""
-    whitened = problem.whitened
+def _covariance(problem: MultirateProblem, noise: float) -> Array | None:
+    """Error covariances (N, n, n) of the Kalman filter with more process noise, by squares of the units; from zero."""
+    units, whitened = state_units(problem), problem.whitened
     A, B, C = whitened.A * units / units[:, None], whitened.B / units[:, None], whitened.C * units
-    driven = (B @ B.mT)[:, None] + np.array(noises)[:, None, None] * identity(len(units))
-    A, G = (np.broadcast_to(part[:, None], driven.shape) for part in (A, C.mT @ C))
-    return settled_each(RiccatiMap(A, G, driven)).swapaxes(0, 1)
-
-
-def root(units: Array, covariance: Array) -> Array:
-    """Roots (N, n, n) of covariances in `units`."""
-    if np.isfinite(covariance).all():
-        try:
-            return np.asarray(units[:, None] * np.linalg.cholesky(covariance))
-        except np.linalg.LinAlgError:
-            # States that nearly cancel leave a covariance whose least eigenvalues are rounding; any units of their
-            # size serve, for these are scales and no result.
-            variances, axes = np.linalg.eigh(covariance)
-            least = np.finfo(float).eps * np.max(variances, axis=-1, keepdims=True)
-            return np.asarray(units[:, None] * axes * np.sqrt(np.maximum(variances, least))[:, None, :])
-    raise SolverError(
-        "the error covariances used to scale the states were lost in rounding: sensors are almost free of noise, or "
-        "modes hardly seen, or growing by many orders of magnitude between measurements; change D, C or the periods"
-    )
+    states = settled(RiccatiMap(A, C.mT @ C, B @ B.mT + noise * identity(len(units))))
+    return None if states is None else np.asarray(units[:, None] * states * units)
 
 
 def state_units(problem: MultirateProblem) -> Array:
@@ -230,55 +210,35 @@ def state_units(problem: MultirateProblem) -> Array:
 
 def stationary(maps: RiccatiMap, reference: Array) -> Array | None:
     """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
-    states = stationary_each(RiccatiMap(*(part[:, None] for part in maps)), reference)[:, 0]
-    return states if np.isfinite(states).all() else None
-
-
-def stationary_each(maps: RiccatiMap, reference: Array) -> Array:
-    """`stationary` for the maps (N, cases, n, n) of several cases; not numbers where there is no solution."""
     try:
-        return np.asarray(reference[:, None] + settled_each(recentre(maps, reference[:, None])))
+        deviation = settled(recentre(maps, reference))
     except np.linalg.LinAlgError:
-        return case_by_case(lambda case: stationary_each(case, reference), maps)
+        return None
+    return None if deviation is None else np.asarray(reference + deviation)
 
 
-def semidefinite(states: Array) -> Any:
-    """Whether all X_k >= 0, to rounding: scaled states are of size one, or vanish where nothing is uncertain.
-
-    Here and in the next two: of states (N, cases, n, n), one answer for each case.
-    """
-    try:
-        np.linalg.cholesky(states + NEGATIVE * identity(states.shape[-1]))
-        return np.ones(states.shape[1:-2], dtype=bool)
-    except np.linalg.LinAlgError:  # the eigenvalues decide
-        eigenvalues = np.linalg.eigvalsh(states)
-        largest = np.maximum(1.0, eigenvalues[..., -1].max(axis=0))
-        return eigenvalues[..., 0].min(axis=0) >= -NEGATIVE * largest
+def semidefinite(states: Array) -> bool:
+    """Whether all X_k >= 0, to rounding: scaled states are of size one, or vanish where nothing is uncertain."""
+    eigenvalues = np.linalg.eigvalsh(states)
+    return bool(eigenvalues.min() >= -NEGATIVE * max(1.0, eigenvalues.max()))
 
 
-def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:
+def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> bool:
     """Whether the gains at the states stabilise the error system. Every I + X_k G_k must be regular."""
-    return multiplier(scaled, states, maps) < 1 - STABILITY_MARGIN
+    return _multiplier(scaled, states, maps) < 1 - STABILITY_MARGIN
 
 
-def multiplier(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:
+def _multiplier(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> float:
     """The largest modulus of the multipliers of the error system with these gains, and what rounding may add to it."""
     total = monodromy(scaled.closed_loop(scaled.corrected(states, maps)))
     # What a measurement takes off a mode that has grown since the one before is known to rounding of that growth.
     blur = np.finfo(float).eps * np.abs(scaled.A).max()
-    return np.abs(np.linalg.eigvals(total)).max(axis=-1) + blur
+    return float(np.abs(np.linalg.eigvals(total)).max() + blur)
 
 
-def largest_weighted(scaled: ScaledProblem, states: Array) -> Any:
+def largest_weighted(scaled: ScaledProblem, states: Array) -> float:
     """max_k lambda_max(W X_k W')."""
-    return np.maximum(0.0, np.linalg.eigvalsh(scaled.weighted(states))[..., -1].max(axis=0))
-
-
-REPEATS = 1e-11
-"""Change over one step, in units of the standard deviations, up to which a solution is believed."""
-
-DEPENDENT = 1e-6
-"""Least eigenvalue of the correlations of the sensor noise, below which R is not worked with."""
+    return max(0.0, float(np.linalg.eigvalsh(scaled.W @ states @ scaled.W.mT).max()))
 
 
 class Sensing(NamedTuple):
@@ -331,73 +291,6 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     L = solve(innovation, CP @ A.T + S.mT).mT
     closed, cross = A - L @ C, L @ S.mT
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
-
-
-def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
-    """The filter for white noise of unit intensity, or None where the recursion from zero does not do.
-
-    From one instant that measures to the next is one step of the recursion; what lies between is predicted.
-    """
-    plant, mask = problem.plant, problem.schedule.mask
-    Q = plant.drive @ plant.drive.T
-    instants, (first, kinds) = np.flatnonzero(mask.any(axis=1)), problem.schedule.kinds
-    which, different = np.array(kinds)[instants], sensing(problem, mask[list(first)])
-    if _nearly_dependent(different.R):
-        return None
-    ahead = np.diff(instants, append=instants[0] + len(mask))
-    powers, sums = _predictions(plant.A, Q, int(ahead.max()))
-    maps = RiccatiMap(*(part[which] for part in _maps(plant.A, Q, different)))
-    if len(powers) > 1:
-        move = powers[ahead - 1]
-        maps = RiccatiMap(move @ maps.A, maps.G, move @ maps.H @ move.mT + sums[ahead - 1])
-    P = from_zero(maps)
-    if P is None:
-        return None
-    step = corrected(plant.A, Q, different.at(which), P)
-    if len(powers) == 1:
-        following, L = np.roll(step.following, 1, axis=0), step.L
-    else:
-        # Of each instant the last one before it that measures, and how long ago that one's prediction was made.
-        last = np.searchsorted(instants, np.arange(len(mask))) - 1
-        ago = (np.arange(len(mask)) - instants[last]) % len(mask) - 1
-        following = powers[ago] @ step.following[last] @ powers[ago].mT + sums[ago]
-        L = np.zeros((len(mask), *step.L.shape[1:]))
-        L[instants] = step.L
-    following = symmetric(following)
-    again = following[instants]
-    deviation = np.sqrt(np.maximum(np.diagonal(again, axis1=1, axis2=2), 0.0))
-    if np.any(np.abs(again - P) > REPEATS * deviation[:, :, None] * deviation[:, None, :]):
-        return None
-    return RiccatiDesign(L, following, np.inf)
-
-
-def _predictions(A: Array, Q: Array, count: int) -> tuple[Array, Array]:
-    """A^j, and the covariance that j steps without a measurement add, for j = 0 ... count - 1, in stacks."""
-    powers, sums = [np.eye(len(A))], [np.zeros_like(Q)]
-    for _ in range(count - 1):
-        powers.append(np.dot(A, powers[-1]))
-        sums.append(np.dot(np.dot(A, sums[-1]), A.T) + Q)
-    return np.array(powers), np.array(sums)
-
-
-def _nearly_dependent(R: Array) -> bool:
-    """Whether noises of several sensors nearly determine each other, so that R has lost digits that D still has."""
-    units = np.sqrt(np.diagonal(R, axis1=-2, axis2=-1))
-    correlation = R / units[..., :, None] / units[..., None, :]
-    if np.count_nonzero(correlation) == correlation.shape[0] * correlation.shape[1]:
-        return False
-    return bool(np.linalg.eigvalsh(correlation).min() < DEPENDENT)
-
-
-def _maps(A: Array, Q: Array, sensors: Sensing) -> RiccatiMap:
-    """P -> following P, in stacks; what the measurements tell of correlated noise is taken out of the plant."""
-    C, R, S = sensors
-    seen = np.linalg.solve(R, C)
-    if S is None:
-        shape = (len(C), *A.shape)
-        return RiccatiMap(np.broadcast_to(A, shape), C.mT @ seen, np.broadcast_to(Q, shape))
-    told = np.linalg.solve(R, S.mT)
-    return RiccatiMap(A - S @ seen, C.mT @ seen, Q - S @ told)
 
 
 @dataclass(frozen=True, eq=False)

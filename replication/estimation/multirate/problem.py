@@ -87,13 +87,6 @@ class SensingSchedule:
         """The sensors that measure at each instant of the period."""
         return tuple(tuple(np.flatnonzero(row).tolist()) for row in self.mask)
 
-    @cached_property
-    def kinds(self) -> tuple[tuple[int, ...], list[int]]:
-        """The first instant of each set of sensors that measure together, and the number of the set at each instant."""
-        found: dict[tuple[int, ...], int] = {}
-        which = [found.setdefault(rows, len(found)) for rows in self.rows]
-        return tuple(which.index(kind) for kind in range(len(found))), which
-
     def selection(self, k: int) -> Array:
         """S_k of eq. (4), shape (q, q)."""
         return np.diag(self.mask[k % self.period].astype(float))
@@ -154,7 +147,7 @@ class MultirateProblem:
         _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")
         if schedule.sensors != plant.sensors:
             raise InvalidInputError(f"the schedule is of {schedule.sensors}, the plant of {plant.sensors} sensors")
-        for rows in sorted(schedule.measured(k) for k in schedule.kinds[0]):
+        for rows in sorted(set(schedule.rows)):
             if rows and not _full_row_rank(plant.D[list(rows)]):
                 raise InvalidInputError(
                     f"D must have full row rank on the sensors measured together, {rows}: give each its own noise"
@@ -172,20 +165,19 @@ class MultirateProblem:
     @cached_property
     def whitened(self) -> Whitened:
         """What does not depend on the coordinates of the states."""
-        plant, (first, which) = self.plant, self.schedule.kinds
-        due = self.schedule.mask[list(first), :, None]
+        plant, due = self.plant, self.schedule.mask[:, :, None]
         # A sensor that does not measure has a noise of its own in the place of its rows, and tells nothing.
         C, D = due * plant.C, np.concatenate([due * plant.D, ~due * np.eye(plant.sensors)], axis=-1)
         # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
         factor = np.linalg.qr(D.mT)
         roots = np.where(due == due.mT, factor.R, 0.0)
-        A, B, J = (np.broadcast_to(part, (len(first), *part.shape)) for part in (plant.A, plant.B_d, 0.0 * plant.C.T))
+        A, B, J = (np.broadcast_to(part, (len(due), *part.shape)) for part in (plant.A, plant.B_d, 0.0 * plant.C.T))
         if plant.correlated:
             # What the measurements tell of the noise, J = B_w D_k'(D_k D_k')^-1, is taken out of the plant.
             J = np.linalg.solve(roots, (plant.B_w @ factor.Q[:, : plant.B_w.shape[1]]).mT).mT * due.mT
             A, B = plant.A - J @ C, np.concatenate([B, plant.B_w - J @ plant.D], axis=-1)
         seen = np.asarray(np.linalg.solve(roots.mT, C), dtype=float)
-        return Whitened(A[which], B[which], seen[which], roots[which], J[which], self.schedule.rows)
+        return Whitened(A, B, seen, roots, J, self.schedule.rows)
 
     def checked(self, gains: npt.ArrayLike) -> Array:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
@@ -310,26 +302,13 @@ class ScaledProblem:
         G = self.information - W.mT @ W
         return RiccatiMap(self.A, G, self.B @ self.B.mT)
 
-    def maps_each(self, levels: Array) -> RiccatiMap:
-        """`maps` at several levels, side by side: fields of shape (N, levels, n, n)."""
-        W = self.W[:, None] / levels[:, None, None]
-        G = self.information[:, None] - W.mT @ W
-        A, H = (np.broadcast_to(part[:, None], G.shape) for part in (self.A, self.B @ self.B.mT))
-        return RiccatiMap(A, G, H)
-
     def corrected(self, states: Array, maps: RiccatiMap) -> Array:
         """(I + X_k G_k)^-1 X_k for each phase, shape (N, n, n)."""
         return np.asarray(np.linalg.solve(identity(self.A.shape[-1]) + states @ maps.G, states))
 
     def closed_loop(self, corrected: Array) -> Array:
-        """A_k - L_k C_k for each phase, shape (N, n, n), all gains included; of several cases (N, cases, n, n)."""
-        A, information = (_beside(part, corrected) for part in (self.A, self.information))
-        return np.asarray(A - A @ corrected @ information)
-
-    def weighted(self, states: Array) -> Array:
-        """W X_k W' for each phase, (N, n_z, n_z) or (N, cases, n_z, n_z)."""
-        W = _beside(self.W, states)
-        return np.asarray(W @ states @ W.mT)
+        """A_k - L_k C_k for each phase, shape (N, n, n), all gains included."""
+        return np.asarray(self.A - self.A @ corrected @ self.information)
 
     def whitened_gains(self, corrected: Array) -> Array:
         """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k' (N, n, q)."""
@@ -343,11 +322,6 @@ class ScaledProblem:
     def unscaled(self, states: Array) -> Array:
         """T_k X_k T_k' for each phase, shape (N, n, n)."""
         return np.asarray(self.T @ states @ self.T.mT)
-
-
-def _beside(part: Array, states: Array) -> Array:
-    """One matrix per phase, to go with the states of one case or of several."""
-    return part if states.ndim == part.ndim else part[:, None]
 
 
 def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:

@@ -46,9 +46,7 @@ def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(cvxpy.Problem, "solve", called)
     monkeypatch.setattr(clarabel, "DefaultSolver", called)
-    monkeypatch.setattr(kalman, "stationary", called)
-    monkeypatch.setattr(optimum, "stationary_each", called)
-    monkeypatch.setattr(kalman, "steady_state", called)
+    monkeypatch.setattr(kalman, "settled", called)
 
 
 DESIGNS: dict[str, Callable[[MultirateProblem], Any]] = {
