@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.linear.riccati import solve
 from replication.estimation.validation import (
     as_array,
     as_matrix,
@@ -123,9 +122,3 @@ def test_what_stands_still_does_not_increase() -> None:
     assert increasing_grid("times", [0.5, 1.0, 2.0]).tolist() == [0.5, 1.0, 2.0]
     with pytest.raises(InvalidInputError, match="times"):
         increasing_grid("times", [0.5, 1.0, 1.0])
-
-
-def test_a_singular_matrix_is_an_error() -> None:
-    for matrix in (np.zeros((2, 2)), np.zeros((3, 2, 2))):
-        with pytest.raises(np.linalg.LinAlgError):
-            solve(matrix, np.ones_like(matrix))

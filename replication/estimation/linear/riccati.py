@@ -7,8 +7,7 @@ Sources: B. D. O. Anderson, Int. J. Control 28 (1978), doubling; Bittanti and Co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import cache
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,7 +56,7 @@ def apply(stage: RiccatiMap, X: Array) -> Array:
 
 
 def _applied(stage: RiccatiMap, X: Array) -> Array:
-    return np.asarray(stage.A @ np.linalg.solve(X @ stage.G + identity(X.shape[-1]), X) @ stage.A.mT + stage.H)
+    return np.asarray(stage.A @ np.linalg.solve(X @ stage.G + np.eye(X.shape[-1]), X) @ stage.A.mT + stage.H)
 
 
 def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
@@ -65,36 +64,12 @@ def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
 
     (I + G H)^-1 G = G (I + H G)^-1 saves a second system of equations.
     """
-    n, times = first.A.shape[-1], product(first.A)
-    both = np.concatenate([first.A, times(first.H, second.A.mT)], axis=-1)
-    solved = solve(times(first.H, second.G) + identity(n), both)
-    ahead = times(second.A, solved)
-    told = times(first.A.mT, times(second.G, solved[..., :n]))
+    n = first.A.shape[-1]
+    both = np.concatenate([first.A, first.H @ second.A.mT], axis=-1)
+    solved = np.linalg.solve(first.H @ second.G + np.eye(n), both)
+    ahead = second.A @ solved
+    told = first.A.mT @ (second.G @ solved[..., :n])
     return RiccatiMap(ahead[..., :n], first.G + told, second.H + ahead[..., n:])
-
-
-@cache
-def identity(size: int) -> Array:
-    """The identity matrix, read-only: made once, since a small one takes as long as a product."""
-    matrix = np.eye(size)
-    matrix.flags.writeable = False
-    return matrix
-
-
-def product(matrix: Array) -> Callable[[Array, Array], Array]:
-    """How to multiply what has the dimensions of `matrix`: of two small matrices numpy.dot takes half the time."""
-    return np.dot if matrix.ndim == 2 else np.matmul
-
-
-def solve(matrix: Array, right: Array) -> Array:
-    """matrix^-1 right, each one matrix or a stack; raises numpy.linalg.LinAlgError if a matrix is singular."""
-    if matrix.ndim > 2:
-        return np.asarray(np.linalg.solve(matrix, right))
-    # A small system takes longer to hand to numpy than to solve.
-    _, _, solution, failed = scipy.linalg.lapack.dgesv(matrix, right)
-    if failed:
-        raise np.linalg.LinAlgError("singular")
-    return solution  # type: ignore[no-any-return]
 
 
 def tree(stages: RiccatiMap) -> list[RiccatiMap]:
@@ -139,7 +114,7 @@ def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:
     """
     A, G, H = stages
     # (I + X G)^-1 from the left, so that A_c = A (I + X G)^-1 and the step from the reference is A_c X A'.
-    inner = (identity(A.shape[-1]) + reference @ G).mT
+    inner = (np.eye(A.shape[-1]) + reference @ G).mT
     solved = np.linalg.solve(inner, np.concatenate([A.mT, G], axis=-1))
     closed, weight = solved[..., : A.shape[-1]].mT, solved[..., A.shape[-1] :]
     return RiccatiMap(closed, symmetric(weight), symmetric(closed @ reference @ A.mT + H - following(reference)))

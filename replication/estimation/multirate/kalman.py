@@ -16,15 +16,7 @@ from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
-from replication.estimation.linear.riccati import (
-    RiccatiMap,
-    apply,
-    identity,
-    product,
-    recentre,
-    settled,
-    solve,
-)
+from replication.estimation.linear.riccati import RiccatiMap, apply, recentre, settled
 from replication.estimation.multirate.problem import MultirateProblem, ScaledProblem, require_problem, scaled_problem
 from replication.estimation.validation import Array, hidden_modes
 
@@ -183,7 +175,7 @@ def _covariance(problem: MultirateProblem, noise: float) -> Array | None:
     """Error covariances (N, n, n) of the Kalman filter with more process noise, by squares of the units; from zero."""
     units, whitened = state_units(problem), problem.whitened
     A, B, C = whitened.A * units / units[:, None], whitened.B / units[:, None], whitened.C * units
-    states = settled(RiccatiMap(A, C.mT @ C, B @ B.mT + noise * identity(len(units))))
+    states = settled(RiccatiMap(A, C.mT @ C, B @ B.mT + noise * np.eye(len(units))))
     return None if states is None else np.asarray(units[:, None] * states * units)
 
 
@@ -279,16 +271,15 @@ def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
 def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     """Measurement and time update of the covariance P (..., n, n); A (n, n), Q (n, n) of the whole process noise."""
     C, R, S = sensors
-    times = product(P)
-    CP = times(C, P)
-    innovation = times(CP, C.mT) + R
-    K = solve(innovation, CP).mT
+    CP = C @ P
+    innovation = CP @ C.mT + R
+    K = np.asarray(np.linalg.solve(innovation, CP), dtype=float).mT
     # Joseph's form: a sum of squares, so that rounding leaves it semidefinite.
-    kept = identity(len(A)) - times(K, C)
-    filtered = times(times(kept, P), kept.mT) + times(times(K, R), K.mT)
+    kept = np.eye(len(A)) - K @ C
+    filtered = kept @ P @ kept.mT + K @ R @ K.mT
     if S is None:
-        return Correction(K, times(A, K), innovation, filtered, times(times(A, filtered), A.T) + Q)
-    L = solve(innovation, CP @ A.T + S.mT).mT
+        return Correction(K, A @ K, innovation, filtered, A @ filtered @ A.T + Q)
+    L = np.asarray(np.linalg.solve(innovation, CP @ A.T + S.mT), dtype=float).mT
     closed, cross = A - L @ C, L @ S.mT
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
 
@@ -325,7 +316,7 @@ def filter_gains(problem: MultirateProblem, predicted: Array, lag: int = 0) -> F
     for _ in range(lag):
         # Covariance of the error of x^(k-i|k-1) with that of x^(k|k-1); the innovation v(k) tells of both.
         cross = np.roll(cross @ closed.mT, 1, axis=0)
-        K = solve(step.innovation, sensors.C @ cross.mT).mT
+        K = np.asarray(np.linalg.solve(step.innovation, sensors.C @ cross.mT), dtype=float).mT
         smoothed = np.roll(smoothed, 1, axis=0) - K @ step.innovation @ K.mT
         gains.append(K)
     due = mask[:, :, None] & mask[:, None, :]

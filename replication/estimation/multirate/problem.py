@@ -19,7 +19,7 @@ import numpy.typing as npt
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import Signals, numbered
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.linear.riccati import RiccatiMap, following, identity
+from replication.estimation.linear.riccati import RiccatiMap, following
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_array, positive_integer, undetectable_mode
 
@@ -304,7 +304,7 @@ class ScaledProblem:
 
     def corrected(self, states: Array, maps: RiccatiMap) -> Array:
         """(I + X_k G_k)^-1 X_k for each phase, shape (N, n, n)."""
-        return np.asarray(np.linalg.solve(identity(self.A.shape[-1]) + states @ maps.G, states))
+        return np.asarray(np.linalg.solve(np.eye(self.A.shape[-1]) + states @ maps.G, states))
 
     def closed_loop(self, corrected: Array) -> Array:
         """A_k - L_k C_k for each phase, shape (N, n, n), all gains included."""

@@ -16,7 +16,6 @@ import numpy as np
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.portable import NOT_GIVEN
 from replication.estimation.api.running import Mask, RunningObserver, gate_of, warn_unscheduled
-from replication.estimation.linear.riccati import solve
 from replication.estimation.multirate.kalman import Correction, FilterGains, Sensing, corrected, read_only, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, covariance
@@ -195,10 +194,6 @@ class KalmanFilter(RunningKalman):
         return Recursion(phases, n, [output] * len(phases), direct, limits)
 
 
-SETTLED = 1e-15
-"""Relative change of a covariance over one period below which it counts as steady."""
-
-
 class StartingFilter(RunningKalman):
     """The filter from a known start: its gains follow the covariance, and tend to those of `KalmanFilter`.
 
@@ -235,18 +230,13 @@ class StartingFilter(RunningKalman):
         # Of x^(k-i|k-1): covariance with the error of x^(k|k-1), and its own.
         unknown = [np.full_like(self.start, np.nan)] * self.lag
         self._cross, self._own = [self.start, *unknown], [self.start, *unknown]
-        self._kept: dict[int, tuple[Array, Correction | None]] = {}
 
     def _update(
         self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
     ) -> KalmanStep:
         sensors = self._sensors[phase] if came is None else sensing(self.problem, came)
-        step = self._settled(phase) if came is None else None
-        if step is None:
-            step = corrected(self._A, self._Q, sensors, self._cross[0])
-            step.filtered.flags.writeable = step.following.flags.writeable = False  # they are handed out
-            if came is None:
-                self._kept[phase] = self._cross[0], step
+        step = corrected(self._A, self._Q, sensors, self._cross[0])
+        step.filtered.flags.writeable = step.following.flags.writeable = False  # they are handed out
         K, own = step.K, [step.filtered]
         if self.lag:
             K, own = self._smoothed(sensors, step)
@@ -258,21 +248,11 @@ class StartingFilter(RunningKalman):
     def _variances(self, phase: int) -> Array:
         return np.asarray(np.einsum("qa,ab,qb->q", self._C, self._cross[0], self._C) + self._noise)
 
-    def _settled(self, phase: int) -> Correction | None:
-        """The correction of a period ago if the covariance has not changed since: in the steady state it never does."""
-        P = self._cross[0]
-        before, step = self._kept.get(phase, (None, None))
-        if before is not None and P is not before:
-            if np.abs(P - before).max() > SETTLED * np.abs(P).max():
-                return None
-            self._kept[phase] = P, step
-        return step
-
     def _smoothed(self, sensors: Sensing, step: Correction) -> tuple[Array, list[Array]]:
         """Gains (lag + 1, n, q) and covariances of x^(k-i|k); what is carried along goes on to the next instant."""
         K, own = [step.K], [step.filtered]
         for cross, before in zip(self._cross[1:], self._own[1:], strict=True):
-            gain = solve(step.innovation, sensors.C @ cross.T).T
+            gain = np.asarray(np.linalg.solve(step.innovation, sensors.C @ cross.T), dtype=float).T
             K.append(gain)
             own.append(before - gain @ step.innovation @ gain.T)
         closed = self._A - step.L @ sensors.C

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from multirate_examples import Conditioned, correlated, problem
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
-from replication.estimation.multirate import running as starting
 from replication.estimation.multirate.kalman import filter_gains, kalman_design, smoothing_limit
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
@@ -135,20 +133,6 @@ def test_covariances_over_time_are_those_of_the_running_filter() -> None:
     np.testing.assert_array_equal(predicted[0], P0)
     steady, _ = multirate.design(CART, periods=(1, 3), goal="h2").covariances(7)  # type: ignore[attr-defined]
     np.testing.assert_allclose(steady[3:6], steady[:3], atol=EQUAL)
-
-
-@pytest.mark.parametrize("name", cases())
-def test_a_filter_that_has_settled_goes_on_as_the_recursion_does(name: str) -> None:
-    """Over many periods, with two measurements that do not come when all had settled; the other one keeps nothing."""
-    given, steps = cases()[name], 900
-    run, plain = StartingFilter(given, P0), StartingFilter(given, P0)
-    with patch.object(starting, "corrected", wraps=starting.corrected) as computed:
-        for k in range(steps):
-            y = np.where(given.schedule.mask[k % given.schedule.period] & (k not in (600, 601)), 0.3, np.nan)
-            plain._kept.clear()
-            one, other = run.step([0.0], y), plain.step([0.0], y)
-            np.testing.assert_allclose(one.predicted_covariance, other.predicted_covariance, rtol=EQUAL, atol=EQUAL)
-    assert computed.call_count < 2 * steps
 
 
 @pytest.mark.parametrize("start", [None, P0])

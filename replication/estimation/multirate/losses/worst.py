@@ -261,7 +261,7 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
 def growing(problem: MultirateProblem, cases: Automaton, gains: Array) -> list[Word]:
     """A periodic pattern along which the error of `gains` (edges, n, q) grows, if large products lead to one."""
     steps = [closed_loop(problem.plant, gain)[0] for gain in gains]
-    for start in cases.first:
+    for start in cases.nodes[0]:
         front: list[tuple[int, Word, Array]] = [(start, (), np.eye(problem.plant.order))]
         for _ in range(LONGEST * cases.period):
             ahead: dict[int, list[tuple[int, Word, Array]]] = {}
