@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear import norms, periodic
 from replication.estimation.linear.norms import (
@@ -33,7 +32,6 @@ from replication.estimation.linear.riccati import (
     RiccatiMap,
     apply,
     circle_angles,
-    period_map,
     recentre,
     settled,
     stacked,
@@ -110,17 +108,6 @@ def test_the_bracket_holds_a_brute_force_grid(seed: int, n: int, N: int) -> None
     assert attained == pytest.approx(norm.lower, rel=AGREEMENT)
 
 
-@settings(max_examples=30)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 4))
-def test_the_norm_is_free_of_the_units_of_the_states(seed: int, n: int, N: int) -> None:
-    system, rng = stable_system(seed, n, N), np.random.default_rng(seed)
-    units = 10.0 ** rng.uniform(-4, 4, n)
-    other = PeriodicSystem(
-        tuple(Stage(units[:, None] * A / units, units[:, None] * B, C / units, D) for A, B, C, D in system.stages)
-    )
-    assert l2_gain(other).value == pytest.approx(l2_gain(system).value, rel=AGREEMENT)
-
-
 def test_balanced_and_compressed_systems_have_the_same_response() -> None:
     system = stable_system(6, 3, 4)
     lifted = system.lift()
@@ -152,12 +139,6 @@ def test_an_unstable_system_has_no_finite_gain(a: float) -> None:
             measure(system)
 
 
-@pytest.mark.parametrize("bad", [[["a"]], [[1, 2]], [1.0], [[float("nan")]], [[1j]]])
-def test_bad_matrices_are_named(bad: Any) -> None:
-    with pytest.raises(InvalidInputError, match="A"):
-        hinf_norm(bad, [[1.0]], [[1.0]], [[0.0]])
-
-
 def random_map(rng: np.random.Generator, n: int) -> RiccatiMap:
     C, B = rng.normal(size=(2, n)), rng.normal(size=(n, 2))
     return RiccatiMap(rng.normal(size=(n, n)), C.T @ C, B @ B.T)
@@ -174,18 +155,6 @@ def states_along(stages: list[RiccatiMap], X: Array) -> list[Array]:
 def random_state(rng: np.random.Generator, n: int) -> Array:
     root = rng.normal(size=(n, n))
     return root @ root.T
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 7))
-def test_the_period_map_is_the_stages_one_after_the_other(seed: int, n: int, N: int) -> None:
-    rng = np.random.default_rng(seed)
-    stages, X = [random_map(rng, n) for _ in range(N)], random_state(rng, n)
-    stepwise = X
-    for stage in stages:
-        stepwise = apply(stage, stepwise)
-    np.testing.assert_allclose(
-        apply(period_map(stacked(stages)), X), stepwise, rtol=0, atol=1e-9 * np.linalg.norm(stepwise)
-    )
 
 
 @pytest.mark.parametrize("N", [1, 2, 3, 4, 5, 7, 8, 13])
@@ -254,18 +223,6 @@ def test_the_lifted_system_is_the_recursion_over_one_period() -> None:
     np.testing.assert_allclose(lifted.A @ start + lifted.B @ v, x, rtol=ROUNDING)
     np.testing.assert_allclose(lifted.C @ start + lifted.D @ v, np.concatenate(outputs), rtol=ROUNDING)
     np.testing.assert_allclose(lifted.A, system.monodromy(), rtol=ROUNDING)
-
-
-def test_the_cyclic_system_moves_one_state_copy_per_phase() -> None:
-    system = stable_system(3, 3, 4, least=0)
-    turned, n, N = cyclic(system), system.order, system.period
-    power = np.linalg.matrix_power(turned.A, N)
-    np.testing.assert_allclose(power[:n, :n], system.monodromy(), rtol=ROUNDING)
-    # Its eigenvalues are all N-th roots of the characteristic multipliers.
-    roots = np.linalg.eigvals(turned.A) ** N
-    multipliers = np.linalg.eigvals(system.monodromy())
-    for multiplier in multipliers:
-        assert np.sum(np.abs(roots - multiplier) < 1e-8) == N
 
 
 def test_the_frequency_response_solves_its_equation() -> None:

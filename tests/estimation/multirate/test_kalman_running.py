@@ -148,21 +148,6 @@ def test_what_is_handed_out_cannot_change_the_filter(start: Any) -> None:
     np.testing.assert_array_equal(run.estimate, step.prediction)
 
 
-def test_what_was_due_and_did_not_come_is_counted() -> None:
-    plain = cases()["plain"]
-    run, start = (
-        KalmanFilter(plain, filter_gains(plain, kalman_design(plain).X, 0)),
-        StartingFilter(cases()["plain"], P0),
-    )
-    for found in (run, start):
-        for k, y in enumerate(([1.0, 2.0], [None, 2.0], [1.0, None], [None, None])):
-            found.step([0.0], y)
-            due = plain.schedule.mask[np.arange(k + 1) % plain.schedule.period]
-            came = np.array([[True, True], [False, True], [True, False], [False, False]])[: k + 1]
-            assert found.missed == np.sum(due & ~came)
-        assert found.missed > 0
-
-
 def test_a_sample_off_its_schedule_is_used_where_the_covariance_is_followed() -> None:
     """As if the schedule had had it: the other filter is made for a schedule in which that sensor is due."""
     given = multirate.design(CART, periods=(1, 3), goal="h2").problem  # type: ignore[attr-defined]

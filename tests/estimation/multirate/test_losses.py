@@ -16,8 +16,7 @@ from multirate_examples import correlated
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import multirate
-from replication.estimation.linear.norms import hinf_norm, l2_gain, white_noise_variance
-from replication.estimation.linear.periodic import Stage
+from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate import MultiratePlant, losses
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses import automaton as mean
@@ -53,32 +52,12 @@ def designed(best: multirate.MultirateResult) -> losses.LossResult:
     return losses.design(best, LOST)
 
 
-def by_hand(plant: MultiratePlant, gains: list[Array]) -> Stage:
-    """The error over one round of gains (n, q), lifted with plain loops."""
-    n, m = plant.order, plant.B_d.shape[1] + plant.D.shape[1]
-    A = [plant.A - L @ plant.C for L in gains]
-    B = [np.hstack([plant.B_d, -L @ plant.D]) for L in gains]
-    T = len(gains)
-    C, D = np.zeros((T * n, n)), np.zeros((T * n, T * m))
-    state, drive = np.eye(n), np.zeros((n, T * m))
-    for k in range(T):
-        C[k * n : (k + 1) * n], D[k * n : (k + 1) * n] = state, drive
-        state, drive = A[k] @ state, A[k] @ drive
-        drive[:, k * m : (k + 1) * m] = B[k]
-    return Stage(state, drive, C, D)
-
-
-def test_the_lower_end_is_the_gain_of_its_pattern_lifted_by_hand(guaranteed: losses.LossResult) -> None:
-    lifted = by_hand(CART, [guaranteed.gains["L"][i] for i in guaranteed.worst])
-    assert guaranteed.bracket.lower == pytest.approx(hinf_norm(*lifted).lower, rel=EQUAL)
-    assert guaranteed.bracket.width < 1e-3
-
-
 @pytest.mark.parametrize("kind", ["guaranteed", "designed"])
 def test_no_pattern_exceeds_the_upper_end(kind: str, request: pytest.FixtureRequest) -> None:
     result = request.getfixturevalue(kind)
     levels = [gain_along(result, word) for word in walks(result.automaton, np.random.default_rng(1), 60)]
     assert max(levels) <= result.bracket.upper * (1 + EQUAL)
+    assert result.bracket.width < 1e-3
     assert max(levels) > result.fact("level without losses").value
 
 
@@ -199,17 +178,6 @@ def test_bursts_are_the_two_coupled_equations_of_the_textbook() -> None:
     assert result.value == pytest.approx(np.sqrt(X.sum()), rel=EQUAL)
     radius = np.max(np.abs(np.linalg.eigvals(M)))
     assert result.fact("growth of the mean square over a period").value == pytest.approx(radius, rel=EQUAL)
-
-
-def test_the_optimum_under_independent_losses_is_the_modified_riccati_equation() -> None:
-    """P = A P A' + Q - (1 - p) A P C'(C P C' + R)^-1 C P A', by plain iteration."""
-    plant = MultiratePlant(A=[[1.1, 0.3], [0, 0.9]], B_d=[[0.2], [1.0]], C=[[1.0, 0.0]], D=[[0.5]])
-    p, P = 0.4, np.eye(2)
-    for _ in range(3000):
-        K = P @ plant.C.T / (plant.C @ P @ plant.C.T + 0.25)
-        P = plant.A @ (P - (1 - p) * K @ plant.C @ P) @ plant.A.T + plant.B_d @ plant.B_d.T
-    result = losses.design(multirate.design(plant, periods=(1,)), losses.Independent(p))
-    assert result.value == pytest.approx(np.sqrt(np.trace(P)), rel=EQUAL)
 
 
 def test_without_losses_correlated_noise_has_the_gains_of_the_kalman_filter() -> None:
