@@ -173,10 +173,10 @@ def state_scales(problem: MultirateProblem) -> Array:
 
 def _covariance(problem: MultirateProblem, noise: float) -> Array | None:
     """Error covariances (N, n, n) of the Kalman filter with more process noise, by squares of the units; from zero."""
-    units, whitened = state_units(problem), problem.whitened
-    A, B, C = whitened.A * units / units[:, None], whitened.B / units[:, None], whitened.C * units
-    states = settled(RiccatiMap(A, C.mT @ C, B @ B.mT + noise * np.eye(len(units))))
-    return None if states is None else np.asarray(units[:, None] * states * units)
+    scaled = scaled_problem(problem, np.stack([np.diag(state_units(problem))] * problem.schedule.period))
+    A, G, H = scaled.maps()
+    states = settled(RiccatiMap(A, G, H + noise * np.eye(problem.plant.order)))
+    return None if states is None else scaled.unscaled(states)
 
 
 def state_units(problem: MultirateProblem) -> Array:

@@ -49,7 +49,6 @@ from replication.estimation.multirate.kalman import (
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import (
     MultirateProblem,
-    ScaledProblem,
     SensingSchedule,
     distinct_offsets,
 )
@@ -73,37 +72,22 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
 def _bound(centre: KalmanCentre) -> GainBracket:
     """`noncausal_bound` from the Kalman filter."""
     scaled, reference = centre.scaled, centre.states
-    stages, outputs = _filter(scaled, reference), len(scaled.W[0])
-    errors, innovations = (
-        [stage._replace(C=stage.C[rows], D=stage.D[rows]) for stage in stages]
-        for rows in (slice(outputs), slice(outputs, None))
-    )
-    short = sum(stage.B.shape[1] for stage in stages) <= DENSE_INPUTS
+    corrected = scaled.corrected(reference, scaled.maps())
+    closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
+    # From (d, whitened w) to W e, and to the innovations C_k e + w.
+    errors, innovations = list[Stage](), list[Stage]()
+    for A, B, L, W, C, rows in zip(closed, scaled.B, gains, scaled.W, scaled.C, scaled.whitened.rows, strict=True):
+        due = list(rows)
+        drive = np.hstack([B, -L[:, due]])
+        errors.append(Stage(A, drive, W, np.zeros((len(W), drive.shape[1]))))
+        innovations.append(Stage(A, drive, C[due], np.eye(len(due), drive.shape[1], k=B.shape[1])))
+    short = sum(stage.B.shape[1] for stage in errors) <= DENSE_INPUTS
     curve = _dense(errors, innovations) if short else _by_operators(errors, _whitened(innovations, reference))
 
     def maps(level: float) -> RiccatiMap:
         return recentre(scaled.maps(level), reference)
 
-    return peak_on_circle(curve, maps, slowest_angle(monodromy(np.stack([stage.A for stage in stages]))))
-
-
-def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
-    """From (d, whitened w) to W e and to the innovations C_k e + w, of the filter with given covariances."""
-    corrected = scaled.corrected(states, scaled.maps())
-    closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
-    n_z, m = scaled.W.shape[1], scaled.B.shape[-1]
-    drives, outputs = np.concatenate([scaled.B, -gains], axis=-1), np.concatenate([scaled.W, scaled.C], axis=1)
-    direct = np.zeros((outputs.shape[1], drives.shape[2]))
-    direct[n_z:, m:] = np.eye(gains.shape[2])
-    parts = {}
-    for rows in set(scaled.whitened.rows):
-        kept, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
-        parts[rows] = kept, columns, direct[np.ix_(kept, columns)]
-    stages = []
-    for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
-        kept, columns, D = parts[rows]
-        stages.append(Stage(A, B[:, columns], C[kept], D))
-    return stages
+    return peak_on_circle(curve, maps, slowest_angle(monodromy(closed)))
 
 
 def _dense(errors: Sequence[Stage], innovations: Sequence[Stage]) -> Curve:

@@ -82,6 +82,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"periods": (2, 3), "offsets": 1}, "offsets must be a sequence"),
     ({"periods": (2, 3), "offsets": (0, 3)}, r"offsets\[1\] must be a whole number from 0 to 2, got 3"),
     ({"periods": (2, 3), "offsets": (0, True)}, r"offsets\[1\] must be a whole number"),
+    ({"periods": (997, 1009)}, "repeat together only every"),
     ({"A": [[1e80, 0.0], [0.0, 0.95]]}, r"A has an entry of size 1e\+80, whose powers"),
     ({"W": [[1e160, 0.0]]}, r"W has an entry of size 1e\+160"),
     ({"under_way": 5}, "under_way must be at most 1, got 5"),
