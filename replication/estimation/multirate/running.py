@@ -16,7 +16,7 @@ import numpy as np
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.portable import NOT_GIVEN
 from replication.estimation.api.running import Mask, RunningObserver, gate_of, warn_unscheduled
-from replication.estimation.multirate.kalman import Correction, FilterGains, Sensing, corrected, read_only, sensing
+from replication.estimation.multirate.kalman import FilterGains, corrected, read_only, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, covariance
 
@@ -109,7 +109,14 @@ class RunningKalman(RunningObserver):
         if not came.all():
             shown, innovation = np.where(came, innovation, np.nan), np.where(came, innovation, 0.0)
         other = missed or gated or (extra and self.takes_any)
-        self._latest = self._update(phase, innovation, came if other else None, driven, shown)
+        K, L, filtered, following, smoothed = self._correction(phase, came if other else None)
+        # Correct all that is carried along, x^(k-i|k), and predict.
+        corrected, after = self._past + K.dot(innovation), np.empty_like(self._past)
+        after[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
+        after[1:] = corrected[:-1]
+        after.flags.writeable = False  # a part of it is handed out
+        self._past = after
+        self._latest = KalmanStep(corrected[0], filtered, after[0], following, shown, corrected[-1], smoothed)
         self.missed += missed
         self.unscheduled += extra
         self.gated += gated
@@ -119,21 +126,8 @@ class RunningKalman(RunningObserver):
         """Of the innovation of each sensor, (q,)."""
 
     @abstractmethod
-    def _update(
-        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
-    ) -> KalmanStep:
-        """innovation: zero where nothing came, and NaN there in `shown`; came: which came, None if all that are due."""
-
-    def _shifted(self, K: Array, L: Array, innovation: Array, driven: Array | float) -> Array:
-        """Correct all that is carried along, x^(k-i|k), and predict; K (lag + 1, n, q), or (n, q) without a lag."""
-        corrected = self._past + K.dot(innovation)
-        following = np.empty_like(self._past)
-        following[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
-        if self.lag:
-            following[1:] = corrected[:-1]
-        following.flags.writeable = False  # a part of it is handed out
-        self._past = following
-        return np.asarray(corrected)
+    def _correction(self, phase: int, came: Mask | None) -> tuple[Array, Array, Array, Array, Array]:
+        """K (lag + 1, n, q), L, covariances of x^(k|k), x^(k+1|k), x^(k-lag|k); came: None if all that are due did."""
 
 
 class KalmanFilter(RunningKalman):
@@ -158,14 +152,9 @@ class KalmanFilter(RunningKalman):
     def _variances(self, phase: int) -> Array:
         return np.diagonal(self.gains.innovation[phase])
 
-    def _update(
-        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
-    ) -> KalmanStep:
+    def _correction(self, phase: int, came: Mask | None) -> tuple[Array, Array, Array, Array, Array]:
         gains = self.gains
-        now = self._shifted(gains.K[phase], gains.L[phase], innovation, driven)
-        return KalmanStep(
-            now[0], gains.filtered[phase], self._past[0], self._next[phase], shown, now[-1], gains.smoothed[phase]
-        )
+        return gains.K[phase], gains.L[phase], gains.filtered[phase], self._next[phase], gains.smoothed[phase]
 
     def to_c(self, name: str = "kalman", comment: str = "") -> str:
         """The filter as one C99 file: `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k).
@@ -231,30 +220,20 @@ class StartingFilter(RunningKalman):
         unknown = [np.full_like(self.start, np.nan)] * self.lag
         self._cross, self._own = [self.start, *unknown], [self.start, *unknown]
 
-    def _update(
-        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
-    ) -> KalmanStep:
+    def _correction(self, phase: int, came: Mask | None) -> tuple[Array, Array, Array, Array, Array]:
         sensors = self._sensors[phase] if came is None else sensing(self.problem, came)
         step = corrected(self._A, self._Q, sensors, self._cross[0])
         step.filtered.flags.writeable = step.following.flags.writeable = False  # they are handed out
-        K, own = step.K, [step.filtered]
-        if self.lag:
-            K, own = self._smoothed(sensors, step)
-        self._cross[0] = step.following
-        self._own = [step.following, *own[:-1]]
-        now = self._shifted(K, step.L, innovation, driven)
-        return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], own[-1])
-
-    def _variances(self, phase: int) -> Array:
-        return np.asarray(np.einsum("qa,ab,qb->q", self._C, self._cross[0], self._C) + self._noise)
-
-    def _smoothed(self, sensors: Sensing, step: Correction) -> tuple[Array, list[Array]]:
-        """Gains (lag + 1, n, q) and covariances of x^(k-i|k); what is carried along goes on to the next instant."""
         K, own = [step.K], [step.filtered]
         for cross, before in zip(self._cross[1:], self._own[1:], strict=True):
             gain = np.asarray(np.linalg.solve(step.innovation, sensors.C @ cross.T), dtype=float).T
             K.append(gain)
             own.append(before - gain @ step.innovation @ gain.T)
+        # What is carried along goes on to the next instant.
         closed = self._A - step.L @ sensors.C
-        self._cross[1:] = [cross @ closed.T for cross in self._cross[:-1]]
-        return np.stack(K), own
+        self._cross = [step.following, *(cross @ closed.T for cross in self._cross[:-1])]
+        self._own = [step.following, *own[:-1]]
+        return np.stack(K), step.L, step.filtered, step.following, own[-1]
+
+    def _variances(self, phase: int) -> Array:
+        return np.asarray(np.einsum("qa,ab,qb->q", self._C, self._cross[0], self._C) + self._noise)
