@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from multirate_examples import (
     PAPER,
-    Recipe,
     by_lifted_equation,
     by_plain_recursion,
     correlated,
@@ -59,17 +58,6 @@ def test_they_solve_the_equation_of_the_lifted_plant(
         near(found.X[k % N], P)
     long = by_plain_recursion(given_problem, np.eye(len(found.X[0])), 2400 // N * N)[-1]
     near(found.X[0], long)
-
-
-@pytest.mark.parametrize("kind", ["stable", "unstable", "rotation", "singular", "repeated"])
-@pytest.mark.parametrize("seed", range(6))
-def test_random_plants_solve_it_too(kind: str, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    periods = tuple(int(period) for period in rng.integers(1, 4, size=2))  # scipy reorders no longer ones
-    recipe = Recipe(seed, kind, 4, 2, 4, 1 + seed % 2, seed % 3 == 0, 0.0, periods, (0, periods[1] - 1))
-    for share in (0.0, 0.3):
-        random = correlated(recipe.build(), seed, share)
-        near(kalman_design(random).X[0], by_lifted_equation(random))
 
 
 def test_a_mode_that_only_known_noise_disturbs_never_settles() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 from multirate_examples import CART as MOVED
 from multirate_examples import Conditioned, correlated, problem
 
-from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
 from replication.estimation.multirate.kalman import filter_gains, kalman_design, smoothing_limit
@@ -94,30 +92,6 @@ def test_a_longer_lag_is_better_and_tends_to_the_smoother(name: str) -> None:
     # The covariance of x(k - lag) is told by the phase of k: turned back to that of k - lag.
     turned = np.roll(filter_gains(given, X, 300).smoothed, -(300 % given.schedule.period), axis=0)
     np.testing.assert_allclose(turned, smoothing_limit(given, X), rtol=1e-7, atol=EQUAL)
-
-
-@pytest.mark.parametrize("P0", [None, np.eye(2)])
-@pytest.mark.parametrize(
-    ("u", "y", "message"),
-    [
-        ([1.0], [math.inf, 0], "y must be finite"),
-        ([1.0], [1.0], "y must have 2 entries"),
-        ([1.0], ["a", 0], "y must hold numbers"),
-        ([math.nan], [0, 0], "u must be 1 numbers"),
-        (None, [0, 0], "u must be 1 numbers"),
-    ],
-)
-def test_bad_values_leave_it_as_it_was(P0: Any, u: Any, y: Any, message: str) -> None:
-    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=P0)
-    assert isinstance(result, multirate.KalmanResult)
-    run, other = result.filter(lag=1), result.filter(lag=1)
-    for each in (run, other):
-        each.step([1.0], [0.5, 0.2])
-    with pytest.raises(InvalidInputError, match=message):
-        run.step(u, y)
-    assert run.instant == other.instant
-    for a, b in zip(run.step([1.0], [0.1, None]), other.step([1.0], [0.1, np.nan]), strict=True):
-        np.testing.assert_array_equal(a, b)
 
 
 def test_covariances_over_time_are_those_of_the_running_filter() -> None:

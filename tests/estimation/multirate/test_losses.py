@@ -388,18 +388,14 @@ def test_the_worst_pattern_is_the_one_with_the_largest_gain(guaranteed: losses.L
     assert worst.worst_pattern(problem, given, gains, words) == (max(levels), words[int(np.argmax(levels))])
 
 
-def test_storage_functions_are_told_in_the_units_of_plant_and_level(guaranteed: losses.LossResult) -> None:
+def test_storage_functions_and_proved_levels_are_told_in_the_units_of_plant_and_level(
+    guaranteed: losses.LossResult,
+) -> None:
     given, P = guaranteed.automaton, np.stack([np.eye(2)] * len(guaranteed.automaton.phases))
     one, two = (Walks.of(guaranteed.problem, given, unit) for unit in (1.0, 2.0))
     assert two.storage(P) == pytest.approx(4 * one.storage(P))
-
-
-def test_a_proved_level_does_not_depend_on_its_unit(guaranteed: losses.LossResult) -> None:
-    levels = []
-    for unit in (1.0, 2.0):
-        whole = Walks.of(guaranteed.problem, guaranteed.automaton, unit)
-        moved = [whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])]
-        levels.append(proved_level(whole, moved, least_level(whole, moved).P))
+    moved = [[whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])] for whole in (one, two)]
+    levels = [proved_level(w, m, least_level(w, m).P) for w, m in zip((one, two), moved, strict=True)]
     assert levels[1] == pytest.approx(levels[0], rel=1e-4)
 
 
