@@ -52,11 +52,7 @@ def following(states: Array) -> Array:
 
 def apply(stage: RiccatiMap, X: Array) -> Array:
     """One step of the recursion from X (n, n); for stacks (..., n, n), one by one."""
-    return symmetric(_applied(stage, X))
-
-
-def _applied(stage: RiccatiMap, X: Array) -> Array:
-    return np.asarray(stage.A @ np.linalg.solve(X @ stage.G + np.eye(X.shape[-1]), X) @ stage.A.mT + stage.H)
+    return symmetric(stage.A @ np.linalg.solve(X @ stage.G + np.eye(X.shape[-1]), X) @ stage.A.mT + stage.H)
 
 
 def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
@@ -101,9 +97,9 @@ def down(levels: Sequence[RiccatiMap], X: Array) -> Array:
     for level in levels[-2::-1]:
         first = RiccatiMap(*(part[0 : len(part) - 1 : 2] for part in level))
         both = np.empty_like(level.A)
-        both[0::2], both[1::2] = states, _applied(first, states[: len(first.A)])
+        both[0::2], both[1::2] = states, apply(first, states[: len(first.A)])
         states = both
-    return symmetric(states)
+    return states
 
 
 def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:

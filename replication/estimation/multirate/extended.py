@@ -1,7 +1,4 @@
-"""The extended Kalman filter at the instants of a base period: sensors with periods of their own, lost samples, a gate.
-
-It guarantees nothing, as `ExtendedKalman`, whose recursion it is.
-"""
+"""The extended Kalman filter at the instants of a base period, with the recursion of `ExtendedKalman`."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
 from replication.estimation.linear.riccati import RiccatiMap, apply, recentre, settled
-from replication.estimation.multirate.problem import MultirateProblem, ScaledProblem, require_problem, scaled_problem
+from replication.estimation.multirate.problem import MultirateProblem, ScaledProblem, require_problem
 from replication.estimation.validation import Array, hidden_modes
 
 SCALING_NOISE = 1e-6
@@ -82,7 +82,7 @@ def kalman_centre(problem: MultirateProblem) -> KalmanCentre:
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
             "this one"
         )
-    scaled = scaled_problem(problem, state_scales(problem))
+    scaled = problem.whitened.scaled(state_scales(problem))
     maps = scaled.maps()
     states = _from_zero(problem, scaled, maps)
     if states is None:
@@ -132,7 +132,7 @@ def _undisturbed_on_circle(problem: MultirateProblem) -> complex | None:
     A, B = plant.A / units[:, None] * units, plant.B_d / units[:, None]
     if plant.correlated:
         # What the measurements tell of the noise is known, and disturbs nothing.
-        rest = scaled_problem(problem, np.stack([np.diag(units)] * problem.schedule.period))
+        rest = problem.whitened.scaled(np.stack([np.diag(units)] * problem.schedule.period))
         none = np.zeros((0, plant.order)), np.zeros((0, rest.B.shape[-1]))
         lifted = PeriodicSystem(tuple(Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True))).lift()
         A, B = lifted.A, lifted.B
@@ -173,7 +173,7 @@ def state_scales(problem: MultirateProblem) -> Array:
 
 def _covariance(problem: MultirateProblem, noise: float) -> Array | None:
     """Error covariances (N, n, n) of the Kalman filter with more process noise, by squares of the units; from zero."""
-    scaled = scaled_problem(problem, np.stack([np.diag(state_units(problem))] * problem.schedule.period))
+    scaled = problem.whitened.scaled(np.stack([np.diag(state_units(problem))] * problem.schedule.period))
     A, G, H = scaled.maps()
     states = settled(RiccatiMap(A, G, H + noise * np.eye(problem.plant.order)))
     return None if states is None else scaled.unscaled(states)

@@ -76,7 +76,7 @@ def _bound(centre: KalmanCentre) -> GainBracket:
     closed, gains = scaled.closed_loop(corrected), scaled.whitened_gains(corrected)
     # From (d, whitened w) to W e, and to the innovations C_k e + w.
     errors, innovations = list[Stage](), list[Stage]()
-    for A, B, L, W, C, rows in zip(closed, scaled.B, gains, scaled.W, scaled.C, scaled.whitened.rows, strict=True):
+    for A, B, L, W, C, rows in zip(closed, scaled.B, gains, scaled.W, scaled.C, scaled.rows, strict=True):
         due = list(rows)
         drive = np.hstack([B, -L[:, due]])
         errors.append(Stage(A, drive, W, np.zeros((len(W), drive.shape[1]))))

@@ -7,11 +7,11 @@ about the identity at every phase that rounding is harmless, whatever the units 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from math import lcm, prod
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -163,8 +163,8 @@ class MultirateProblem:
         return [list(rows) for rows in self.schedule.rows]
 
     @cached_property
-    def whitened(self) -> Whitened:
-        """What does not depend on the coordinates of the states."""
+    def whitened(self) -> ScaledProblem:
+        """In the coordinates of the plant."""
         plant, due = self.plant, self.schedule.mask[:, :, None]
         # A sensor that does not measure has a noise of its own in the place of its rows, and tells nothing.
         C, D = due * plant.C, np.concatenate([due * plant.D, ~due * np.eye(plant.sensors)], axis=-1)
@@ -177,7 +177,8 @@ class MultirateProblem:
             J = np.linalg.solve(roots, (plant.B_w @ factor.Q[:, : plant.B_w.shape[1]]).mT).mT * due.mT
             A, B = plant.A - J @ C, np.concatenate([B, plant.B_w - J @ plant.D], axis=-1)
         seen = np.asarray(np.linalg.solve(roots.mT, C), dtype=float)
-        return Whitened(A, B, seen, roots, J, self.schedule.rows)
+        T, W = (np.broadcast_to(part, (len(due), *part.shape)) for part in (np.eye(plant.order), plant.W))
+        return ScaledProblem(T, A, B, W, seen, roots, J, self.schedule.rows)
 
     def checked(self, gains: npt.ArrayLike) -> Array:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
@@ -262,36 +263,36 @@ def _full_row_rank(D: Array) -> bool:
     return len(D) == 1 or bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
 
 
-class Whitened(NamedTuple):
-    """At each phase A (N, n, n), B (N, n, m) and the whitened measurements C (N, q, n), zero where a sensor has none.
+@dataclass(frozen=True, eq=False)
+class ScaledProblem:
+    """A problem in coordinates s(k) = T_k^-1 e(k) with whitened measurements C (N, q, n), zero where a sensor has none.
 
     Whitening: with the triangular `roots` R_k (N, q, q), D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k, their noise is
     white with unit intensity, and their gain is R_k'-fold that of the measurements.
 
-    Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
-    `injected` (N, n, q) are the gains of the measurements that do it. rows: the sensors that measure.
+    Of correlated noise, what the measurements tell is taken out of the plant first: A (N, n, n) and B (N, n, m) are
+    those of the rest, and `injected` (N, n, q) are the gains of the measurements that do it. W (N, n_z, n); rows: the
+    sensors that measure.
     """
-
-    A: Array
-    B: Array
-    C: Array
-    roots: Array
-    injected: Array
-    rows: tuple[tuple[int, ...], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class ScaledProblem:
-    """A problem in coordinates s(k) = T_k^-1 e(k): T, A (N, n, n), B (N, n, m), W (N, n_z, n), C and the rest as
-    `Whitened`; information C_k'C_k (N, n, n)."""
 
     T: Array
     A: Array
     B: Array
     W: Array
     C: Array
-    information: Array
-    whitened: Whitened
+    roots: Array
+    injected: Array
+    rows: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def information(self) -> Array:
+        """C_k'C_k (N, n, n)."""
+        return np.asarray(self.C.mT @ self.C)
+
+    def scaled(self, T: Array) -> ScaledProblem:
+        """That of the plant itself in the coordinates T (N, n, n)."""
+        moved, n = np.linalg.solve(following(T), np.concatenate([self.A @ T, self.B], axis=-1)), T.shape[-1]
+        return replace(self, T=T, A=moved[..., :n], B=moved[..., n:], W=self.W @ T, C=self.C @ T)
 
     def maps(self, level: float = np.inf) -> RiccatiMap:
         """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d'.
@@ -317,16 +318,8 @@ class ScaledProblem:
     def gains(self, corrected: Array) -> Array:
         """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
         given = following(self.T) @ self.whitened_gains(corrected)
-        return np.asarray(np.linalg.solve(self.whitened.roots, given.mT).mT + self.whitened.injected)
+        return np.asarray(np.linalg.solve(self.roots, given.mT).mT + self.injected)
 
     def unscaled(self, states: Array) -> Array:
         """T_k X_k T_k' for each phase, shape (N, n, n)."""
         return np.asarray(self.T @ states @ self.T.mT)
-
-
-def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
-    """`problem` in the coordinates s(k) = T_k^-1 e(k); T of shape (N, n, n)."""
-    whitened, n = problem.whitened, problem.plant.order
-    moved = np.linalg.solve(following(T), np.concatenate([whitened.A @ T, whitened.B], axis=-1))
-    C = whitened.C @ T
-    return ScaledProblem(T, moved[..., :n], moved[..., n:], problem.plant.W @ T, C, C.mT @ C, whitened)

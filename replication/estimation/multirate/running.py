@@ -1,9 +1,7 @@
 """Kalman filters that run in a loop: `step(u, y)` gives x^(k|k), x^(k+1|k), covariances and innovation.
 
-`KalmanFilter` has the gains of the steady state; `StartingFilter` has those from the covariance of the start on.
-A measurement that is None or NaN although its sensor is due is left out: the first then goes on without a correction
-by it, the other also says so in its covariance. The other takes a sample off its schedule, too; the first has no gain
-for it. With a gate, a measurement whose innovation exceeds so many standard deviations is left out likewise.
+A measurement that is None or NaN although its sensor is due is left out, which only the covariance of `StartingFilter`
+says; that one takes a sample off its schedule, too, for which `KalmanFilter` has no gain.
 """
 
 from __future__ import annotations

@@ -109,7 +109,7 @@ def test_gains_that_know_the_losses_guarantee_more(
 
 def test_a_proof_can_fail(guaranteed: losses.LossResult) -> None:
     problem, given = guaranteed.problem, guaranteed.automaton
-    whole = Walks.of(problem, given, guaranteed.value)
+    whole = Walks(problem, given, guaranteed.value)
     moved = [whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])]
     storage = least_level(whole, moved)
     level = proved_level(whole, moved, storage.P)
@@ -349,7 +349,7 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
     """With the storage functions that they are made from, and whatever unit the levels are counted in."""
     problem = MultirateProblem(CART, SensingSchedule((1, 2)))
     given = automaton(problem, LOST)
-    walks = Walks.of(problem, given, 1.0)
+    walks = Walks(problem, given, 1.0)
     opened = [walks.open_loop(i) for i in range(len(given.edges))]
     kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
@@ -392,7 +392,7 @@ def test_storage_functions_and_proved_levels_are_told_in_the_units_of_plant_and_
     guaranteed: losses.LossResult,
 ) -> None:
     given, P = guaranteed.automaton, np.stack([np.eye(2)] * len(guaranteed.automaton.phases))
-    one, two = (Walks.of(guaranteed.problem, given, unit) for unit in (1.0, 2.0))
+    one, two = (Walks(guaranteed.problem, given, unit) for unit in (1.0, 2.0))
     assert two.storage(P) == pytest.approx(4 * one.storage(P))
     moved = [[whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])] for whole in (one, two)]
     levels = [proved_level(w, m, least_level(w, m).P) for w, m in zip((one, two), moved, strict=True)]
