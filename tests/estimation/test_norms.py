@@ -16,17 +16,14 @@ from replication.estimation.linear.norms import (
     compressed,
     hinf_norm,
     l2_gain,
-    spectral_norm,
     white_noise_variance,
 )
 from replication.estimation.linear.periodic import (
     LiftedResponse,
     PeriodicSystem,
     Stage,
-    block_diagonal,
     frequency_response,
     largest_singular_value,
-    simulate,
 )
 from replication.estimation.linear.riccati import (
     RiccatiMap,
@@ -121,14 +118,6 @@ def test_balanced_and_compressed_systems_have_the_same_response() -> None:
         np.testing.assert_allclose(
             frequency_response(balanced(system).lift(), angle), frequency_response(lifted, angle), rtol=1e-8, atol=1e-9
         )
-
-
-def test_spectral_norm_is_the_largest_singular_value() -> None:
-    rng = np.random.default_rng(7)
-    for shape in ((3, 5), (5, 3), (1, 1), (0, 3)):
-        matrix = rng.normal(size=shape) + 1j * rng.normal(size=shape)
-        expected = np.linalg.norm(matrix, 2) if matrix.size else 0.0
-        assert spectral_norm(matrix) == pytest.approx(expected, rel=ROUNDING)
 
 
 @pytest.mark.parametrize("a", [1.0, -1.0, 1.5])
@@ -233,11 +222,6 @@ def test_the_frequency_response_solves_its_equation() -> None:
     np.testing.assert_allclose(frequency_response(stage, 0.7), series, atol=1e-9)
 
 
-def test_blocks_without_rows_or_columns_keep_their_place() -> None:
-    total = block_diagonal([np.ones((1, 0)), np.ones((0, 2)), np.ones((1, 1))])
-    np.testing.assert_array_equal(total, [[0, 0, 0], [0, 0, 1]])
-
-
 ONE = np.eye(1)
 
 
@@ -246,11 +230,9 @@ ONE = np.eye(1)
     [
         ((), "at least one stage"),
         (((ONE, ONE, ONE),), "four matrices"),
-        ((7,), "four matrices"),
         (((np.zeros((0, 0)), ONE, ONE, ONE),), "at least one state"),
         (((np.ones((2, 1)), ONE, ONE, ONE),), "A_0 must have 2 columns"),
         (((ONE, np.ones((2, 1)), ONE, ONE),), "B_0 must have 1 rows"),
-        (((ONE, ONE, np.ones((1, 2)), ONE),), "C_0 must have 1 columns"),
         (((ONE, ONE, ONE, np.ones((2, 1))),), "D_0 must have 1 rows"),
         (((ONE, ONE, ONE, ONE), (np.eye(2), ONE, ONE, ONE)), "A_1 must have 1 rows"),
         (((ONE, ONE, ONE, ONE * np.nan),), "D_0 must be finite"),
@@ -259,16 +241,6 @@ ONE = np.eye(1)
 def test_stages_that_do_not_fit_are_named(stages: Any, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         PeriodicSystem(stages)
-
-
-def test_a_simulation_of_one_period_is_the_lifted_system() -> None:
-    rng = np.random.default_rng(7)
-    system = PeriodicSystem(
-        tuple(Stage(*(rng.normal(size=shape) for shape in ((2, 2), (2, 3), (1, 2), (1, 3)))) for _ in range(4))
-    )
-    inputs, start, lifted = rng.normal(size=(4, 3)), rng.normal(size=2), system.lift()
-    expected = lifted.C @ start + lifted.D @ inputs.ravel()
-    assert np.abs(simulate(system, inputs, start).ravel() - expected).max() < ROUNDING * np.abs(expected).max()
 
 
 RANDOM = MultiratePlant(

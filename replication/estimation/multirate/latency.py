@@ -39,14 +39,10 @@ class ContinuousPlant:
         Base period in s, over which u and d are held.
     B_d : array (n, m_d), optional
         Effect of the process noise d; the identity unless given, where Q is.
-    D : array (q, q_w), optional
-        Effect of the sensor noise w; or give R.
     Q : array (m_d, m_d), optional
         Covariance of the held d; the identity unless given.
-    R : array (q, q) or (q,), optional
-        Covariance of the sensor noise, or variances, in place of D.
-    W, B_u, D_u : see there
-        As in `MultiratePlant`.
+    D, R, W, B_u, D_u : see there
+        As in `MultiratePlant` and its `from_covariances`; one of D and R.
 
     Raises
     ------
