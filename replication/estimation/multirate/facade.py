@@ -1,4 +1,9 @@
-"""Multi-rate observers for a plant of one's own: `design`, `analyse`, `simulate` (Okajima et al., 2023)."""
+"""Multi-rate observers for a plant of one's own: `design`, `analyse`, `simulate` (Okajima et al., 2023).
+
+The plant is sampled at a base period; sensor i measures every periods[i] of them, offsets[i] later. A design gives the
+periodic gains with the smallest worst-case gain from process and sensor noise to the weighted estimation error
+(`hinf`), with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """What is known of the losses: at most so many samples in a row, independent losses, or a channel with good and bad
 times (Gilbert, Bell Syst. Tech. J. 39, 1960).
+
+A model steps from what it remembers of the past to what may come next; `automaton` makes all that may happen of it.
 """
 
 from __future__ import annotations
