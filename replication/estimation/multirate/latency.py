@@ -39,10 +39,8 @@ class ContinuousPlant:
         Base period in s, over which u and d are held.
     B_d : array (n, m_d), optional
         Effect of the process noise d; the identity unless given, where Q is.
-    Q : array (m_d, m_d), optional
-        Covariance of the held d; the identity unless given.
-    D, R, W, B_u, D_u : see there
-        As in `MultiratePlant` and its `from_covariances`; one of D and R.
+    D, Q, R, W, B_u, D_u : see there
+        As in `MultiratePlant` and its `from_covariances`; one of D and R, and Q of the held d.
 
     Raises
     ------
