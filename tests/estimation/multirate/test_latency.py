@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -83,12 +82,6 @@ def test_a_state_space_in_continuous_time_is_the_plant_of_arrays() -> None:
     assert found.signals.outputs == ("place", "speed")
     assert len(found.signals.states) == len(found.problem.plant.A)
     assert found.to_statespace().nstates == found.problem.plant.order
-
-
-def test_older_samples_are_worth_less() -> None:
-    levels = [multirate.design(MOVING, periods=(1, 3), latency=(age, 0)).value for age in range(5)]
-    assert all(a <= b * (1 + 1e-7) for a, b in pairwise(levels))
-    assert levels[0] < levels[-1]
 
 
 def test_analyse_gives_the_level_of_a_design() -> None:
