@@ -211,6 +211,7 @@ def test_drawn_runs_agree_within_their_standard_error(kind: Any, name: str, best
     drawn: Any = losses.simulate(result, 200, rng=np.random.default_rng(7), runs=1500)
     assert drawn.exact == pytest.approx(result.value**2, rel=EQUAL)
     assert abs(drawn.mean_square - drawn.exact) < 4 * drawn.standard_error
+    assert drawn.standard_error < 0.03 * drawn.exact  # small enough to notice fewer losses
     # The filter that knows the whole pattern is no worse than gains that know a part of it.
     assert drawn.kalman < drawn.exact + 4 * drawn.kalman_standard_error
     assert "±" in str(drawn) and drawn.plot() is not None
